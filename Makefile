@@ -1,0 +1,50 @@
+# Two commands do everything: `make demo` and `make test`. Both install what they need into .venv.
+
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+CARGO  ?= cargo
+# Everything that goes into the compiled module.
+SOURCES := $(shell find crates machines scenarios -name '*.rs' -o -name '*.toml') Cargo.toml Cargo.lock pyproject.toml
+
+.PHONY: demo test test-rust test-python bench docs lint clean
+
+demo: $(VENV)/.built
+	$(BIN)/hydrocrane simulate vertical-lift-open-loop --output results
+
+test: test-rust test-python
+
+test-rust:
+	$(CARGO) test --workspace --exclude hydrocrane-python --quiet
+
+test-python: $(VENV)/.tested
+	$(BIN)/python -m pytest
+
+# The validation pages and the figures of the reproduction, from the code as it stands.
+docs: $(VENV)/.tested
+	$(BIN)/python reproductions/heinze-2007/make.py
+
+bench: $(VENV)/.tested
+	$(BIN)/python benches/run.py
+
+lint: $(VENV)/.tested
+	$(CARGO) fmt --check
+	$(CARGO) clippy --workspace --all-targets -- -D warnings
+
+$(BIN)/python:
+	$(PYTHON) -c 'import sys; sys.exit("hydrocrane needs Python 3.11 or newer, this is %d.%d; set PYTHON=" % sys.version_info[:2] if sys.version_info < (3, 11) else 0)'
+	@command -v $(CARGO) >/dev/null || { echo "hydrocrane needs Rust: install the stable toolchain with rustup, then run make again"; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade pip
+
+# An editable installation: Python files are used in place, the compiled module is built anew when a source changes.
+$(VENV)/.built: $(BIN)/python $(SOURCES)
+	$(BIN)/python -m pip install --quiet --editable '.[parquet]'
+	@touch $@
+
+$(VENV)/.tested: $(VENV)/.built
+	$(BIN)/python -m pip install --quiet --editable '.[test]'
+	@touch $@
+
+clean:
+	rm -rf $(VENV) target results

@@ -1,0 +1,3 @@
+//! Control: sees geometry and measurements, never the plant.
+
+pub mod inverse_kinematics;

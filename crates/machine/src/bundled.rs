@@ -1,0 +1,17 @@
+//! Machines and scenarios compiled into the program.
+
+macro_rules! bundle {
+    ($folder:literal: $($name:literal),* $(,)?) => {
+        &[$(($name, include_str!(concat!("../../../", $folder, "/", $name, ".toml")))),*]
+    };
+}
+
+/// Name and text of every bundled machine.
+pub fn bundled_machines() -> &'static [(&'static str, &'static str)] {
+    bundle!("machines": "rottne-f9-lab", "heinze-2007", "hiab-xs031", "single-cylinder")
+}
+
+/// Name and text of every bundled scenario.
+pub fn bundled_scenarios() -> &'static [(&'static str, &'static str)] {
+    bundle!("scenarios": "vertical-lift-open-loop", "heinze-2007-open-loop", "hiab-lift", "single-cylinder-step")
+}

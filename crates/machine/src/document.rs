@@ -1,0 +1,279 @@
+//! A parsed file as a tree whose every key and value knows its place and its provenance.
+//!
+//! Provenance is resolved within each file before files are merged: `class` and `source` apply to the values of their
+//! table and below it, never to the values of another file.
+
+use std::ops::Range;
+use std::rc::Rc;
+
+use toml_edit::{Document, Item, TableLike, Value};
+
+use crate::errors::{ErrorKind, FilePosition, Location, MachineError};
+use crate::nearest::suggestion;
+
+/// A file's name and text.
+#[derive(Debug)]
+pub struct SourceFile {
+    pub name: String,
+    pub text: String,
+}
+
+/// Where a key or value was written.
+#[derive(Debug, Clone)]
+pub enum Place {
+    File { file: Rc<SourceFile>, span: Range<usize> },
+    Override(Rc<str>),
+}
+
+/// Provenance of a value: each text with its own place, so that a wrong one can be reported.
+#[derive(Debug, Clone, Default)]
+pub struct Origin {
+    pub class: Option<(String, Place)>,
+    pub source: String,
+}
+
+#[derive(Debug, Clone)]
+pub struct Node {
+    pub place: Place,
+    pub kind: NodeKind,
+}
+
+#[derive(Debug, Clone)]
+pub enum NodeKind {
+    Table(Vec<Entry>),
+    Value { value: Scalar, origin: Rc<Origin> },
+}
+
+#[derive(Debug, Clone)]
+pub enum Scalar {
+    Text(String),
+    Number(f64),
+    Bool(bool),
+    List(Vec<(Scalar, Place)>),
+    /// A TOML date or time: no key takes one.
+    Date,
+}
+
+#[derive(Debug, Clone)]
+pub struct Entry {
+    pub key: String,
+    pub place: Place,
+    pub node: Node,
+}
+
+impl Place {
+    pub fn locate(&self) -> Location {
+        match self {
+            Self::File { file, span } => Location::Position(position(file, span)),
+            Self::Override(key) => Location::Override(key.to_string()),
+        }
+    }
+
+    pub fn error(&self, kind: ErrorKind, key: &str, message: impl Into<String>) -> MachineError {
+        MachineError::new(kind, self.locate(), message).at_key(key)
+    }
+}
+
+impl Node {
+    pub fn kind_name(&self) -> &'static str {
+        match &self.kind {
+            NodeKind::Table(_) => "a table",
+            NodeKind::Value { value, .. } => value.kind_name(),
+        }
+    }
+
+    pub fn entries(&self) -> Option<&[Entry]> {
+        match &self.kind {
+            NodeKind::Table(entries) => Some(entries),
+            NodeKind::Value { .. } => None,
+        }
+    }
+}
+
+impl Scalar {
+    pub fn kind_name(&self) -> &'static str {
+        match self {
+            Self::Text(_) => "a text",
+            Self::Number(_) => "a plain number",
+            Self::Bool(_) => "true or false",
+            Self::List(_) => "a list",
+            Self::Date => "a date",
+        }
+    }
+}
+
+/// Line and column of a span, counted from one in characters, with the text of the line.
+fn position(file: &SourceFile, span: &Range<usize>) -> FilePosition {
+    let text = file.text.as_str();
+    let mut start = span.start.min(text.len());
+    while !text.is_char_boundary(start) {
+        start -= 1;
+    }
+    let line_start = text[..start].rfind('\n').map_or(0, |newline| newline + 1);
+    let line_end = text[start..].find('\n').map_or(text.len(), |newline| start + newline);
+    let mut end = span.end.clamp(start, line_end.max(start));
+    while !text.is_char_boundary(end) {
+        end -= 1;
+    }
+    FilePosition {
+        file: file.name.clone(),
+        line: text[..line_start].matches('\n').count() + 1,
+        column: text[line_start..start].chars().count() + 1,
+        // Tabs would shift the caret away from its column.
+        excerpt: text[line_start..line_end].trim_end().replace('\t', " "),
+        width: text[start..end.max(start)].chars().count(),
+    }
+}
+
+/// Parses a file's text into a tree.
+pub fn parse(file: &Rc<SourceFile>) -> Result<Node, MachineError> {
+    let document = Document::parse(file.text.as_str()).map_err(|error| syntax_error(file, &error))?;
+    if document.as_table().is_empty() {
+        let place = Place::File { file: file.clone(), span: 0..0 };
+        return Err(MachineError::new(ErrorKind::EmptyFile, place.locate(), "the file holds no keys")
+            .help("start from a copy of a bundled machine or scenario"));
+    }
+    let builder = Builder { file };
+    let root = document.as_table();
+    // The top default of every value sits in [machine].
+    let machine = root.get("machine").and_then(Item::as_table_like);
+    let origin = match machine {
+        Some(table) => builder.origin(table, &Rc::default(), "machine")?,
+        None => Rc::default(),
+    };
+    builder.table(root, Place::File { file: file.clone(), span: 0..0 }, &origin, "")
+}
+
+fn syntax_error(file: &Rc<SourceFile>, error: &toml_edit::TomlError) -> MachineError {
+    let span = error.span().unwrap_or(0..0);
+    let message = error.message().trim().replace('\n', ", ");
+    let place = Place::File { file: file.clone(), span };
+    if message.contains("duplicate key") {
+        return MachineError::new(ErrorKind::DuplicateKey, place.locate(), "the name is given twice")
+            .help("keep one of the two, or rename the second");
+    }
+    MachineError::new(ErrorKind::Syntax, place.locate(), format!("not valid TOML: {message}"))
+        .help("values with units are texts in quotes, tables are headed by [name]")
+}
+
+struct Builder<'a> {
+    file: &'a Rc<SourceFile>,
+}
+
+impl Builder<'_> {
+    fn place(&self, span: Option<Range<usize>>) -> Option<Place> {
+        span.map(|span| Place::File { file: self.file.clone(), span })
+    }
+
+    fn start(&self) -> Place {
+        Place::File { file: self.file.clone(), span: 0..0 }
+    }
+
+    /// The provenance that applies inside `table`.
+    fn origin(&self, table: &dyn TableLike, outer: &Rc<Origin>, path: &str) -> Result<Rc<Origin>, MachineError> {
+        let class = self.text_of(table, "class", path)?;
+        let source = self.text_of(table, "source", path)?;
+        if class.is_none() && source.is_none() {
+            return Ok(outer.clone());
+        }
+        Ok(Rc::new(Origin {
+            class: class.or_else(|| outer.class.clone()),
+            source: source.map_or_else(|| outer.source.clone(), |(text, _)| text),
+        }))
+    }
+
+    fn text_of(&self, table: &dyn TableLike, key: &str, path: &str) -> Result<Option<(String, Place)>, MachineError> {
+        let Some(item) = table.get(key) else { return Ok(None) };
+        let place = self.place(item.span()).unwrap_or_else(|| self.start());
+        match item.as_str() {
+            Some(text) => Ok(Some((text.to_string(), place))),
+            None => {
+                let found = format!("expected a text, found {}", item.type_name());
+                Err(place.error(ErrorKind::WrongType, &join(path, key), found).help("put it in quotes"))
+            }
+        }
+    }
+
+    fn table(&self, table: &dyn TableLike, place: Place, outer: &Rc<Origin>, path: &str) -> Result<Node, MachineError> {
+        let origin = self.origin(table, outer, path)?;
+        let mut entries = Vec::new();
+        for (key, item) in table.iter() {
+            if key == "class" || key == "source" {
+                continue;
+            }
+            let key_span = table.key(key).and_then(toml_edit::Key::span);
+            let place = self.place(key_span).or_else(|| self.place(item.span())).unwrap_or_else(|| self.start());
+            let node = self.item(item, place.clone(), &origin, &join(path, key))?;
+            entries.push(Entry { key: key.to_string(), place, node });
+        }
+        Ok(Node { place, kind: NodeKind::Table(entries) })
+    }
+
+    fn item(&self, item: &Item, key_place: Place, origin: &Rc<Origin>, path: &str) -> Result<Node, MachineError> {
+        let place = self.place(item.span()).unwrap_or(key_place);
+        if let Some(table) = item.as_table_like() {
+            if table.contains_key("value") {
+                return self.annotated(table, place, origin, path);
+            }
+            return self.table(table, place, origin, path);
+        }
+        let value = match item {
+            Item::Value(value) => self.scalar(value),
+            _ => Scalar::List(Vec::new()),
+        };
+        Ok(Node { place, kind: NodeKind::Value { value, origin: origin.clone() } })
+    }
+
+    /// `{ value = ..., class = ..., source = ... }`: a value with its own provenance.
+    fn annotated(
+        &self,
+        table: &dyn TableLike,
+        place: Place,
+        outer: &Rc<Origin>,
+        path: &str,
+    ) -> Result<Node, MachineError> {
+        const KEYS: [&str; 3] = ["value", "class", "source"];
+        if let Some((key, _)) = table.iter().find(|(key, _)| !KEYS.contains(key)) {
+            let place = self.place(table.key(key).and_then(toml_edit::Key::span)).unwrap_or(place);
+            return Err(place
+                .error(ErrorKind::UnknownKey, &join(path, key), "unknown key")
+                .help(suggestion(key, KEYS)));
+        }
+        let origin = self.origin(table, outer, path)?;
+        match table.get("value") {
+            Some(Item::Value(value)) if !value.is_inline_table() => {
+                let place = self.place(value.span()).unwrap_or(place);
+                Ok(Node { place, kind: NodeKind::Value { value: self.scalar(value), origin } })
+            }
+            _ => Err(place
+                .error(ErrorKind::WrongType, &join(path, "value"), "expected a value, found a table")
+                .help("`value` is a reserved key: it holds the number or text itself")),
+        }
+    }
+
+    fn scalar(&self, value: &Value) -> Scalar {
+        match value {
+            Value::String(text) => Scalar::Text(text.value().clone()),
+            Value::Integer(number) => Scalar::Number(*number.value() as f64),
+            Value::Float(number) => Scalar::Number(*number.value()),
+            Value::Boolean(flag) => Scalar::Bool(*flag.value()),
+            Value::Datetime(_) => Scalar::Date,
+            Value::Array(array) => Scalar::List(array.iter().map(|item| self.list_item(item)).collect()),
+            // Only reached inside a list: no key takes a list of tables.
+            Value::InlineTable(_) => Scalar::List(Vec::new()),
+        }
+    }
+
+    fn list_item(&self, item: &Value) -> (Scalar, Place) {
+        (self.scalar(item), self.place(item.span()).unwrap_or_else(|| self.start()))
+    }
+}
+
+/// Dotted path of `key` inside `path`.
+pub fn join(path: &str, key: &str) -> String {
+    if path.is_empty() {
+        key.to_string()
+    } else {
+        format!("{path}.{key}")
+    }
+}

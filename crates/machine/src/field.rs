@@ -1,0 +1,207 @@
+//! One value of a table: converts it to SI and checks its type, unit, dimension and sign.
+
+use crate::document::{Origin, Place, Scalar};
+use crate::errors::{ErrorKind, MachineError};
+use crate::log::Log;
+use crate::nearest::{choose, suggestion};
+use crate::quantities;
+use crate::units::{self, Quantity, Unit, UnitError};
+
+type Result<T> = std::result::Result<T, MachineError>;
+
+pub const POINT_EXAMPLE: &str = "a point, for example \"(0.2, -0.1) m\"";
+
+/// The sign a value must have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sign {
+    Any,
+    NonNegative,
+    Positive,
+}
+
+/// A value, with what is needed to report it.
+pub struct Field<'a> {
+    pub path: String,
+    pub place: &'a Place,
+    pub value: &'a Scalar,
+    pub origin: &'a Origin,
+    pub log: &'a Log,
+}
+
+impl<'a> Field<'a> {
+    pub fn error(&self, kind: ErrorKind, message: impl Into<String>) -> MachineError {
+        self.place.error(kind, &self.path, message)
+    }
+
+    fn wrong_type(&self, expected: &str) -> MachineError {
+        let found = format!("expected {expected}, found {}", self.value.kind_name());
+        self.error(ErrorKind::WrongType, found).help(format!("give {expected}"))
+    }
+
+    fn record(&self) -> Result<()> {
+        self.log.record(&self.path, self.place, self.origin)
+    }
+
+    pub fn text(&self) -> Result<&'a str> {
+        match self.value {
+            Scalar::Text(text) => Ok(text),
+            _ => Err(self.wrong_type("a text in quotes")),
+        }
+    }
+
+    pub fn choice<T: Copy>(&self, choices: &[(&str, T)]) -> Result<T> {
+        let text = self.text()?;
+        choose(text, choices).map_err(|help| {
+            self.error(ErrorKind::InvalidChoice, format!("`{text}` is not among the choices")).help(help)
+        })
+    }
+
+    pub fn quantity(&self, quantity: &Quantity, sign: Sign) -> Result<f64> {
+        self.record()?;
+        self.scalar(self.value, self.place, quantity, sign)
+    }
+
+    /// A value that applies to both entries, or a list of two; `quantities` gives what each entry must be.
+    pub fn pair(&self, quantities: [&Quantity; 2], sign: Sign) -> Result<[f64; 2]> {
+        self.record()?;
+        match self.value {
+            Scalar::List(items) => match items.as_slice() {
+                [a, b] => {
+                    Ok([self.scalar(&a.0, &a.1, quantities[0], sign)?, self.scalar(&b.0, &b.1, quantities[1], sign)?])
+                }
+                _ => Err(self
+                    .error(ErrorKind::WrongType, format!("expected two values, found {}", items.len()))
+                    .help("give one value for both, or a list of two")),
+            },
+            value => Ok([
+                self.scalar(value, self.place, quantities[0], sign)?,
+                self.scalar(value, self.place, quantities[1], sign)?,
+            ]),
+        }
+    }
+
+    /// A list of quantities of one kind.
+    pub fn series(&self, quantity: &Quantity) -> Result<Vec<f64>> {
+        self.record()?;
+        let items = self.list()?;
+        items.iter().map(|(value, place)| self.scalar(value, place, quantity, Sign::Any)).collect()
+    }
+
+    /// A list of points.
+    pub fn points(&self) -> Result<Vec<[f64; 2]>> {
+        self.record()?;
+        self.list()?.iter().map(|(value, place)| self.point_from(value, place)).collect()
+    }
+
+    pub fn texts(&self) -> Result<Vec<&'a str>> {
+        let texts = self.list()?.iter().map(|(value, _)| match value {
+            Scalar::Text(text) => Ok(text.as_str()),
+            _ => Err(self.error(ErrorKind::WrongType, "expected a list of texts").help("put each in quotes")),
+        });
+        texts.collect()
+    }
+
+    fn list(&self) -> Result<&'a [(Scalar, Place)]> {
+        match self.value {
+            Scalar::List(items) => Ok(items),
+            _ => Err(self.wrong_type("a list")),
+        }
+    }
+
+    pub fn point(&self) -> Result<[f64; 2]> {
+        self.record()?;
+        self.point_from(self.value, self.place)
+    }
+
+    fn point_from(&self, value: &Scalar, place: &Place) -> Result<[f64; 2]> {
+        let length = Quantity::new("length", "m");
+        let report = |message: String| {
+            place.error(ErrorKind::WrongType, &self.path, message).help(format!("give {POINT_EXAMPLE}"))
+        };
+        let (numbers, unit) = match (value, place) {
+            (Scalar::Text(text), _) => {
+                units::parse_point(text).map_err(|error| self.unit_error(error, place, POINT_EXAMPLE))?
+            }
+            // A caller may give the point as two numbers in SI.
+            (Scalar::List(items), Place::Override(_)) => match items.as_slice() {
+                [(Scalar::Number(x), _), (Scalar::Number(z), _)] => ([*x, *z], si(&length)),
+                _ => return Err(report("expected two numbers".into())),
+            },
+            _ => return Err(report(format!("expected a point, found {}", value.kind_name()))),
+        };
+        let convert = |number: f64| self.convert(number, unit, place, &length);
+        Ok([convert(numbers[0])?, convert(numbers[1])?])
+    }
+
+    fn scalar(&self, value: &Scalar, place: &Place, quantity: &Quantity, sign: Sign) -> Result<f64> {
+        let (number, unit) = match value {
+            // Callers' numbers are SI; a file states the unit.
+            Scalar::Number(number) if quantity.is_number() || matches!(place, Place::Override(_)) => {
+                (*number, si(quantity))
+            }
+            Scalar::Number(_) => return Err(self.missing_unit(place, quantity)),
+            Scalar::Text(text) => {
+                units::parse_scalar(text).map_err(|error| self.unit_error(error, place, &quantity.example()))?
+            }
+            _ => {
+                let found = format!("expected a {}, found {}", quantity.name, value.kind_name());
+                let help = format!("give {}", quantity.example());
+                return Err(place.error(ErrorKind::WrongType, &self.path, found).help(help));
+            }
+        };
+        let converted = self.convert(number, unit, place, quantity)?;
+        let allowed = match sign {
+            Sign::Any => true,
+            Sign::NonNegative => converted >= 0.0,
+            Sign::Positive => converted > 0.0,
+        };
+        if allowed {
+            return Ok(converted);
+        }
+        let needed = if sign == Sign::Positive { "greater than zero" } else { "zero or greater" };
+        let help = format!("give a {} {needed}", quantity.name);
+        Err(place.error(ErrorKind::OutOfRange, &self.path, format!("must be {needed}, found {number}")).help(help))
+    }
+
+    fn convert(&self, number: f64, unit: Unit, place: &Place, quantity: &Quantity) -> Result<f64> {
+        if unit.dimension != quantity.dimension {
+            if unit.dimension == units::Dimension::NONE {
+                return Err(self.missing_unit(place, quantity));
+            }
+            let found =
+                quantities::name_of(unit.dimension).map_or("another quantity".into(), |name| format!("a {name}"));
+            let message =
+                format!("expected a {} ({}), found {found} ({})", quantity.name, quantity.dimension, unit.dimension);
+            let help = format!("give {}", quantity.example());
+            return Err(place.error(ErrorKind::WrongDimension, &self.path, message).help(help));
+        }
+        let converted = unit.to_si(number);
+        if converted.is_finite() {
+            return Ok(converted);
+        }
+        let help = format!("give a finite {}", quantity.name);
+        Err(place.error(ErrorKind::NotFinite, &self.path, "the value is not finite").help(help))
+    }
+
+    fn missing_unit(&self, place: &Place, quantity: &Quantity) -> MachineError {
+        let help = format!("give {}", quantity.example());
+        place.error(ErrorKind::MissingUnit, &self.path, "the unit is missing").help(help)
+    }
+
+    fn unit_error(&self, error: UnitError, place: &Place, example: &str) -> MachineError {
+        match error {
+            UnitError::Malformed(message) => {
+                place.error(ErrorKind::BadQuantity, &self.path, message).help(format!("give {example}"))
+            }
+            UnitError::Unknown(symbol) => {
+                let help = suggestion(&symbol, units::symbols());
+                place.error(ErrorKind::UnknownUnit, &self.path, format!("unknown unit `{symbol}`")).help(help)
+            }
+        }
+    }
+}
+
+/// The SI unit of a quantity.
+fn si(quantity: &Quantity) -> Unit {
+    Unit { factor: 1.0, dimension: quantity.dimension }
+}

@@ -1,0 +1,26 @@
+//! Machine and scenario files: TOML with units at the values, checked, with provenance and helpful errors.
+//!
+//! [`load`] turns a bundled name or a path into a [`model::Machine`]; every problem is one [`MachineError`] that names
+//! place, key and cure. Nothing here knows physics.
+
+mod bundled;
+mod document;
+mod errors;
+mod field;
+mod load;
+mod log;
+mod merge;
+pub mod model;
+mod nearest;
+mod quantities;
+mod reader;
+pub mod scenario;
+mod sections;
+mod units;
+
+pub use bundled::{bundled_machines, bundled_scenarios};
+pub use errors::{ErrorKind, FilePosition, Location, MachineError, ERROR_SLUGS};
+pub use load::{load, parse};
+pub use merge::OverrideValue;
+pub use model::Machine;
+pub use scenario::{load_scenario, parse_scenario, Scenario};

@@ -1,0 +1,152 @@
+//! From a bundled name or a path to a checked machine.
+
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use crate::bundled::bundled_machines;
+use crate::document::{self, Node, NodeKind, Place, Scalar, SourceFile};
+use crate::errors::{ErrorKind, Location, MachineError};
+use crate::merge::{apply_override, merge, Override, OverrideValue};
+use crate::model::Machine;
+use crate::nearest::suggestion;
+use crate::sections;
+
+type Result<T> = std::result::Result<T, MachineError>;
+
+/// A file's text and the folder that paths inside it are relative to (`None`: bundled).
+pub struct Source {
+    pub file: Rc<SourceFile>,
+    pub folder: Option<PathBuf>,
+}
+
+/// Loads the machine `source`, a bundled name or a path, with `overrides` by dotted key in place of its values.
+///
+/// # Errors
+/// The first problem met, with its place and cure.
+pub fn load(source: &str, overrides: &[(String, OverrideValue)]) -> Result<Machine> {
+    load_with(source, &placed(overrides))
+}
+
+/// As [`load`], for overrides written in a file.
+pub fn load_with(source: &str, overrides: &[Override]) -> Result<Machine> {
+    build(&open(source, "machine", bundled_machines())?, overrides)
+}
+
+/// Overrides by a caller.
+pub fn placed(overrides: &[(String, OverrideValue)]) -> Vec<Override> {
+    overrides.iter().map(Override::from_caller).collect()
+}
+
+/// As [`load`], for text in memory; `origin` is what errors call it.
+///
+/// # Errors
+/// The first problem met, with its place and cure.
+pub fn parse(text: &str, origin: &str, overrides: &[(String, OverrideValue)]) -> Result<Machine> {
+    let file = Rc::new(SourceFile { name: origin.into(), text: text.into() });
+    build(&Source { file, folder: None }, &placed(overrides))
+}
+
+fn build(source: &Source, overrides: &[Override]) -> Result<Machine> {
+    let mut tree = extended(source, &mut Vec::new())?;
+    for change in overrides {
+        apply_override(&mut tree, change)?;
+    }
+    sections::machine(&tree)
+}
+
+/// The tree of a file merged onto what it extends. `opened` holds the files on the way, to find a cycle.
+fn extended(source: &Source, opened: &mut Vec<String>) -> Result<Node> {
+    let tree = document::parse(&source.file)?;
+    let Some(entry) = tree.entries().unwrap_or_default().iter().find(|entry| entry.key == "extends") else {
+        return Ok(tree);
+    };
+    let NodeKind::Value { value: Scalar::Text(name), .. } = &entry.node.kind else {
+        let found = format!("expected the name of a machine, found {}", entry.node.kind_name());
+        return Err(entry.node.place.error(ErrorKind::WrongType, "extends", found).help("put the name in quotes"));
+    };
+    let place = entry.node.place.clone();
+    opened.push(identity(source));
+    let base = open_extended(source, name).map_err(|error| relocate(&error, &place, "extends"))?;
+    if opened.contains(&identity(&base)) {
+        let message = format!("`{name}` is this file, or leads back to it");
+        return Err(place.error(ErrorKind::ExtendsCycle, "extends", message).help("extend a file that stands alone"));
+    }
+    Ok(merge(extended(&base, opened)?, tree))
+}
+
+fn open_extended(source: &Source, name: &str) -> Result<Source> {
+    match &source.folder {
+        Some(folder) if is_path(name) => read(&folder.join(name)),
+        _ => open(name, "machine", bundled_machines()),
+    }
+}
+
+/// The same problem, reported where the name was written.
+pub fn relocate(error: &MachineError, place: &Place, key: &str) -> MachineError {
+    let file = error.file().map_or(String::new(), |file| format!("`{file}` "));
+    let message = match error.kind() {
+        ErrorKind::UnreadableFile => format!("{file}{}", error.message()),
+        _ => error.message().into(),
+    };
+    let moved = place.error(error.kind(), key, message);
+    match error.cure() {
+        Some(cure) => moved.help(cure),
+        None => moved,
+    }
+}
+
+/// What tells one file from another, however its path was written.
+fn identity(source: &Source) -> String {
+    let name = &source.file.name;
+    match (&source.folder, Path::new(name).canonicalize()) {
+        (Some(_), Ok(path)) => path.to_string_lossy().into_owned(),
+        _ => name.clone(),
+    }
+}
+
+/// A name with a separator or a suffix is a path; a plain word is a bundled name.
+pub fn is_path(source: &str) -> bool {
+    source.contains(['/', '\\']) || source.to_ascii_lowercase().ends_with(".toml")
+}
+
+/// Opens a bundled file or one on disk; `what` names the kind of file in messages.
+pub fn open(source: &str, what: &str, bundled: &[(&'static str, &'static str)]) -> Result<Source> {
+    if is_path(source) {
+        return read(Path::new(source));
+    }
+    match bundled.iter().find(|(name, _)| *name == source) {
+        Some((name, text)) => {
+            let file = SourceFile { name: format!("{name}.toml"), text: (*text).into() };
+            Ok(Source { file: Rc::new(file), folder: None })
+        }
+        None => {
+            let names: Vec<&str> = bundled.iter().map(|(name, _)| *name).collect();
+            let nearest = suggestion(source, names.iter().copied());
+            let message = format!("there is no bundled {what} `{source}`; bundled: {}", names.join(", "));
+            let hint = if nearest.starts_with("did") { format!("{nearest} A") } else { "a".into() };
+            Err(MachineError::new(ErrorKind::UnknownSource, Location::Source(source.into()), message)
+                .help(format!("{hint} file of your own is given by its path, ending in .toml")))
+        }
+    }
+}
+
+fn read(path: &Path) -> Result<Source> {
+    let name = path.display().to_string();
+    let bytes = std::fs::read(path).map_err(|error| {
+        MachineError::new(ErrorKind::UnreadableFile, Location::Source(name.clone()), format!("cannot be read: {error}"))
+            .help("check the path")
+    })?;
+    let text = decode(&name, bytes)?;
+    let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
+    Ok(Source { file: Rc::new(SourceFile { name, text }), folder: Some(folder) })
+}
+
+fn decode(name: &str, bytes: Vec<u8>) -> Result<String> {
+    String::from_utf8(bytes).map_err(|error| {
+        let valid = error.utf8_error().valid_up_to();
+        let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
+        let place = Place::File { file: Rc::new(SourceFile { name: name.into(), text }), span: valid..valid + 1 };
+        MachineError::new(ErrorKind::NotText, place.locate(), "this is no UTF-8 text")
+            .help("is it a machine or scenario file? Save it as UTF-8")
+    })
+}

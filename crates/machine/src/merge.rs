@@ -1,0 +1,97 @@
+//! Extending one file by another, and overrides by dotted key.
+
+use std::rc::Rc;
+
+use crate::document::{join, Entry, Node, NodeKind, Origin, Place, Scalar};
+use crate::errors::{ErrorKind, MachineError};
+
+/// A value given by a caller in place of the one in a file. Numbers are SI, texts carry units.
+#[derive(Debug, Clone, PartialEq)]
+pub enum OverrideValue {
+    Number(f64),
+    Text(String),
+    Bool(bool),
+    List(Vec<OverrideValue>),
+}
+
+/// Tables are merged key by key; anything else in `over` replaces what stood in `base`.
+pub fn merge(base: Node, over: Node) -> Node {
+    match (base.kind, over.kind) {
+        (NodeKind::Table(mut entries), NodeKind::Table(additions)) => {
+            for addition in additions {
+                match entries.iter().position(|entry| entry.key == addition.key) {
+                    Some(index) => {
+                        let node = entries[index].node.clone();
+                        entries[index] = Entry { node: merge(node, addition.node), ..addition };
+                    }
+                    None => entries.push(addition),
+                }
+            }
+            Node { place: over.place, kind: NodeKind::Table(entries) }
+        }
+        (_, kind) => Node { place: over.place, kind },
+    }
+}
+
+/// A value for a dotted key, with the place where it was given.
+#[derive(Debug, Clone)]
+pub struct Override {
+    pub key: String,
+    pub value: OverrideValue,
+    pub place: Place,
+}
+
+impl Override {
+    /// An override given by a caller.
+    pub fn from_caller((key, value): &(String, OverrideValue)) -> Self {
+        Self { key: key.clone(), value: value.clone(), place: Place::Override(key.as_str().into()) }
+    }
+}
+
+/// Puts the override's value at its key; missing tables on the way are made, so that a slip is found by the check for
+/// unknown keys.
+pub fn apply_override(root: &mut Node, change: &Override) -> Result<(), MachineError> {
+    let Override { key, value, place } = change;
+    let mut node = root;
+    let mut path = String::new();
+    let segments: Vec<&str> = key.split('.').map(str::trim).collect();
+    if segments.iter().any(|segment| segment.is_empty()) {
+        return Err(place
+            .error(ErrorKind::UnknownKey, key, "this is no dotted key")
+            .help("write it like `supply.pressure`"));
+    }
+    for segment in segments {
+        let NodeKind::Table(entries) = &mut node.kind else {
+            return Err(place
+                .error(ErrorKind::WrongType, &path, "a value, not a table: nothing lies below it")
+                .help(format!("override `{path}` itself")));
+        };
+        path = join(&path, segment);
+        let index = entries.iter().position(|entry| entry.key == segment).unwrap_or_else(|| {
+            let node = Node { place: place.clone(), kind: NodeKind::Table(Vec::new()) };
+            entries.push(Entry { key: segment.into(), place: place.clone(), node });
+            entries.len() - 1
+        });
+        node = &mut entries[index].node;
+    }
+    if matches!(&node.kind, NodeKind::Table(entries) if !entries.is_empty()) {
+        return Err(place
+            .error(ErrorKind::WrongType, key, "a table, not a value")
+            .help("name one of the values below it"));
+    }
+    let origin = Origin { class: Some(("setting".into(), place.clone())), source: "override".into() };
+    node.kind = NodeKind::Value { value: scalar(value, place), origin: Rc::new(origin) };
+    node.place = place.clone();
+    Ok(())
+}
+
+fn scalar(value: &OverrideValue, place: &Place) -> Scalar {
+    match value {
+        OverrideValue::Number(number) => Scalar::Number(*number),
+        OverrideValue::Text(text) => Scalar::Text(text.clone()),
+        OverrideValue::Bool(flag) => Scalar::Bool(*flag),
+        OverrideValue::List(list) => {
+            Scalar::List(list.iter().map(|item| (scalar(item, place), place.clone())).collect())
+        }
+    }
+}

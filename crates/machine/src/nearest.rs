@@ -1,0 +1,64 @@
+//! The nearest valid name to one that was misspelt.
+
+/// Help text for an unknown `name`: the nearest candidate, or the list of all of them.
+pub fn suggestion<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
+    let candidates: Vec<&str> = candidates.into_iter().collect();
+    match nearest(name, &candidates) {
+        Some(candidate) => format!("did you mean `{candidate}`?"),
+        None if candidates.is_empty() => "there is none to choose from".into(),
+        None => format!("valid: {}", candidates.join(", ")),
+    }
+}
+
+/// The choice named `text`, or the help that names the nearest one.
+pub fn choose<T: Copy>(text: &str, choices: &[(&str, T)]) -> Result<T, String> {
+    let found = choices.iter().find(|(name, _)| *name == text).map(|(_, choice)| *choice);
+    found.ok_or_else(|| suggestion(text, choices.iter().map(|(name, _)| *name)))
+}
+
+/// The candidate at the smallest edit distance, when it is close enough to be meant.
+fn nearest<'a>(name: &str, candidates: &[&'a str]) -> Option<&'a str> {
+    // Long machine-made names carry no meaning and would make the quadratic distance slow.
+    if name.chars().count() > 64 {
+        return None;
+    }
+    candidates
+        .iter()
+        .map(|candidate| (distance(name, candidate), *candidate))
+        .filter(|(distance, candidate)| *distance <= 1 + candidate.chars().count() / 3)
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, candidate)| candidate)
+}
+
+/// Levenshtein distance, ignoring letter case and the difference of `_` and `-`.
+fn distance(a: &str, b: &str) -> usize {
+    let fold = |c: char| if c == '_' { '-' } else { c.to_ascii_lowercase() };
+    let b: Vec<char> = b.chars().map(fold).collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.chars().map(fold).enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, &cb) in b.iter().enumerate() {
+            let substituted = diagonal + usize::from(ca != cb);
+            diagonal = row[j + 1];
+            row[j + 1] = substituted.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slip_finds_its_word() {
+        assert_eq!(suggestion("boar", ["bore", "stroke"]), "did you mean `bore`?");
+        assert_eq!(suggestion("rod_diameter", ["rod-diameter", "bore"]), "did you mean `rod-diameter`?");
+    }
+
+    #[test]
+    fn nonsense_lists_the_choices() {
+        assert_eq!(suggestion("zzzzzzzz", ["bore", "stroke"]), "valid: bore, stroke");
+    }
+}

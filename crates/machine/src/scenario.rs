@@ -1,0 +1,314 @@
+//! Scenario files: which machine does what, from where, for how long.
+
+use crate::bundled::{bundled_machines, bundled_scenarios};
+use crate::document::{self, Node, NodeKind, Scalar, SourceFile};
+use crate::errors::{ErrorKind, MachineError};
+use crate::load::{self, is_path, Source};
+use crate::merge::{apply_override, Override, OverrideValue};
+use crate::model::Machine;
+use crate::nearest::suggestion;
+use crate::quantities::{length, mass, pressure, time};
+use crate::reader::{Field, Log, Reader, Sign};
+use crate::sections::coordinate;
+use crate::units::Quantity;
+
+type Result<T> = std::result::Result<T, MachineError>;
+
+/// A simulation to run; SI throughout.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scenario {
+    pub name: String,
+    pub title: String,
+    /// Bundled name or path of the machine.
+    pub machine: String,
+    /// Overrides of the machine's values, by dotted key.
+    pub overrides: Vec<(String, OverrideValue)>,
+    /// Point mass at the tip, kg; `None`: the machine's.
+    pub payload: Option<f64>,
+    pub duration: f64,
+    pub record_interval: f64,
+    pub initial: Initial,
+    pub commands: Vec<SpoolCommand>,
+    pub solver: Solver,
+    pub seed: u64,
+}
+
+/// The state at the start; joints that are not named are at zero.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Initial {
+    /// Joint coordinates by name, rad or m.
+    pub joints: Vec<(String, f64)>,
+    pub pressures: Pressures,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub enum Pressures {
+    /// Each cylinder holds its load at rest.
+    Equilibrium,
+    /// Gauge pressures at piston and rod side by cylinder, Pa.
+    Explicit(Vec<(String, [f64; 2])>),
+}
+
+/// Spool position commanded to the valve of a cylinder against time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpoolCommand {
+    pub cylinder: String,
+    pub time: Vec<f64>,
+    /// m; positive extends the piston.
+    pub spool: Vec<f64>,
+    pub interpolation: Interpolation,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Interpolation {
+    /// The value holds until the next time.
+    Hold,
+    Linear,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solver {
+    pub method: String,
+    pub rtol: f64,
+    /// Absolute tolerance relative to each state's scale; `None`: chosen from `rtol`.
+    pub atol: Option<f64>,
+    pub max_step: f64,
+}
+
+const ROOT_KEYS: [&str; 5] = ["scenario", "overrides", "initial", "command", "solver"];
+const SCENARIO_KEYS: [&str; 7] = ["name", "title", "machine", "duration", "record-interval", "payload", "seed"];
+const METHODS: [(&str, &str); 2] = [("rodas5p", "rodas5p"), ("tsit5", "tsit5")];
+const DEFAULT_RECORD_INTERVAL: f64 = 0.01;
+const DEFAULT_RTOL: f64 = 1e-4;
+/// Larger steps let a method miss a change of command, s.
+const DEFAULT_MAX_STEP: f64 = 0.05;
+
+/// Loads the scenario `source`, a bundled name or a path, with `overrides` by dotted key in place of its values.
+/// Names and units are checked against its machine.
+///
+/// # Errors
+/// The first problem met, with its place and cure.
+pub fn load_scenario(source: &str, overrides: &[(String, OverrideValue)]) -> Result<Scenario> {
+    build(&load::open(source, "scenario", bundled_scenarios())?, overrides)
+}
+
+/// As [`load_scenario`], for text in memory; `origin` is what errors call it.
+///
+/// # Errors
+/// The first problem met, with its place and cure.
+pub fn parse_scenario(text: &str, origin: &str, overrides: &[(String, OverrideValue)]) -> Result<Scenario> {
+    let file = std::rc::Rc::new(SourceFile { name: origin.into(), text: text.into() });
+    build(&Source { file, folder: None }, overrides)
+}
+
+fn build(source: &Source, overrides: &[(String, OverrideValue)]) -> Result<Scenario> {
+    let mut tree = document::parse(&source.file)?;
+    for change in load::placed(overrides) {
+        apply_override(&mut tree, &change)?;
+    }
+    // A scenario describes no machine, so that its values carry no provenance.
+    let log = Log::new(false);
+    let root = Reader::open(&tree, String::new(), Some(&ROOT_KEYS), &log)?;
+    let Some(head) = root.table("scenario", &SCENARIO_KEYS)? else {
+        return Err(root.missing("scenario", "add the table [scenario]"));
+    };
+    let machine_overrides = machine_overrides(&root)?;
+    let machine_source = machine_source(source, head.text("machine")?);
+    let machine = machine(&head, &machine_source, &machine_overrides)?;
+    let positive = |key: &str| head.quantity(key, &time(), Sign::Positive);
+    Ok(Scenario {
+        name: head.text("name")?.into(),
+        title: head.text_or("title", "")?.into(),
+        machine: machine_source,
+        overrides: machine_overrides.into_iter().map(|change| (change.key, change.value)).collect(),
+        payload: head.optional_quantity("payload", &mass(), Sign::NonNegative)?,
+        duration: positive("duration")?,
+        record_interval: head.quantity_or("record-interval", &time(), Sign::Positive, DEFAULT_RECORD_INTERVAL)?,
+        initial: initial(&root, &machine)?,
+        commands: commands(&root, &machine)?,
+        solver: solver(&root)?,
+        seed: seed(&head)?,
+    })
+}
+
+/// A path is taken relative to the scenario file.
+fn machine_source(source: &Source, name: &str) -> String {
+    match &source.folder {
+        Some(folder) if is_path(name) => folder.join(name).display().to_string(),
+        _ => name.into(),
+    }
+}
+
+/// The machine, for its names. An error inside its own file keeps its place there; a wrong name is reported here.
+fn machine(head: &Reader, source: &str, overrides: &[Override]) -> Result<Machine> {
+    let place = head.required("machine", "the name of a machine")?;
+    let opened = load::open(source, "machine", bundled_machines());
+    opened.map_err(|error| load::relocate(&error, place.place, "scenario.machine"))?;
+    load::load_with(source, overrides)
+}
+
+fn machine_overrides(root: &Reader) -> Result<Vec<Override>> {
+    let mut overrides = Vec::new();
+    if let Some(table) = root.names("overrides")? {
+        for (key, node) in table.nodes() {
+            flatten(key, node, &mut overrides)?;
+        }
+    }
+    Ok(overrides)
+}
+
+/// `"supply.pressure" = ...` and `supply.pressure = ...` both name the key `supply.pressure`.
+fn flatten(key: &str, node: &Node, overrides: &mut Vec<Override>) -> Result<()> {
+    match &node.kind {
+        NodeKind::Table(entries) => {
+            entries.iter().try_for_each(|entry| flatten(&document::join(key, &entry.key), &entry.node, overrides))
+        }
+        NodeKind::Value { value, .. } => {
+            let value = override_value(value).ok_or_else(|| {
+                let found = format!("expected a value, found {}", value.kind_name());
+                node.place
+                    .error(ErrorKind::WrongType, &document::join("overrides", key), found)
+                    .help("put it in quotes")
+            })?;
+            overrides.push(Override { key: key.into(), value, place: node.place.clone() });
+            Ok(())
+        }
+    }
+}
+
+fn override_value(value: &Scalar) -> Option<OverrideValue> {
+    Some(match value {
+        Scalar::Text(text) => OverrideValue::Text(text.clone()),
+        Scalar::Number(number) => OverrideValue::Number(*number),
+        Scalar::Bool(flag) => OverrideValue::Bool(*flag),
+        Scalar::List(items) => {
+            OverrideValue::List(items.iter().map(|(item, _)| override_value(item)).collect::<Option<_>>()?)
+        }
+        Scalar::Date => return None,
+    })
+}
+
+fn initial(root: &Reader, machine: &Machine) -> Result<Initial> {
+    let Some(table) = root.table("initial", &["pressures", "joint", "pressure"])? else {
+        return Ok(Initial { joints: Vec::new(), pressures: Pressures::Equilibrium });
+    };
+    let mut joints = Vec::new();
+    if let Some(names) = table.names("joint")? {
+        for name in names.keys() {
+            let joint =
+                &machine.joints[known_name(&names, name, "joint", machine.joints.iter().map(|j| j.name.as_str()))?];
+            joints.push((name.to_string(), names.quantity(name, &coordinate(&joint.kind), Sign::Any)?));
+        }
+    }
+    Ok(Initial { joints, pressures: pressures(&table, machine)? })
+}
+
+fn pressures(table: &Reader, machine: &Machine) -> Result<Pressures> {
+    table.choice_or("pressures", &[("equilibrium", ())], ())?;
+    let Some(names) = table.names("pressure")? else { return Ok(Pressures::Equilibrium) };
+    if table.has("pressures") {
+        let message = "excludes `pressures`, which is given too";
+        return Err(table.error(ErrorKind::ConflictingKeys, "pressure", message).help("keep one of the two"));
+    }
+    let mut explicit = Vec::new();
+    for name in names.keys() {
+        known_cylinder(&names, name, machine)?;
+        let field = names.required(name, "two pressures")?;
+        explicit.push((name.to_string(), field.pair([&pressure(), &pressure()], Sign::Any)?));
+    }
+    let missing = machine.cylinders.iter().find(|cylinder| !names.has(&cylinder.name));
+    match missing {
+        Some(cylinder) => Err(names.missing(&cylinder.name, "give the pressures of every cylinder")),
+        None => Ok(Pressures::Explicit(explicit)),
+    }
+}
+
+fn known_name<'n>(
+    table: &Reader,
+    name: &str,
+    what: &str,
+    mut names: impl Iterator<Item = &'n str> + Clone,
+) -> Result<usize> {
+    let all = names.clone();
+    names.position(|known| known == name).ok_or_else(|| {
+        let message = format!("the machine has no {what} `{name}`");
+        table.key_error(ErrorKind::UnknownReference, name, message).help(suggestion(name, all))
+    })
+}
+
+fn known_cylinder(table: &Reader, name: &str, machine: &Machine) -> Result<usize> {
+    known_name(table, name, "cylinder", machine.cylinders.iter().map(|cylinder| cylinder.name.as_str()))
+}
+
+fn commands(root: &Reader, machine: &Machine) -> Result<Vec<SpoolCommand>> {
+    let Some(names) = root.names("command")? else { return Ok(Vec::new()) };
+    let tables = root.named_tables("command", &["time", "spool", "interpolation"])?;
+    let read = |(name, table): (&str, Reader)| {
+        let valve = &machine.cylinders[known_cylinder(&names, name, machine)?].valve;
+        command(name, &table, valve.stroke)
+    };
+    tables.into_iter().map(read).collect()
+}
+
+fn command(name: &str, table: &Reader, stroke: f64) -> Result<SpoolCommand> {
+    let time_field = table.required("time", "a list of times, for example [\"0 s\", \"1 s\"]")?;
+    let spool_field = table.required("spool", "a list of spool positions, for example [\"0 mm\", \"10 mm\"]")?;
+    let command = SpoolCommand {
+        cylinder: name.into(),
+        time: time_field.series(&time())?,
+        spool: spool_field.series(&length())?,
+        interpolation: table.choice_or(
+            "interpolation",
+            &[("hold", Interpolation::Hold), ("linear", Interpolation::Linear)],
+            Interpolation::Hold,
+        )?,
+    };
+    check_series(&command, &time_field, &spool_field)?;
+    match command.spool.iter().find(|spool| spool.abs() > stroke * (1.0 + 1e-9)) {
+        Some(spool) => {
+            let message = format!("{spool} m exceeds the spool stroke of {stroke} m");
+            Err(spool_field.error(ErrorKind::OutOfRange, message).help("stay within plus and minus the stroke"))
+        }
+        None => Ok(command),
+    }
+}
+
+fn check_series(command: &SpoolCommand, time: &Field, spool: &Field) -> Result<()> {
+    let [times, values] = [command.time.len(), command.spool.len()];
+    if times != values {
+        let message = format!("{values} values for {times} times");
+        return Err(spool.error(ErrorKind::BadSeries, message).help("give one value for each time"));
+    }
+    if times == 0 {
+        return Err(time.error(ErrorKind::BadSeries, "the series is empty").help("give at least one time and value"));
+    }
+    match command.time.windows(2).find(|pair| pair[1] <= pair[0]) {
+        Some(pair) => {
+            let message = format!("the times do not grow: {} s follows {} s", pair[1], pair[0]);
+            Err(time.error(ErrorKind::BadSeries, message).help("sort the times, each once"))
+        }
+        None => Ok(()),
+    }
+}
+
+fn solver(root: &Reader) -> Result<Solver> {
+    let number = Quantity::number();
+    let Some(table) = root.table("solver", &["method", "rtol", "atol", "max-step"])? else {
+        return Ok(Solver { method: METHODS[0].0.into(), rtol: DEFAULT_RTOL, atol: None, max_step: DEFAULT_MAX_STEP });
+    };
+    Ok(Solver {
+        method: table.choice_or("method", &METHODS, METHODS[0].0)?.into(),
+        rtol: table.quantity_or("rtol", &number, Sign::Positive, DEFAULT_RTOL)?,
+        atol: table.optional_quantity("atol", &number, Sign::Positive)?,
+        max_step: table.quantity_or("max-step", &time(), Sign::Positive, DEFAULT_MAX_STEP)?,
+    })
+}
+
+/// Seeds are whole numbers that a double holds exactly.
+fn seed(head: &Reader) -> Result<u64> {
+    let seed = head.quantity_or("seed", &Quantity::number(), Sign::NonNegative, 0.0)?;
+    if seed.fract() == 0.0 && seed <= 9_007_199_254_740_992.0 {
+        return Ok(seed as u64);
+    }
+    Err(head.error(ErrorKind::OutOfRange, "seed", "must be a whole number below 2^53").help("give for example 1"))
+}

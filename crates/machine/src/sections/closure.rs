@@ -1,0 +1,113 @@
+//! Can the cylinder be mounted at all: pins on the right links, and a linkage that closes somewhere.
+
+use crate::errors::ErrorKind;
+use crate::model::{Cylinder, FourBar, Joint, JointKind, Link, Point, RodPin};
+use crate::reader::Reader;
+use crate::sections::link::point_path;
+use crate::sections::Result;
+
+pub fn check(table: &Reader, cylinder: &Cylinder, joint: &Joint, links: &[Link]) -> Result<()> {
+    let pins = Pins { table, parent: cylinder.joint, links, joint };
+    match &cylinder.rod_pin {
+        RodPin::Point(rod) => {
+            pins.on_joint("barrel", &cylinder.barrel_pin)?;
+            pins.on_joint("rod", rod)?;
+            if rod.link == cylinder.barrel_pin.link {
+                return Err(pins.misplaced("rod", rod, "the rod's pin sits on the barrel's link"));
+            }
+            pins.length_reachable(cylinder, rod)
+        }
+        RodPin::FourBar(linkage) => {
+            pins.on_link("barrel", &cylinder.barrel_pin, pins.parent)?;
+            pins.on_link("linkage.rocker-pivot", &linkage.rocker_pivot, pins.parent)?;
+            pins.on_link("linkage.coupler-pivot", &linkage.coupler_pivot, pins.parent + 1)?;
+            pins.linkage_closes(linkage)
+        }
+    }
+}
+
+struct Pins<'a> {
+    table: &'a Reader<'a>,
+    /// Index of the joint's parent link; the child is the next one.
+    parent: usize,
+    links: &'a [Link],
+    joint: &'a Joint,
+}
+
+impl Pins<'_> {
+    fn misplaced(&self, key: &str, point: &Point, message: &str) -> crate::errors::MachineError {
+        let [parent, child] = [self.parent, self.parent + 1].map(|link| self.links[link].name.as_str());
+        let help = format!("joint `{}` connects `{parent}` and `{child}`", self.joint.name);
+        let message = format!("`{}`: {message}", point_path(&self.links[point.link], point));
+        let place_key = key.split('.').next().unwrap_or(key);
+        self.table.error(ErrorKind::MisplacedPin, place_key, message).help(help)
+    }
+
+    fn on_joint(&self, key: &str, point: &Point) -> Result<()> {
+        if point.link == self.parent || point.link == self.parent + 1 {
+            return Ok(());
+        }
+        Err(self.misplaced(key, point, "the pin is on neither link of the cylinder's joint"))
+    }
+
+    fn on_link(&self, key: &str, point: &Point, link: usize) -> Result<()> {
+        if point.link == link {
+            return Ok(());
+        }
+        let message = format!("the {} belongs on link `{}`", key.trim_start_matches("linkage."), self.links[link].name);
+        Err(self.misplaced(key, point, &message))
+    }
+
+    /// The cylinder's range of lengths must meet the distances its pins can have.
+    fn length_reachable(&self, cylinder: &Cylinder, rod: &Point) -> Result<()> {
+        let lengths = [-0.5, 0.5].map(|end| cylinder.mid_length + end * cylinder.stroke);
+        let distances = self.distances(&cylinder.barrel_pin, rod);
+        if lengths[0] <= distances[1] && lengths[1] >= distances[0] {
+            return Ok(());
+        }
+        let message = format!(
+            "the cylinder measures {:.4} to {:.4} m between its pins, which are {:.4} to {:.4} m apart",
+            lengths[0], lengths[1], distances[0], distances[1]
+        );
+        Err(self
+            .table
+            .place
+            .error(ErrorKind::CannotClose, &self.table.path, message)
+            .help("check the pins, the lengths of the cylinder and their units"))
+    }
+
+    /// The triangle of rocker, coupler and the distance of their pivots must close in some position of the joint.
+    fn linkage_closes(&self, linkage: &FourBar) -> Result<()> {
+        let [rocker, coupler] = [linkage.rocker_length, linkage.coupler_length];
+        let [least, most] = [(rocker - coupler).abs(), rocker + coupler];
+        let distances = self.distances(&linkage.rocker_pivot, &linkage.coupler_pivot);
+        if least <= distances[1] && most >= distances[0] {
+            return Ok(());
+        }
+        let message = format!(
+            "the pivots are {:.4} to {:.4} m apart, rocker and coupler span {least:.4} to {most:.4} m",
+            distances[0], distances[1]
+        );
+        Err(self
+            .table
+            .error(ErrorKind::CannotClose, "linkage", message)
+            .help("check the pivots, the lengths of rocker and coupler and their units"))
+    }
+
+    /// Least and largest distance of two points, one on each link of the joint, over all positions of the joint, m.
+    fn distances(&self, a: &Point, b: &Point) -> [f64; 2] {
+        let (on_parent, on_child) = if a.link == self.parent { (a, b) } else { (b, a) };
+        let arm = [on_parent.position[0] - self.joint.at[0], on_parent.position[1] - self.joint.at[1]];
+        let child = on_child.position;
+        match self.joint.kind {
+            JointKind::Revolute(_) => {
+                let [r1, r2] = [arm[0].hypot(arm[1]), child[0].hypot(child[1])];
+                [(r1 - r2).abs(), r1 + r2]
+            }
+            JointKind::Prismatic { direction } => {
+                let (sin, cos) = direction.sin_cos();
+                [((child[0] - arm[0]) * sin - (child[1] - arm[1]) * cos).abs(), f64::INFINITY]
+            }
+        }
+    }
+}

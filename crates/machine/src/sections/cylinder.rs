@@ -1,0 +1,205 @@
+//! `[cylinder.<name>]`: a double-acting cylinder between two links, with its valve and its friction.
+
+use std::f64::consts::PI;
+
+use crate::errors::ErrorKind;
+use crate::model::{Cylinder, EndStop, FourBar, Joint, JointKind, Leakage, Link, RodPin};
+use crate::quantities::{conductance, damping, length, stiffness, volume};
+use crate::reader::{Reader, Sign};
+use crate::sections::chain::Chain;
+use crate::sections::{closure, friction, reference, valve, Result};
+
+const KEYS: [&str; 22] = [
+    "joint",
+    "barrel",
+    "rod",
+    "linkage",
+    "bore",
+    "rod-diameter",
+    "barrel-length",
+    "piston-length",
+    "rod-length",
+    "barrel-offset",
+    "rod-offset",
+    "stroke",
+    "closed-length",
+    "port-diameter",
+    "dead-length",
+    "dead-volume",
+    "leakage-gap",
+    "gland-length",
+    "internal-leakage",
+    "external-leakage",
+    "end-stop",
+    "printed",
+];
+const LINKAGE_KEYS: [&str; 5] = ["rocker-pivot", "coupler-pivot", "rocker-length", "coupler-length", "side"];
+
+pub fn read(root: &Reader, chain: &Chain, links: &[Link], joints: &[Joint]) -> Result<Vec<Cylinder>> {
+    let tables = root.named_tables("cylinder", &KEYS)?;
+    let tables = reference::one_to_one("cylinder", tables, "joint", &chain.joints)?;
+    let valves = reference::one_to_one("valve", root.named_tables("valve", &valve::KEYS)?, "cylinder", &tables)?;
+    let frictions = root.named_tables("friction", &friction::KEYS)?;
+    let frictions = reference::one_to_one("friction", frictions, "cylinder", &tables)?;
+    let mut cylinders = Vec::new();
+    for (index, (name, table)) in tables.iter().enumerate() {
+        let valve = valve::read(valves[index].0, &valves[index].1)?;
+        let friction = friction::read(&frictions[index].1)?;
+        let cylinder = read_cylinder(index, name, table, links, valve, friction)?;
+        if matches!((&joints[index].kind, &cylinder.rod_pin), (JointKind::Prismatic { .. }, RodPin::FourBar(_))) {
+            return Err(table
+                .error(ErrorKind::ConflictingKeys, "linkage", "a prismatic joint takes no linkage")
+                .help("give the rod pin as `rod`"));
+        }
+        closure::check(table, &cylinder, &joints[index], links)?;
+        cylinders.push(cylinder);
+    }
+    Ok(cylinders)
+}
+
+fn read_cylinder(
+    index: usize,
+    name: &str,
+    table: &Reader,
+    links: &[Link],
+    valve: crate::model::Valve,
+    friction: crate::model::Friction,
+) -> Result<Cylinder> {
+    let travel = travel(table)?;
+    let bore = table.quantity("bore", &length(), Sign::Positive)?;
+    let rod_diameter = table.quantity("rod-diameter", &length(), Sign::Positive)?;
+    if rod_diameter >= bore {
+        let message = "the rod is not thinner than the bore";
+        return Err(table.error(ErrorKind::OutOfRange, "rod-diameter", message).help("exchange the two diameters?"));
+    }
+    let port_diameter = table.optional_quantity("port-diameter", &length(), Sign::Positive)?;
+    let printed = table.table("printed", &["dead-volume", "external-leakage-from"])?;
+    Ok(Cylinder {
+        name: name.into(),
+        joint: index,
+        barrel_pin: reference::point(&table.required("barrel", "a point as \"link.point\"")?, links)?,
+        rod_pin: rod_pin(table, links)?,
+        bore,
+        rod_diameter,
+        stroke: travel.stroke,
+        mid_length: travel.mid_length,
+        rod_contact: travel.rod_contact,
+        dead_volume: dead_volume(table, port_diameter)?,
+        printed_dead_volume: printed.as_ref().map(printed_dead_volume).transpose()?.flatten(),
+        port_diameter,
+        leakage: leakage(table, printed.as_ref())?,
+        end_stop: end_stop(table, travel.stroke)?,
+        valve,
+        friction,
+    })
+}
+
+struct Travel {
+    stroke: f64,
+    mid_length: f64,
+    rod_contact: Option<f64>,
+}
+
+/// Stroke and pin distance, from the lengths of the parts, thesis (1)-(2), or from stroke and retracted length.
+fn travel(table: &Reader) -> Result<Travel> {
+    let groups: [&[&str]; 2] =
+        [&["barrel-length", "rod-length", "barrel-offset", "rod-offset"], &["stroke", "closed-length"]];
+    let positive = |key: &str| table.quantity(key, &length(), Sign::Positive);
+    let group = table.either(groups)?.ok_or_else(|| {
+        table.missing("stroke", "give it with `closed-length`, or the lengths of barrel, piston and rod")
+    })?;
+    if group == 1 {
+        let stroke = positive("stroke")?;
+        return Ok(Travel { stroke, mid_length: positive("closed-length")? + 0.5 * stroke, rod_contact: None });
+    }
+    let [barrel, piston, rod] = [positive("barrel-length")?, positive("piston-length")?, positive("rod-length")?];
+    let offset = |key: &str| table.quantity(key, &length(), Sign::NonNegative);
+    if piston >= barrel {
+        let message = "the piston is not shorter than the barrel";
+        return Err(table.error(ErrorKind::OutOfRange, "piston-length", message).help("exchange the two lengths?"));
+    }
+    let stroke = barrel - piston;
+    Ok(Travel {
+        stroke,
+        mid_length: offset("barrel-offset")? + 0.5 * (barrel + piston) + rod + offset("rod-offset")?,
+        // The rod's eye meets the barrel's end when the rod is fully inside.
+        rod_contact: Some(0.5 * stroke - rod),
+    })
+}
+
+fn rod_pin(table: &Reader, links: &[Link]) -> Result<RodPin> {
+    match table.either([&["rod"], &["linkage"]])? {
+        Some(0) => Ok(RodPin::Point(reference::point(&table.required("rod", "a point as \"link.point\"")?, links)?)),
+        Some(_) => {
+            let linkage = table.table("linkage", &LINKAGE_KEYS)?.expect("`either` found the table");
+            let pivot = |key: &str| reference::point(&linkage.required(key, "a point as \"link.point\"")?, links);
+            Ok(RodPin::FourBar(FourBar {
+                rocker_pivot: pivot("rocker-pivot")?,
+                coupler_pivot: pivot("coupler-pivot")?,
+                rocker_length: linkage.quantity("rocker-length", &length(), Sign::Positive)?,
+                coupler_length: linkage.quantity("coupler-length", &length(), Sign::Positive)?,
+                side: linkage.choice("side", &[("left", 1.0), ("right", -1.0)])?,
+            }))
+        }
+        None => Err(table.missing("rod", "give the rod's pin as \"link.point\", or a table `linkage`")),
+    }
+}
+
+fn dead_volume(table: &Reader, port_diameter: Option<f64>) -> Result<[f64; 2]> {
+    match table.either([&["dead-length"], &["dead-volume"]])? {
+        Some(0) => {
+            let dead_length = table.quantity("dead-length", &length(), Sign::Positive)?;
+            let diameter = port_diameter.ok_or_else(|| table.missing("port-diameter", "`dead-length` needs it"))?;
+            Ok([0.25 * PI * diameter.powi(2) * dead_length; 2])
+        }
+        Some(_) => table.required("dead-volume", "a volume")?.pair([&volume(), &volume()], Sign::Positive),
+        None => Err(table.missing("dead-volume", "give it, or `dead-length` with `port-diameter`")),
+    }
+}
+
+fn printed_dead_volume(printed: &Reader) -> Result<Option<[f64; 2]>> {
+    let field = printed.optional("dead-volume")?;
+    field.map(|field| field.pair([&volume(), &volume()], Sign::Positive)).transpose()
+}
+
+fn leakage(table: &Reader, printed: Option<&Reader>) -> Result<Leakage> {
+    let from_piston_side = match printed {
+        Some(printed) => {
+            printed.choice_or("external-leakage-from", &[("piston-side", true), ("rod-side", false)], false)?
+        }
+        None => false,
+    };
+    match table.either([&["leakage-gap", "gland-length"], &["internal-leakage", "external-leakage"]])? {
+        Some(0) => Ok(Leakage::Gap {
+            gap: table.quantity("leakage-gap", &length(), Sign::Positive)?,
+            piston_length: table.quantity("piston-length", &length(), Sign::Positive)?,
+            gland_length: table.quantity("gland-length", &length(), Sign::Positive)?,
+            printed_external_from_piston_side: from_piston_side,
+        }),
+        Some(_) => Ok(Leakage::Conductance {
+            internal: table.quantity("internal-leakage", &conductance(), Sign::NonNegative)?,
+            external: table.quantity("external-leakage", &conductance(), Sign::NonNegative)?,
+        }),
+        None => {
+            Err(table
+                .missing("internal-leakage", "give it with `external-leakage`, or `leakage-gap` with `gland-length`"))
+        }
+    }
+}
+
+fn end_stop(table: &Reader, stroke: f64) -> Result<EndStop> {
+    let Some(stop) = table.table("end-stop", &["zone", "stiffness", "damping"])? else {
+        return Err(table.missing("end-stop", "add it with zone, stiffness and damping"));
+    };
+    let end_stop = EndStop {
+        zone: stop.quantity("zone", &length(), Sign::Positive)?,
+        stiffness: stop.quantity("stiffness", &stiffness(), Sign::Positive)?,
+        damping: stop.quantity("damping", &damping(), Sign::NonNegative)?,
+    };
+    if end_stop.zone <= 0.5 * stroke {
+        return Ok(end_stop);
+    }
+    Err(stop
+        .error(ErrorKind::OutOfRange, "zone", format!("longer than half the stroke, {} m", 0.5 * stroke))
+        .help("the two stops would overlap: give a shorter zone"))
+}

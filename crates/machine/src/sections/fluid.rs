@@ -1,0 +1,106 @@
+//! `[fluid]` and `[supply]`.
+
+use crate::errors::ErrorKind;
+use crate::model::{Cavitation, Fluid, Supply};
+use crate::quantities::{density, pressure, viscosity};
+use crate::reader::{Reader, Sign};
+use crate::sections::{required_table, Result};
+use crate::units::Quantity;
+
+const KEYS: [&str; 10] = [
+    "density",
+    "bulk-modulus",
+    "bulk-modulus-max",
+    "bulk-c1",
+    "bulk-c2",
+    "bulk-reference-pressure",
+    "cavitation",
+    "vacuum",
+    "viscosity",
+    "printed",
+];
+
+/// Coefficients of the pressure-dependent bulk modulus, thesis (96).
+struct BulkModulus {
+    max: f64,
+    c1: f64,
+    c2: f64,
+    reference_pressure: f64,
+}
+
+pub fn read(root: &Reader) -> Result<Fluid> {
+    let table = required_table(root, "fluid", &KEYS)?;
+    let bulk = bulk_modulus(&table)?;
+    Ok(Fluid {
+        density: table.quantity("density", &density(), Sign::Positive)?,
+        bulk_modulus_max: bulk.max,
+        bulk_c1: bulk.c1,
+        bulk_c2: bulk.c2,
+        bulk_reference_pressure: bulk.reference_pressure,
+        cavitation: cavitation(&table)?,
+        viscosity: table.quantity("viscosity", &viscosity(), Sign::Positive)?,
+        printed_leakage_viscosity: table
+            .table("printed", &["leakage-viscosity"])?
+            .map(|printed| printed.quantity("leakage-viscosity", &viscosity(), Sign::Positive))
+            .transpose()?,
+    })
+}
+
+fn bulk_modulus(table: &Reader) -> Result<BulkModulus> {
+    let groups: [&[&str]; 2] =
+        [&["bulk-modulus"], &["bulk-modulus-max", "bulk-c1", "bulk-c2", "bulk-reference-pressure"]];
+    match table.either(groups)? {
+        // With c1 = 0 and c2 = 100, half the decimal logarithm is one.
+        Some(0) => {
+            let max = table.quantity("bulk-modulus", &pressure(), Sign::Positive)?;
+            Ok(BulkModulus { max, c1: 0.0, c2: 100.0, reference_pressure: 1e5 })
+        }
+        Some(_) => varying_bulk_modulus(table),
+        None => Err(table.missing("bulk-modulus", "give it, or `bulk-modulus-max` with its coefficients")),
+    }
+}
+
+fn varying_bulk_modulus(table: &Reader) -> Result<BulkModulus> {
+    let number = Quantity::number();
+    let bulk = BulkModulus {
+        max: table.quantity("bulk-modulus-max", &pressure(), Sign::Positive)?,
+        c1: table.quantity("bulk-c1", &number, Sign::NonNegative)?,
+        c2: table.quantity("bulk-c2", &number, Sign::Positive)?,
+        reference_pressure: table.quantity("bulk-reference-pressure", &pressure(), Sign::Positive)?,
+    };
+    if bulk.c2 > 1.0 {
+        return Ok(bulk);
+    }
+    Err(table
+        .error(ErrorKind::OutOfRange, "bulk-c2", "must exceed 1: the modulus at zero pressure is its logarithm")
+        .help("the literature gives 3"))
+}
+
+fn cavitation(table: &Reader) -> Result<Cavitation> {
+    let free_gas = table.choice("cavitation", &[("free-gas", true), ("none", false)])?;
+    let vacuum = table.optional_quantity("vacuum", &pressure(), Sign::Any)?;
+    if !free_gas {
+        return Ok(Cavitation::None);
+    }
+    let vacuum = vacuum.ok_or_else(|| table.missing("vacuum", "give the gauge pressure of vacuum, \"-1 bar\""))?;
+    if vacuum < 0.0 {
+        return Ok(Cavitation::FreeGas { vacuum });
+    }
+    Err(table
+        .error(ErrorKind::OutOfRange, "vacuum", "pressures are gauge: vacuum lies below zero")
+        .help("give \"-1 bar\""))
+}
+
+pub fn supply(root: &Reader) -> Result<Supply> {
+    let table = required_table(root, "supply", &["pressure", "tank-pressure"])?;
+    let supply = Supply {
+        pressure: table.quantity("pressure", &pressure(), Sign::NonNegative)?,
+        tank_pressure: table.quantity("tank-pressure", &pressure(), Sign::NonNegative)?,
+    };
+    if supply.pressure >= supply.tank_pressure {
+        return Ok(supply);
+    }
+    Err(table
+        .error(ErrorKind::OutOfRange, "pressure", "the supply pressure lies below the tank pressure")
+        .help("raise `pressure` or lower `tank-pressure`"))
+}

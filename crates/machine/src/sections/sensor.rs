@@ -1,0 +1,90 @@
+//! `[sensor.<name>]`: what is measured and how well.
+
+use crate::document::join;
+use crate::errors::ErrorKind;
+use crate::model::{Cylinder, Joint, Sensor};
+use crate::nearest::suggestion;
+use crate::quantities::{angle, force, length, pressure, time, voltage};
+use crate::reader::{Field, Reader, Sign};
+use crate::sections::Result;
+use crate::units::Quantity;
+
+const KEYS: [&str; 13] = [
+    "measures",
+    "kind",
+    "range",
+    "full-scale",
+    "span",
+    "pulses",
+    "resolution",
+    "accuracy",
+    "linearity",
+    "repeatability",
+    "sensitivity",
+    "rise-time",
+    "supply-voltage",
+];
+/// Kinds, and the property keys of each beside the common ones.
+const KINDS: [(&str, &[&str]); 4] = [
+    ("incremental-encoder", &["pulses", "resolution"]),
+    ("pressure-transmitter", &["range", "full-scale", "span"]),
+    ("load-cell", &["range", "full-scale", "span", "sensitivity"]),
+    ("wire-potentiometer", &["range", "full-scale", "span", "sensitivity"]),
+];
+const COMMON: [&str; 5] = ["accuracy", "linearity", "repeatability", "rise-time", "supply-voltage"];
+const JOINT_SIGNALS: [&str; 2] = ["q", "qd"];
+const CYLINDER_SIGNALS: [&str; 5] = ["x", "v", "p1", "p2", "force"];
+
+pub fn read(root: &Reader, joints: &[Joint], cylinders: &[Cylinder]) -> Result<Vec<Sensor>> {
+    let read = |(name, table): (&str, Reader)| {
+        let (kind, own) = KINDS[table.choice("kind", &std::array::from_fn::<_, 4, _>(|i| (KINDS[i].0, i)))?];
+        let measures = table.required("measures", "a signal, for example \"joint.boom.q\"")?;
+        check_signal(&measures, joints, cylinders)?;
+        let properties = properties(&table, kind, own)?;
+        Ok(Sensor { name: name.into(), measures: measures.text()?.into(), kind: kind.into(), properties })
+    };
+    root.named_tables("sensor", &KEYS)?.into_iter().map(read).collect()
+}
+
+fn properties(table: &Reader, kind: &str, own: &[&str]) -> Result<Vec<(String, f64)>> {
+    let mut properties = Vec::new();
+    for key in table.keys().filter(|key| !["kind", "measures"].contains(key)) {
+        if !own.contains(&key) && !COMMON.contains(&key) {
+            let help = format!("its properties: {}, {}", own.join(", "), COMMON.join(", "));
+            return Err(table.error(ErrorKind::ConflictingKeys, key, format!("no property of a {kind}")).help(help));
+        }
+        properties.push((key.to_string(), table.quantity(key, &property(kind, key), Sign::Positive)?));
+    }
+    Ok(properties)
+}
+
+fn property(kind: &str, key: &str) -> Quantity {
+    let measured = match kind {
+        "incremental-encoder" => angle(),
+        "pressure-transmitter" => pressure(),
+        "load-cell" => force(),
+        _ => length(),
+    };
+    match key {
+        "range" | "full-scale" | "span" | "resolution" => measured,
+        "rise-time" => time(),
+        "supply-voltage" => voltage(),
+        // Output per supply voltage and unit of what is measured, for potentiometers; per full scale for load cells.
+        "sensitivity" if kind == "wire-potentiometer" => Quantity::new("sensitivity", "1/m"),
+        _ => Quantity::number(),
+    }
+}
+
+/// `joint.<name>.<signal>` or `cylinder.<name>.<signal>` of this machine.
+fn check_signal(field: &Field, joints: &[Joint], cylinders: &[Cylinder]) -> Result<()> {
+    let text = field.text()?;
+    let joint_signals = joints.iter().flat_map(|joint| JOINT_SIGNALS.map(|s| join(&join("joint", &joint.name), s)));
+    let cylinder_signals =
+        cylinders.iter().flat_map(|cylinder| CYLINDER_SIGNALS.map(|s| join(&join("cylinder", &cylinder.name), s)));
+    let signals: Vec<String> = joint_signals.chain(cylinder_signals).collect();
+    if signals.iter().any(|signal| signal == text) {
+        return Ok(());
+    }
+    let help = suggestion(text, signals.iter().map(String::as_str));
+    Err(field.error(ErrorKind::UnknownReference, format!("there is no signal `{text}`")).help(help))
+}

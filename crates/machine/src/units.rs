@@ -1,0 +1,312 @@
+//! Quantities with their unit at the value: `"140 bar"`, `"5 N s^1.5/m^1.5"`, `"(0.199, -0.061) m"`.
+//!
+//! Everything becomes SI. The plane angle counts as a base dimension of its own, so that an angle, a ratio and a count
+//! cannot be mistaken for each other. `Hz` means cycles per second of an angular frequency: 1 Hz = 2 pi rad/s.
+
+use std::f64::consts::{PI, TAU};
+use std::fmt;
+
+const BASE_UNITS: [&str; 6] = ["m", "kg", "s", "K", "A", "rad"];
+const MAX_NESTING: usize = 16;
+
+/// Exponents of the base units m, kg, s, K, A, rad; fractions are allowed.
+#[derive(Debug, Clone, Copy)]
+pub struct Dimension(pub [f64; 6]);
+
+impl PartialEq for Dimension {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.iter().zip(other.0).all(|(a, b)| (a - b).abs() < 1e-9)
+    }
+}
+
+impl Dimension {
+    pub const NONE: Self = Self([0.0; 6]);
+
+    fn combine(self, other: Self, power: f64) -> Self {
+        Self(std::array::from_fn(|i| self.0[i] + power * other.0[i]))
+    }
+}
+
+impl fmt::Display for Dimension {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let factors: Vec<String> = BASE_UNITS
+            .iter()
+            .zip(self.0)
+            .filter(|(_, power)| power.abs() > 1e-9)
+            .map(|(unit, power)| if power == 1.0 { unit.to_string() } else { format!("{unit}^{power}") })
+            .collect();
+        f.write_str(if factors.is_empty() { "no unit".into() } else { factors.join(" ") }.as_str())
+    }
+}
+
+/// What a key expects: the quantity's name, the SI unit to show in a message, its dimension.
+#[derive(Debug, Clone)]
+pub struct Quantity {
+    pub name: &'static str,
+    pub unit: String,
+    pub dimension: Dimension,
+}
+
+impl Quantity {
+    /// A quantity by its name and SI unit expression.
+    ///
+    /// # Panics
+    /// Where `unit` is not a unit; it is written in this program, never read from a file.
+    pub fn new(name: &'static str, unit: &str) -> Self {
+        let dimension = parse_unit(unit).expect("a unit of this program").dimension;
+        Self { name, unit: unit.into(), dimension }
+    }
+
+    pub fn number() -> Self {
+        Self { name: "plain number", unit: String::new(), dimension: Dimension::NONE }
+    }
+
+    pub fn is_number(&self) -> bool {
+        self.dimension == Dimension::NONE
+    }
+
+    /// `a pressure with its unit, for example "1 Pa"`
+    pub fn example(&self) -> String {
+        if self.is_number() {
+            return "a plain number, for example 1.5".into();
+        }
+        format!("a {} with its unit, for example \"1 {}\"", self.name, self.unit)
+    }
+}
+
+/// A parsed unit: SI value of one of it, and its dimension.
+#[derive(Debug, Clone, Copy)]
+pub struct Unit {
+    pub factor: f64,
+    pub dimension: Dimension,
+}
+
+impl Unit {
+    /// `number` of this unit in SI. Dividing by a whole number rounds once, so that 10 um is the double nearest 1e-5.
+    pub fn to_si(self, number: f64) -> f64 {
+        let inverse = (1.0 / self.factor).round();
+        if self.factor < 1.0 && inverse.is_finite() && 1.0 / inverse == self.factor {
+            number / inverse
+        } else {
+            number * self.factor
+        }
+    }
+}
+
+/// Why a text is no quantity.
+#[derive(Debug, Clone, PartialEq)]
+pub enum UnitError {
+    /// No number at the start, or something after it that is no unit.
+    Malformed(String),
+    Unknown(String),
+}
+
+/// Splits `"140 bar"` into its number and unit; without a unit the unit text is empty.
+pub fn parse_scalar(text: &str) -> Result<(f64, Unit), UnitError> {
+    let text = text.trim();
+    let end = number_length(text);
+    let number = parse_number(&text[..end])?;
+    Ok((number, parse_unit(&text[end..])?))
+}
+
+/// `"(0.199, -0.061) m"`: two numbers and their common unit.
+pub fn parse_point(text: &str) -> Result<([f64; 2], Unit), UnitError> {
+    let malformed = || UnitError::Malformed(format!("`{text}` is no point"));
+    let (inside, unit) = text.trim().strip_prefix('(').and_then(|rest| rest.split_once(')')).ok_or_else(malformed)?;
+    let (x, z) = inside.split_once(',').ok_or_else(malformed)?;
+    Ok(([parse_number(x.trim())?, parse_number(z.trim())?], parse_unit(unit)?))
+}
+
+fn parse_number(text: &str) -> Result<f64, UnitError> {
+    let malformed = || UnitError::Malformed(format!("`{text}` is no number"));
+    text.parse().map_err(|_| malformed())
+}
+
+/// Bytes of the number that `text` starts with: `inf` and `nan` count, so that they are reported as not finite.
+fn number_length(text: &str) -> usize {
+    let bytes = text.as_bytes();
+    let digits = |from: usize| from + bytes[from..].iter().take_while(|b| b.is_ascii_digit() || **b == b'.').count();
+    let start = usize::from(matches!(bytes.first(), Some(b'+' | b'-')));
+    let word = text[start..].split(|c: char| !c.is_ascii_alphabetic()).next().unwrap_or_default();
+    if ["inf", "nan", "infinity"].contains(&word.to_ascii_lowercase().as_str()) {
+        return start + word.len();
+    }
+    let mantissa = digits(start);
+    if !matches!(bytes.get(mantissa), Some(b'e' | b'E')) {
+        return mantissa;
+    }
+    let sign = mantissa + 1 + usize::from(matches!(bytes.get(mantissa + 1), Some(b'+' | b'-')));
+    match digits(sign.min(bytes.len())) {
+        end if end > sign => end,
+        _ => mantissa,
+    }
+}
+
+/// Parses a unit expression; the empty text is the unit of a plain number.
+pub fn parse_unit(text: &str) -> Result<Unit, UnitError> {
+    let mut parser = UnitParser { text, rest: text.trim(), depth: 0 };
+    if parser.rest.is_empty() {
+        return Ok(Unit { factor: 1.0, dimension: Dimension::NONE });
+    }
+    let unit = parser.product()?;
+    if parser.rest.is_empty() {
+        Ok(unit)
+    } else {
+        Err(parser.malformed())
+    }
+}
+
+struct UnitParser<'a> {
+    text: &'a str,
+    rest: &'a str,
+    depth: usize,
+}
+
+impl UnitParser<'_> {
+    fn malformed(&self) -> UnitError {
+        UnitError::Malformed(format!("`{}` is no unit", self.text.trim()))
+    }
+
+    fn eat(&mut self, symbol: char) -> bool {
+        self.rest = self.rest.trim_start();
+        match self.rest.strip_prefix(symbol) {
+            Some(rest) => {
+                self.rest = rest;
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// Factors joined by a space, `*` or `/`. A product after a division needs parentheses, since people read
+    /// `a/b c` in two ways.
+    fn product(&mut self) -> Result<Unit, UnitError> {
+        let mut unit = self.power()?;
+        let mut divided = false;
+        loop {
+            let power = if self.eat('/') {
+                divided = true;
+                -1.0
+            } else if self.eat('*') || self.eat('·') || self.starts_factor() {
+                if divided {
+                    let hint = format!("`{}` is ambiguous: put what is divided by in parentheses", self.text.trim());
+                    return Err(UnitError::Malformed(hint));
+                }
+                1.0
+            } else {
+                return Ok(unit);
+            };
+            let factor = self.power()?;
+            unit.factor *= factor.factor.powf(power);
+            unit.dimension = unit.dimension.combine(factor.dimension, power);
+        }
+    }
+
+    fn starts_factor(&self) -> bool {
+        let rest = self.rest.trim_start();
+        rest.starts_with(|c: char| c == '(' || c == '%' || c.is_alphabetic())
+    }
+
+    /// A factor with its exponent.
+    fn power(&mut self) -> Result<Unit, UnitError> {
+        let base = self.factor()?;
+        let exponent = if self.eat('²') {
+            2.0
+        } else if self.eat('³') {
+            3.0
+        } else if self.eat('^') {
+            self.exponent()?
+        } else {
+            return Ok(base);
+        };
+        Ok(Unit { factor: base.factor.powf(exponent), dimension: Dimension::NONE.combine(base.dimension, exponent) })
+    }
+
+    fn exponent(&mut self) -> Result<f64, UnitError> {
+        self.rest = self.rest.trim_start();
+        let sign = usize::from(self.rest.starts_with(['+', '-']));
+        let digits = self.rest[sign..].bytes().take_while(|b| b.is_ascii_digit() || *b == b'.').count();
+        let (number, rest) = self.rest.split_at(sign + digits);
+        self.rest = rest;
+        number.parse().map_err(|_| self.malformed())
+    }
+
+    fn factor(&mut self) -> Result<Unit, UnitError> {
+        if self.eat('(') {
+            self.depth += 1;
+            if self.depth > MAX_NESTING {
+                return Err(self.malformed());
+            }
+            let inner = self.product()?;
+            self.depth -= 1;
+            return if self.eat(')') { Ok(inner) } else { Err(self.malformed()) };
+        }
+        if self.eat('1') {
+            return Ok(Unit { factor: 1.0, dimension: Dimension::NONE });
+        }
+        self.rest = self.rest.trim_start();
+        let end = self.rest.find(|c: char| !(c.is_alphabetic() || c == '%')).unwrap_or(self.rest.len());
+        let (symbol, rest) = self.rest.split_at(end);
+        if symbol.is_empty() {
+            return Err(self.malformed());
+        }
+        self.rest = rest;
+        lookup(symbol).ok_or_else(|| UnitError::Unknown(symbol.into()))
+    }
+}
+
+/// Known unit symbols: SI factor and exponents of m, kg, s, K, A, rad.
+const UNITS: &[(&str, f64, [i8; 6])] = &[
+    ("m", 1.0, [1, 0, 0, 0, 0, 0]),
+    ("km", 1e3, [1, 0, 0, 0, 0, 0]),
+    ("cm", 1e-2, [1, 0, 0, 0, 0, 0]),
+    ("mm", 1e-3, [1, 0, 0, 0, 0, 0]),
+    ("um", 1e-6, [1, 0, 0, 0, 0, 0]),
+    ("µm", 1e-6, [1, 0, 0, 0, 0, 0]),
+    ("s", 1.0, [0, 0, 1, 0, 0, 0]),
+    ("ms", 1e-3, [0, 0, 1, 0, 0, 0]),
+    ("min", 60.0, [0, 0, 1, 0, 0, 0]),
+    ("h", 3600.0, [0, 0, 1, 0, 0, 0]),
+    ("kg", 1.0, [0, 1, 0, 0, 0, 0]),
+    ("g", 1e-3, [0, 1, 0, 0, 0, 0]),
+    ("t", 1e3, [0, 1, 0, 0, 0, 0]),
+    ("N", 1.0, [1, 1, -2, 0, 0, 0]),
+    ("kN", 1e3, [1, 1, -2, 0, 0, 0]),
+    ("MN", 1e6, [1, 1, -2, 0, 0, 0]),
+    ("Pa", 1.0, [-1, 1, -2, 0, 0, 0]),
+    ("kPa", 1e3, [-1, 1, -2, 0, 0, 0]),
+    ("MPa", 1e6, [-1, 1, -2, 0, 0, 0]),
+    ("GPa", 1e9, [-1, 1, -2, 0, 0, 0]),
+    ("bar", 1e5, [-1, 1, -2, 0, 0, 0]),
+    ("mbar", 1e2, [-1, 1, -2, 0, 0, 0]),
+    // The pound-force per square inch, from the exact pound, inch and standard gravity.
+    ("psi", 0.453_592_37 * 9.806_65 / (0.0254 * 0.0254), [-1, 1, -2, 0, 0, 0]),
+    ("rad", 1.0, [0, 0, 0, 0, 0, 1]),
+    ("mrad", 1e-3, [0, 0, 0, 0, 0, 1]),
+    ("deg", PI / 180.0, [0, 0, 0, 0, 0, 1]),
+    ("Hz", TAU, [0, 0, -1, 0, 0, 1]),
+    ("l", 1e-3, [3, 0, 0, 0, 0, 0]),
+    ("ml", 1e-6, [3, 0, 0, 0, 0, 0]),
+    ("J", 1.0, [2, 1, -2, 0, 0, 0]),
+    ("W", 1.0, [2, 1, -3, 0, 0, 0]),
+    ("kW", 1e3, [2, 1, -3, 0, 0, 0]),
+    ("V", 1.0, [2, 1, -3, 0, -1, 0]),
+    ("mV", 1e-3, [2, 1, -3, 0, -1, 0]),
+    ("A", 1.0, [0, 0, 0, 0, 1, 0]),
+    ("K", 1.0, [0, 0, 0, 1, 0, 0]),
+    ("%", 1e-2, [0, 0, 0, 0, 0, 0]),
+];
+
+/// Every unit symbol, for suggestions.
+pub fn symbols() -> impl Iterator<Item = &'static str> {
+    UNITS.iter().map(|(symbol, _, _)| *symbol)
+}
+
+fn lookup(symbol: &str) -> Option<Unit> {
+    let (_, factor, powers) = UNITS.iter().find(|(name, _, _)| *name == symbol)?;
+    Some(Unit { factor: *factor, dimension: Dimension(powers.map(f64::from)) })
+}
+
+#[cfg(test)]
+#[path = "units_tests.rs"]
+mod tests;

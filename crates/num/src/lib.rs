@@ -1,0 +1,14 @@
+//! Numbers for the laws: the [`Real`] trait, dual numbers over any `Real`, functions that are smooth where
+//! physics has kinks, small linear algebra and tables. No physics and no I/O live here.
+
+pub mod dense;
+mod dual;
+mod real;
+pub mod small;
+pub mod smooth;
+pub mod table;
+mod vec2;
+
+pub use dual::Dual;
+pub use real::{Mask, Real};
+pub use vec2::Vec2;

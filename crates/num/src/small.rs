@@ -1,0 +1,63 @@
+//! Linear algebra for the few unknowns of a crane, generic over the number type.
+
+use crate::Real;
+
+/// Solves `a x = b` for a symmetric positive definite `a` by `L D L^T`, without pivoting and without a root.
+/// Only the lower triangle of `a` is read.
+pub fn solve_spd<T: Real, const N: usize>(a: &[[T; N]; N], b: &[T; N]) -> [T; N] {
+    let (l, inverse_d) = factor_spd(a);
+    let mut x = *b;
+    for i in 0..N {
+        for j in 0..i {
+            x[i] = x[i] - l[i][j] * x[j];
+        }
+    }
+    for i in 0..N {
+        x[i] = x[i] * inverse_d[i];
+    }
+    for i in (0..N).rev() {
+        for j in i + 1..N {
+            x[i] = x[i] - l[j][i] * x[j];
+        }
+    }
+    x
+}
+
+/// Unit lower triangle `L` and the inverses of the pivots `D`.
+fn factor_spd<T: Real, const N: usize>(a: &[[T; N]; N]) -> ([[T; N]; N], [T; N]) {
+    let mut l = [[T::c(0.0); N]; N];
+    let mut d = [T::c(0.0); N];
+    let mut inverse_d = d;
+    for j in 0..N {
+        let mut pivot = a[j][j];
+        for k in 0..j {
+            pivot -= l[j][k] * l[j][k] * d[k];
+        }
+        d[j] = pivot;
+        inverse_d[j] = T::c(1.0) / pivot;
+        for i in j + 1..N {
+            let mut s = a[i][j];
+            for k in 0..j {
+                s -= l[i][k] * l[j][k] * d[k];
+            }
+            l[i][j] = s * inverse_d[j];
+        }
+    }
+    (l, inverse_d)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn solves_a_symmetric_positive_definite_system() {
+        let a = [[4.0, 1.0, 0.5], [1.0, 3.0, -0.2], [0.5, -0.2, 2.0]];
+        let x = [1.0, -2.0, 3.0];
+        let b = std::array::from_fn(|i| (0..3).map(|j| a[i][j] * x[j]).sum());
+        let y = solve_spd(&a, &b);
+        for i in 0..3 {
+            assert!((x[i] - y[i]).abs() < 1e-14);
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! Motion of the chain under forces (thesis 3.2).
+
+pub mod energy;
+pub mod equations_of_motion;
+
+use crate::geometry::chain::ChainPose;
+use crate::geometry::frames::Joint;
+use hydrocrane_num::{Real, Vec2};
+
+parameters! {
+    /// Inertia of one moving link.
+    pub struct Body {
+        /// kg
+        mass,
+        /// Centre of gravity in the link frame, m.
+        x,
+        z,
+        /// About the centre of gravity, kg m^2.
+        inertia,
+    }
+}
+
+impl<T: Real> Body<T> {
+    pub fn centre_of_gravity(&self) -> Vec2<T> {
+        Vec2::new(self.x, self.z)
+    }
+}
+
+/// The rigid chain: joints, bodies and the tip that may carry a payload.
+#[derive(Debug, Clone, Copy)]
+pub struct Mechanics<T, const N: usize> {
+    pub joints: [Joint<T>; N],
+    pub bodies: [Body<T>; N],
+    /// The tip in the frame of the last link, m.
+    pub tip: Vec2<T>,
+    /// Gravitational acceleration along -z, m/s^2. Negative for the printed program (E1).
+    pub gravity: T,
+}
+
+impl<const N: usize> Mechanics<f64, N> {
+    pub fn lift<U: Real>(&self) -> Mechanics<U, N> {
+        Mechanics {
+            joints: self.joints.map(|j| j.lift()),
+            bodies: self.bodies.map(|b| b.lift()),
+            tip: Vec2::c([self.tip.x, self.tip.z]),
+            gravity: U::c(self.gravity),
+        }
+    }
+}
+
+impl<T: Real, const N: usize> Mechanics<T, N> {
+    pub fn pose(&self, q: &[T; N]) -> ChainPose<T, N> {
+        ChainPose::new(&self.joints, q)
+    }
+
+    /// World position of the tip (34), m.
+    pub fn tip_position(&self, pose: &ChainPose<T, N>) -> Vec2<T> {
+        pose.links[N - 1].point(self.tip)
+    }
+
+    /// Masses of the chain at a pose: (link, mass, inertia about the own centre, world position), payload last.
+    fn masses(&self, pose: &ChainPose<T, N>, payload: T, mut visit: impl FnMut(usize, T, T, Vec2<T>)) {
+        for (i, body) in self.bodies.iter().enumerate() {
+            visit(i, body.mass, body.inertia, pose.links[i].point(body.centre_of_gravity()));
+        }
+        visit(N - 1, payload, T::c(0.0), self.tip_position(pose));
+    }
+}

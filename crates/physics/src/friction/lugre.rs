@@ -1,0 +1,132 @@
+//! LuGre friction.                                                theory: docs/theory/friction/lugre.md
+//!
+//! z' = v - sigma_0 |v| z / g(v)                                                          thesis (116)
+//! F  = sigma_0 z + sigma_1(v) z' + k_v |v|^delta_v sign(v)                               thesis (115)
+//! sigma_1(v) = sigma_1 exp(-(v/v_d)^2)
+//!
+//! | symbol  | meaning | unit |
+//! | z       | mean bristle deflection                      | m     |
+//! | sigma_0 | bristle stiffness                            | N/m   |
+//! | sigma_1 | bristle damping                              | N s/m |
+//! | v_d     | velocity over which the damping fades; infinite: constant | m/s |
+//!
+//! Friction is passive with the storage sigma_0 z^2/2 at the velocity v if
+//!     sigma_1(v)^2 |v| <= 4 g(v) (sigma_1(v) + F_v(v)/v),
+//! which a constant sigma_1 breaks at some speed and a fading one need not. Departs from the source: viscous
+//! friction keeps its exponent; the printed sigma_1 are negative (E19) and not usable.
+
+use super::StaticParameters;
+use hydrocrane_num::Real;
+
+parameters! {
+    pub struct LuGre {
+        /// sigma_0, N/m
+        stiffness,
+        /// sigma_1 at rest, N s/m
+        damping,
+        /// 1/v_d^2, s^2/m^2; zero: constant damping.
+        fading,
+    }
+}
+
+/// Friction at one state.
+#[derive(Debug, Clone, Copy)]
+pub struct Friction<T> {
+    /// N, against positive velocity
+    pub force: T,
+    /// z', m/s
+    pub deflection_rate: T,
+}
+
+impl<T: Real> LuGre<T> {
+    pub fn evaluate(&self, p: &StaticParameters<T>, v: T, z: T) -> Friction<T> {
+        let deflection_rate = v - self.stiffness * v.abs() / p.stribeck(v) * z;
+        let force = self.stiffness * z + self.damping_at(v) * deflection_rate + p.viscous(v);
+        Friction { force, deflection_rate }
+    }
+
+    /// sigma_1(v), N s/m
+    pub fn damping_at(&self, v: T) -> T {
+        self.damping * (-(v * v * self.fading)).exp()
+    }
+
+    /// Energy stored in the bristles, J.
+    pub fn energy(&self, z: T) -> T {
+        self.stiffness * z.square() * 0.5
+    }
+}
+
+impl LuGre<f64> {
+    /// 4 g (sigma_1 + F_v/v) - sigma_1^2 |v|: friction is passive at velocity `v` where this is not negative.
+    pub fn passivity_margin(&self, p: &StaticParameters<f64>, v: f64) -> f64 {
+        let sigma_1 = self.damping_at(v);
+        let viscous = if v == 0.0 { 0.0 } else { p.viscous(v) / v };
+        4.0 * p.stribeck(v) * (sigma_1 + viscous) - sigma_1 * sigma_1 * v.abs()
+    }
+
+    /// The lowest speed, up to `fastest`, at which passivity fails in either direction; `None`: it holds.
+    pub fn passivity_limit(&self, p: &StaticParameters<f64>, fastest: f64) -> Option<f64> {
+        const SAMPLES: usize = 4000;
+        (1..=SAMPLES)
+            .map(|i| fastest * i as f64 / SAMPLES as f64)
+            .find(|&v| self.passivity_margin(p, v).min(self.passivity_margin(p, -v)) < 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn statics() -> StaticParameters<f64> {
+        StaticParameters {
+            coulomb_extending: 160.0,
+            coulomb_retracting: 280.0,
+            breakaway_extending: 340.0,
+            breakaway_retracting: 400.0,
+            stribeck_velocity_extending: 0.002,
+            stribeck_velocity_retracting: 0.002,
+            stribeck_exponent_extending: 2.0,
+            stribeck_exponent_retracting: 2.0,
+            viscous_extending: 8000.0,
+            viscous_retracting: 12000.0,
+            viscous_exponent_extending: 1.5,
+            viscous_exponent_retracting: 1.5,
+        }
+    }
+
+    #[test]
+    fn steady_state_is_the_static_map() {
+        let lugre = LuGre { stiffness: 1.1e5, damping: 1500.0, fading: 100.0 };
+        for v in [-0.08f64, -0.001, 0.0005, 0.02] {
+            let z = statics().stribeck(v) * v.signum() / 1.1e5;
+            let f = lugre.evaluate(&statics(), v, z);
+            assert!(f.deflection_rate.abs() < 1e-15);
+            assert!((f.force - v.signum() * statics().stribeck(v) - statics().viscous(v)).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn passivity_condition_is_the_sign_of_the_dissipation() {
+        // Dissipation is a quadratic form in (z, v); its smallest value over z is negative iff the margin is.
+        let lugre = LuGre { stiffness: 1.1e5, damping: 5000.0, fading: 0.0 };
+        for v in [0.01f64, 0.1, 0.2, 0.5, 1.0, 3.0] {
+            let margin = lugre.passivity_margin(&statics(), v);
+            let dissipation = |z: f64| {
+                let f = lugre.evaluate(&statics(), v, z);
+                f.force * v - 1.1e5 * z * f.deflection_rate
+            };
+            let least = (-4000..4000).map(|i| dissipation(f64::from(i) * 1e-5)).fold(f64::MAX, f64::min);
+            assert_eq!(least < 0.0, margin < 0.0, "v = {v}: least {least}, margin {margin}");
+        }
+    }
+
+    #[test]
+    fn constant_damping_loses_passivity_at_speed_and_fading_damping_keeps_it() {
+        let constant = LuGre { stiffness: 1.1e5, damping: 5000.0, fading: 0.0 };
+        let limit = constant.passivity_limit(&statics(), 2.0).expect("constant damping is not passive at 2 m/s");
+        assert!(
+            constant.passivity_margin(&statics(), limit) < 0.0 || constant.passivity_margin(&statics(), -limit) < 0.0
+        );
+        assert_eq!(LuGre { fading: 100.0, ..constant }.passivity_limit(&statics(), 2.0), None);
+    }
+}

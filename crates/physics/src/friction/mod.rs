@@ -1,0 +1,58 @@
+//! Seal friction of a cylinder (thesis 5.1). Forces are positive against positive piston velocity.
+
+pub mod lugre;
+pub mod static_map;
+
+use hydrocrane_num::{smooth, Real};
+
+parameters! {
+    /// Static friction parameters; a pair holds (extending, retracting).
+    pub struct StaticParameters {
+        /// alpha_0 = F_C, N
+        coulomb_extending,
+        coulomb_retracting,
+        /// alpha_0 + alpha_1 = F_S, the break-away force, N
+        breakaway_extending,
+        breakaway_retracting,
+        /// v_sigma, m/s
+        stribeck_velocity_extending,
+        stribeck_velocity_retracting,
+        /// delta_sigma
+        stribeck_exponent_extending,
+        stribeck_exponent_retracting,
+        /// alpha_2 = k_v, N (s/m)^delta_v
+        viscous_extending,
+        viscous_retracting,
+        /// delta_v
+        viscous_exponent_extending,
+        viscous_exponent_retracting,
+    }
+}
+
+/// Velocity below which powers of |v| are rounded off, m/s.
+const LEAST_VELOCITY: f64 = 1e-9;
+
+impl<T: Real> StaticParameters<T> {
+    /// g(v) = alpha_0 + alpha_1 exp(-|v/v_sigma|^delta_sigma), N                     thesis (110), (117)
+    pub fn stribeck(&self, v: T) -> T {
+        let pick = self.picker(v);
+        let coulomb = pick(self.coulomb_extending, self.coulomb_retracting);
+        let breakaway = pick(self.breakaway_extending, self.breakaway_retracting);
+        let v_s = pick(self.stribeck_velocity_extending, self.stribeck_velocity_retracting);
+        let exponent = pick(self.stribeck_exponent_extending, self.stribeck_exponent_retracting);
+        let decay = smooth::power_of_magnitude(v / v_s, exponent, LEAST_VELOCITY);
+        coulomb + (breakaway - coulomb) * (-decay).exp()
+    }
+
+    /// k_v |v|^delta_v sign(v), N                                                             thesis (108)
+    pub fn viscous(&self, v: T) -> T {
+        let pick = self.picker(v);
+        let exponent = pick(self.viscous_exponent_extending, self.viscous_exponent_retracting);
+        pick(self.viscous_extending, self.viscous_retracting) * smooth::signed_power(v, exponent, LEAST_VELOCITY)
+    }
+
+    fn picker(&self, v: T) -> impl Fn(T, T) -> T {
+        let retracting = v.lt(T::c(0.0));
+        move |extending, other| T::select(retracting, other, extending)
+    }
+}

@@ -1,0 +1,76 @@
+//! Static friction map.                                        theory: docs/theory/friction/static_map.md
+//!
+//! F = sign(v) [F_C + (F_S - F_C) exp(-|v/v_sigma|^delta_sigma)] + k_v |v|^delta_v sign(v)   thesis (107)-(113)
+//!
+//! Departs from the source: the sign passes through zero over a stated velocity, so a solver can cross it; the
+//! printed text loses the sign of the first terms (E16). [`printed`] is the program's law (E15): it adds F_S in
+//! full on top of F_C, with exponent 1 and linear viscosity, and jumps at v = 0.
+
+use super::StaticParameters;
+use hydrocrane_num::{smooth, Real};
+
+/// Friction force, N; `width`: velocity over which the sign changes, m/s.
+pub fn force<T: Real>(p: &StaticParameters<T>, width: T, v: T) -> T {
+    smooth::soft_sign(v, width) * p.stribeck(v) + p.viscous(v)
+}
+
+/// The program's friction force, N. Takes the extending set for both directions, as the program has one.
+pub fn printed<T: Real>(p: &StaticParameters<T>, v: T) -> T {
+    let zero = T::c(0.0);
+    let decay = (-(v.abs() / p.stribeck_velocity_extending)).exp();
+    let rest = p.coulomb_extending + p.breakaway_extending * decay;
+    let signed = T::select(zero.lt(v), rest, T::select(v.lt(zero), -rest, zero));
+    p.viscous_extending * v + signed
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    pub fn rottne() -> StaticParameters<f64> {
+        StaticParameters {
+            coulomb_extending: 160.0,
+            coulomb_retracting: 280.0,
+            breakaway_extending: 340.0,
+            breakaway_retracting: 400.0,
+            stribeck_velocity_extending: 0.002,
+            stribeck_velocity_retracting: 0.002,
+            stribeck_exponent_extending: 2.0,
+            stribeck_exponent_retracting: 2.0,
+            viscous_extending: 8000.0,
+            viscous_retracting: 12000.0,
+            viscous_exponent_extending: 1.5,
+            viscous_exponent_retracting: 1.5,
+        }
+    }
+
+    #[test]
+    fn static_friction_never_drives() {
+        for i in -2000..=2000 {
+            let v = f64::from(i) * 1e-4;
+            assert!(force(&rottne(), 1e-3, v) * v >= 0.0);
+            assert!(printed(&rottne(), v) * v >= 0.0);
+        }
+    }
+
+    #[test]
+    fn limits_of_the_map() {
+        let p = rottne();
+        assert_eq!(force(&p, 1e-3, 0.0), 0.0);
+        assert!((p.stribeck(0.0) - 340.0).abs() < 1e-9);
+        assert!((force(&p, 1e-6, -0.05) + 280.0 + 12000.0 * 0.05f64.powf(1.5)).abs() < 1e-6);
+    }
+
+    #[test]
+    fn printed_law_breaks_away_at_the_sum_of_both_forces() {
+        let p = StaticParameters {
+            coulomb_extending: 100.0,
+            breakaway_extending: 750.0,
+            stribeck_velocity_extending: 0.005,
+            viscous_extending: 3500.0,
+            ..rottne()
+        };
+        assert!((printed(&p, 1e-12) - 850.0).abs() < 1e-6);
+        assert_eq!(printed(&p, 0.0), 0.0);
+    }
+}

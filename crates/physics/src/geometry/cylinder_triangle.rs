@@ -1,0 +1,23 @@
+//! A cylinder between two pins.                      theory: docs/theory/geometry/cylinder_triangle.md
+//!
+//! length^2 = |r_moving - r_fixed|^2, the law of cosines of the triangle joint - pin - pin      thesis (9), (12)
+//! d length / dq = u . d r_moving / dq, with u the unit vector from the fixed to the moving pin
+//!
+//! The thesis's slope angles (10)-(16) and (28) are the direction of u; forces need only u itself.
+
+use super::MovingPoint;
+use hydrocrane_num::{Real, Vec2};
+
+/// Pin-to-pin length (m) and its derivative with respect to the joint coordinate.
+pub fn pin_distance<T: Real>(fixed: Vec2<T>, moving: MovingPoint<T>) -> (T, T) {
+    let d = moving.position - fixed;
+    let length = d.norm();
+    (length, d.dot(moving.rate) / length)
+}
+
+/// Angle at the joint between the two pins, from the two arms and the cylinder length: psi_0 of thesis (9).
+/// `None` where no such triangle exists.
+pub fn included_angle(arm_a: f64, arm_b: f64, length: f64) -> Option<f64> {
+    let cosine = (arm_a * arm_a + arm_b * arm_b - length * length) / (2.0 * arm_a * arm_b);
+    (cosine.abs() <= 1.0).then(|| cosine.acos())
+}

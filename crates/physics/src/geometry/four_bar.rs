@@ -1,0 +1,66 @@
+//! Four-bar torque linkage, closed form.                     theory: docs/theory/geometry/four_bar.md
+//!
+//! The common pin p of rocker and coupler lies on two circles,
+//!     |p - t_1| = r_1,   |p - t_3| = r_2,
+//! with t_1 the rocker pivot on the parent and t_3 the coupler pivot on the child. With d = t_3 - t_1:
+//!     p = t_1 + a d + side h perp(d),   a = (r_1^2 - r_2^2 + |d|^2) / (2 |d|^2),   h = sqrt(r_1^2/|d|^2 - a^2)
+//! This is thesis (17)-(27) without inverse trigonometry; both agree to rounding (tests/geometry.rs).
+//! Differentiating the two circles gives p' = lambda perp(p - t_1) with
+//!     lambda = (p - t_3).t_3' / (p - t_3).perp(p - t_1).
+
+use super::{lift_vec, MovingPoint};
+use hydrocrane_num::{smooth, Real, Vec2};
+
+/// Rocker on the parent link, coupler to the child link.
+#[derive(Debug, Clone, Copy)]
+pub struct FourBar<T> {
+    /// t_1 in the parent frame, m.
+    pub rocker_pivot: Vec2<T>,
+    /// t_3 in the child frame, m.
+    pub coupler_pivot: Vec2<T>,
+    pub rocker_length: T,
+    pub coupler_length: T,
+    /// +1: p left of the line t_1 -> t_3 (x right, z up), -1: right.
+    pub side: T,
+}
+
+impl FourBar<f64> {
+    pub fn lift<U: Real>(&self) -> FourBar<U> {
+        FourBar {
+            rocker_pivot: lift_vec(self.rocker_pivot),
+            coupler_pivot: lift_vec(self.coupler_pivot),
+            rocker_length: U::c(self.rocker_length),
+            coupler_length: U::c(self.coupler_length),
+            side: U::c(self.side),
+        }
+    }
+}
+
+impl<T: Real> FourBar<T> {
+    /// h^2: positive where the linkage closes, zero at its dead centres.
+    pub fn closure(&self, coupler_pivot: Vec2<T>) -> T {
+        let (a, d2) = self.projection(coupler_pivot - self.rocker_pivot);
+        self.rocker_length.square() / d2 - a * a
+    }
+
+    /// The common pin in the parent frame, given the coupler pivot there.
+    pub fn common_pin(&self, coupler_pivot: MovingPoint<T>) -> MovingPoint<T> {
+        let d = coupler_pivot.position - self.rocker_pivot;
+        let (a, _) = self.projection(d);
+        // Past a dead centre the linkage is torn; the root is held just above zero so that slopes stay finite.
+        let h = (smooth::positive_part(self.closure(coupler_pivot.position)) + 1e-18).sqrt();
+        let rocker = d * a + d.perp() * (self.side * h);
+        let position = self.rocker_pivot + rocker;
+
+        let coupler = position - coupler_pivot.position;
+        let lambda = coupler.dot(coupler_pivot.rate) / coupler.dot(rocker.perp());
+        MovingPoint { position, rate: rocker.perp() * lambda }
+    }
+
+    /// Share of the diagonal up to the foot of the common pin, and the squared diagonal (18).
+    fn projection(&self, d: Vec2<T>) -> (T, T) {
+        let d2 = d.dot(d);
+        let a = (self.rocker_length.square() - self.coupler_length.square() + d2) / (d2 * 2.0);
+        (a, d2)
+    }
+}

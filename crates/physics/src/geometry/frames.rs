@@ -1,0 +1,72 @@
+//! Frames of the links and the joints between them.             theory: docs/theory/geometry/frames.md
+//!
+//! Revolute:   child frame angle = parent frame angle + offset + sense (q - zero)     thesis (4), (5)
+//! Prismatic:  child origin = at + direction (q - zero), orientation kept             thesis (6)
+//!
+//! Angles count from x towards z. The thesis turns about y by `pi/2 - alpha` and `pi - beta`, which is the
+//! opposite sense: its boom frame stands at the angle `alpha - pi/2`, its jib frame at `beta - pi` from that.
+
+use super::{lift_vec, MovingPoint};
+use hydrocrane_num::{Real, Vec2};
+
+/// A joint of the chain.
+#[derive(Debug, Clone, Copy)]
+pub struct Joint<T> {
+    /// Place of the child's origin on the parent at `q = zero`, m.
+    pub at: Vec2<T>,
+    /// Prismatic: unit vector of growing `q` in the parent frame; zero for a revolute joint.
+    pub direction: Vec2<T>,
+    /// Revolute: frame angle of the child in the parent at `q = zero`, rad.
+    pub offset: T,
+    /// Coordinate of the neutral position, rad or m.
+    pub zero: T,
+    /// Revolute: +1 or -1, the derivative of the frame angle with respect to `q`; 0 for a prismatic joint.
+    pub sense: T,
+    pub revolute: bool,
+}
+
+/// A joint at a given coordinate: the child frame in the parent frame, and how it moves with the coordinate.
+#[derive(Debug, Clone, Copy)]
+pub struct JointPose<T> {
+    pub cos: T,
+    pub sin: T,
+    pub origin: Vec2<T>,
+    /// Derivative of the frame angle with respect to `q`.
+    pub turn: T,
+    /// Derivative of `origin` with respect to `q`.
+    pub slide: Vec2<T>,
+}
+
+impl Joint<f64> {
+    pub fn lift<U: Real>(&self) -> Joint<U> {
+        Joint {
+            at: lift_vec(self.at),
+            direction: lift_vec(self.direction),
+            offset: U::c(self.offset),
+            zero: U::c(self.zero),
+            sense: U::c(self.sense),
+            revolute: self.revolute,
+        }
+    }
+}
+
+impl<T: Real> Joint<T> {
+    pub fn pose(&self, q: T) -> JointPose<T> {
+        let travel = q - self.zero;
+        let (sin, cos, origin) = if self.revolute {
+            let (sin, cos) = (self.offset + self.sense * travel).sin_cos();
+            (sin, cos, self.at)
+        } else {
+            (T::c(0.0), T::c(1.0), self.at + self.direction * travel)
+        };
+        JointPose { cos, sin, origin, turn: self.sense, slide: self.direction }
+    }
+}
+
+impl<T: Real> JointPose<T> {
+    /// A point of the child link, in the parent frame, with its derivative.
+    pub fn carry(&self, point: Vec2<T>) -> MovingPoint<T> {
+        let arm = point.rotate(self.cos, self.sin);
+        MovingPoint { position: self.origin + arm, rate: self.slide + arm.perp() * self.turn }
+    }
+}

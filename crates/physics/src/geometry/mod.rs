@@ -1,0 +1,23 @@
+//! Where the links are and how far the pistons stand out (thesis 3.1).
+
+pub mod chain;
+pub mod cylinder_triangle;
+pub mod four_bar;
+pub mod frames;
+pub mod stroke;
+
+use hydrocrane_num::{Real, Vec2};
+
+/// A point that moves with one joint, seen from the parent link.
+#[derive(Debug, Clone, Copy)]
+pub struct MovingPoint<T> {
+    /// m, in the parent frame
+    pub position: Vec2<T>,
+    /// Derivative of `position` with respect to the joint coordinate.
+    pub rate: Vec2<T>,
+}
+
+/// A planar vector of constants.
+pub(crate) fn lift_vec<U: Real>(v: Vec2<f64>) -> Vec2<U> {
+    Vec2::c([v.x, v.z])
+}

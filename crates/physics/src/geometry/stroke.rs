@@ -1,0 +1,68 @@
+//! Piston position from the joint coordinate.                       theory: docs/theory/geometry/stroke.md
+//!
+//! x = pin-to-pin length - length at mid-stroke                              thesis (2), (40), (42)
+//! g = dx/dq: piston velocity v = g q', generalized force Q = g f            thesis (53), (54)
+
+use super::cylinder_triangle::pin_distance;
+use super::four_bar::FourBar;
+use super::frames::JointPose;
+use super::{lift_vec, MovingPoint};
+use hydrocrane_num::{Real, Vec2};
+
+/// What the rod is pinned to.
+#[derive(Debug, Clone, Copy)]
+pub enum Drive<T> {
+    /// Pins on the parent and on the child link.
+    Pins { on_parent: Vec2<T>, on_child: Vec2<T> },
+    /// Barrel on the parent link, rod on the common pin of a torque linkage.
+    FourBar { barrel: Vec2<T>, linkage: FourBar<T> },
+}
+
+/// A cylinder as a function of the coordinate of the joint it moves.
+#[derive(Debug, Clone, Copy)]
+pub struct Actuation<T> {
+    pub drive: Drive<T>,
+    /// Pin-to-pin length with the piston at mid-stroke, m.
+    pub mid_length: T,
+}
+
+impl Actuation<f64> {
+    pub fn lift<U: Real>(&self) -> Actuation<U> {
+        let drive = match self.drive {
+            Drive::Pins { on_parent, on_child } => {
+                Drive::Pins { on_parent: lift_vec(on_parent), on_child: lift_vec(on_child) }
+            }
+            Drive::FourBar { barrel, linkage } => Drive::FourBar { barrel: lift_vec(barrel), linkage: linkage.lift() },
+        };
+        Actuation { drive, mid_length: U::c(self.mid_length) }
+    }
+}
+
+impl<T: Real> Actuation<T> {
+    /// Piston position from mid-stroke (m) and its derivative with respect to the joint coordinate.
+    pub fn stroke(&self, pose: &JointPose<T>) -> (T, T) {
+        let (fixed, moving) = self.pins(pose);
+        let (length, slope) = pin_distance(fixed, moving);
+        (length - self.mid_length, slope)
+    }
+
+    /// The pin that moves with the joint, in the parent frame, m.
+    pub fn moving_pin(&self, pose: &JointPose<T>) -> Vec2<T> {
+        self.pins(pose).1.position
+    }
+
+    fn pins(&self, pose: &JointPose<T>) -> (Vec2<T>, MovingPoint<T>) {
+        match &self.drive {
+            Drive::Pins { on_parent, on_child } => (*on_parent, pose.carry(*on_child)),
+            Drive::FourBar { barrel, linkage } => (*barrel, linkage.common_pin(pose.carry(linkage.coupler_pivot))),
+        }
+    }
+
+    /// Positive where the cylinder's linkage closes; always so without a four-bar.
+    pub fn closure(&self, pose: &JointPose<T>) -> T {
+        match &self.drive {
+            Drive::Pins { .. } => T::c(1.0),
+            Drive::FourBar { linkage, .. } => linkage.closure(pose.carry(linkage.coupler_pivot).position),
+        }
+    }
+}

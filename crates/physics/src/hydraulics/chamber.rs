@@ -1,0 +1,43 @@
+//! Cylinder chambers: volumes and pressure build-up.           theory: docs/theory/hydraulics/chamber.md
+//!
+//! V_1 = V_d1 + A_1 (s/2 + x),     V_2 = V_d2 + A_2 (s/2 - x)                        thesis (84)-(87)
+//! p_1' = E(p_1)/V_1 (q_1 - q_int - A_1 v)                                           thesis (94), (105)
+//! p_2' = E(p_2)/V_2 (-q_2 + q_int - q_ext + A_2 v)                                  thesis (95), (106)
+//!
+//! with s the stroke, x the piston position from mid-stroke, q_int here from chamber 1 to 2 (the thesis's
+//! (97) counts it the other way, E12).
+
+use super::fluid::Fluid;
+use hydrocrane_num::Real;
+
+parameters! {
+    pub struct Chambers {
+        /// Piston-side and rod-side area, m^2.
+        area_1,
+        area_2,
+        /// Volumes at mid-stroke, dead volume included, m^3.
+        mid_volume_1,
+        mid_volume_2,
+    }
+}
+
+impl<T: Real> Chambers<T> {
+    /// m^3
+    pub fn volumes(&self, x: T) -> (T, T) {
+        (self.mid_volume_1 + self.area_1 * x, self.mid_volume_2 - self.area_2 * x)
+    }
+
+    /// Pressure force on the piston, N, positive outward.
+    pub fn force(&self, p1: T, p2: T) -> T {
+        p1 * self.area_1 - p2 * self.area_2
+    }
+
+    /// (p_1', p_2') in Pa/s from the flows into each chamber (m^3/s) and the piston's motion.
+    pub fn pressure_rates(&self, fluid: &Fluid<T>, x: T, v: T, p: (T, T), inflow: (T, T)) -> (T, T) {
+        let (v1, v2) = self.volumes(x);
+        (
+            fluid.bulk_modulus(p.0) / v1 * (inflow.0 - self.area_1 * v),
+            fluid.bulk_modulus(p.1) / v2 * (inflow.1 + self.area_2 * v),
+        )
+    }
+}

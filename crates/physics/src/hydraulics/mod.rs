@@ -1,0 +1,10 @@
+//! Oil, metering edges, spools, chambers and end stops (thesis 4).
+
+pub mod chamber;
+pub mod connector;
+pub mod end_stop;
+pub mod fluid;
+pub mod leakage;
+pub mod orifice;
+pub mod spool;
+pub mod spool_valve;

@@ -1,0 +1,41 @@
+//! Rows in, rows out.
+
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+/// A batch of vectors of one length.
+pub type Rows<'py> = PyReadonlyArray2<'py, f64>;
+pub type Row<'py> = PyReadonlyArray1<'py, f64>;
+
+/// The numbers of a C-contiguous batch whose rows have `width` numbers.
+pub fn rows<'a>(a: &'a Rows, width: usize, name: &str) -> PyResult<&'a [f64]> {
+    if a.as_array().ncols() != width {
+        let message = format!("{name} must have {width} columns, got {}", a.as_array().ncols());
+        return Err(PyValueError::new_err(message));
+    }
+    a.as_slice().map_err(|_| PyValueError::new_err(format!("{name} must be C-contiguous")))
+}
+
+/// The numbers of a vector of `width` numbers.
+pub fn row<'a>(a: &'a Row, width: usize, name: &str) -> PyResult<&'a [f64]> {
+    let slice = a.as_slice().map_err(|_| PyValueError::new_err(format!("{name} must be C-contiguous")))?;
+    if slice.len() != width {
+        return Err(PyValueError::new_err(format!("{name} must have {width} numbers, got {}", slice.len())));
+    }
+    Ok(slice)
+}
+
+pub fn matrix<'py>(py: Python<'py>, data: Vec<f64>, columns: usize) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let count = if columns == 0 { 0 } else { data.len() / columns };
+    data.into_pyarray(py).reshape([count, columns])
+}
+
+pub fn tensor<'py>(py: Python<'py>, data: Vec<f64>, (r, c): (usize, usize)) -> PyResult<Bound<'py, PyArray3<f64>>> {
+    let count = data.len() / (r * c);
+    data.into_pyarray(py).reshape([count, r, c])
+}
+
+pub fn vector(py: Python<'_>, data: Vec<f64>) -> Bound<'_, PyArray1<f64>> {
+    data.into_pyarray(py)
+}

@@ -1,0 +1,133 @@
+//! Machine and scenario files.
+
+use crate::machine::Machine;
+use hydrocrane_machine::scenario::{Interpolation, Pressures};
+use hydrocrane_machine::{MachineError, OverrideValue};
+use pyo3::create_exception;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyList, PyTuple};
+
+create_exception!(_core, MachineFileError, PyValueError, "args: message, slug, file, line, column, key");
+
+pub fn file_error(e: &MachineError) -> PyErr {
+    let owned = |text: Option<&str>| text.map(str::to_string);
+    MachineFileError::new_err((e.to_string(), e.slug(), owned(e.file()), e.line(), e.column(), owned(e.key())))
+}
+
+fn value(v: &Bound<'_, PyAny>) -> PyResult<OverrideValue> {
+    if v.is_instance_of::<PyBool>() {
+        return Ok(OverrideValue::Bool(v.extract()?));
+    }
+    if let Ok(text) = v.extract::<String>() {
+        return Ok(OverrideValue::Text(text));
+    }
+    if let Ok(number) = v.extract::<f64>() {
+        return Ok(OverrideValue::Number(number));
+    }
+    let items = v.try_iter().map_err(|_| PyValueError::new_err(format!("cannot use {v} as the value of a key")))?;
+    let items: PyResult<Vec<_>> = items.map(|item| value(&item?)).collect();
+    Ok(OverrideValue::List(items?))
+}
+
+fn overrides(pairs: &Bound<'_, PyList>) -> PyResult<Vec<(String, OverrideValue)>> {
+    pairs.iter().map(|pair| Ok((pair.get_item(0)?.extract()?, value(&pair.get_item(1)?)?))).collect()
+}
+
+fn to_python<'py>(py: Python<'py>, v: &OverrideValue) -> PyResult<Bound<'py, PyAny>> {
+    Ok(match v {
+        OverrideValue::Number(x) => x.into_pyobject(py)?.into_any(),
+        OverrideValue::Text(s) => s.into_pyobject(py)?.into_any(),
+        OverrideValue::Bool(b) => PyBool::new(py, *b).to_owned().into_any(),
+        OverrideValue::List(items) => {
+            let items: PyResult<Vec<_>> = items.iter().map(|i| to_python(py, i)).collect();
+            PyList::new(py, items?)?.into_any()
+        }
+    })
+}
+
+#[pyfunction]
+pub fn load_machine(source: &str, pairs: &Bound<'_, PyList>) -> PyResult<Machine> {
+    let description = hydrocrane_machine::load(source, &overrides(pairs)?).map_err(|e| file_error(&e))?;
+    let model = hydrocrane_sim::build(&description).map_err(|e| {
+        let message = format!("{source}: [cannot-build] {e}");
+        MachineFileError::new_err((
+            message,
+            "cannot-build",
+            source.to_string(),
+            None::<usize>,
+            None::<usize>,
+            None::<String>,
+        ))
+    })?;
+    Ok(Machine { model })
+}
+
+#[pyfunction]
+pub fn load_scenario<'py>(py: Python<'py>, source: &str, pairs: &Bound<'py, PyList>) -> PyResult<Bound<'py, PyDict>> {
+    let s = hydrocrane_machine::load_scenario(source, &overrides(pairs)?).map_err(|e| file_error(&e))?;
+    let out = PyDict::new(py);
+    out.set_item("name", s.name)?;
+    out.set_item("title", s.title)?;
+    out.set_item("machine", s.machine)?;
+    let changes: PyResult<Vec<_>> = s.overrides.iter().map(|(k, v)| Ok((k.clone(), to_python(py, v)?))).collect();
+    out.set_item("overrides", changes?)?;
+    out.set_item("payload", s.payload)?;
+    out.set_item("duration", s.duration)?;
+    out.set_item("record_interval", s.record_interval)?;
+    out.set_item("seed", s.seed)?;
+    let joints = PyDict::new(py);
+    for (name, q) in &s.initial.joints {
+        joints.set_item(name, q)?;
+    }
+    out.set_item("joints", joints)?;
+    match &s.initial.pressures {
+        Pressures::Equilibrium => out.set_item("pressures", "equilibrium")?,
+        Pressures::Explicit(pairs) => {
+            let pressures = PyDict::new(py);
+            for (name, p) in pairs {
+                pressures.set_item(name, PyTuple::new(py, p)?)?;
+            }
+            out.set_item("pressures", pressures)?;
+        }
+    }
+    let commands = PyDict::new(py);
+    for c in s.commands {
+        let command = PyDict::new(py);
+        command.set_item("time", c.time)?;
+        command.set_item("spool", c.spool)?;
+        let linear = c.interpolation == Interpolation::Linear;
+        command.set_item("interpolation", if linear { "linear" } else { "hold" })?;
+        commands.set_item(c.cylinder, command)?;
+    }
+    out.set_item("commands", commands)?;
+    let solver = PyDict::new(py);
+    solver.set_item("method", s.solver.method)?;
+    solver.set_item("rtol", s.solver.rtol)?;
+    solver.set_item("atol", s.solver.atol)?;
+    solver.set_item("max_step", s.solver.max_step)?;
+    out.set_item("solver", solver)?;
+    Ok(out)
+}
+
+#[pyfunction]
+pub fn bundled_machines() -> Vec<&'static str> {
+    hydrocrane_machine::bundled_machines().iter().map(|(name, _)| *name).collect()
+}
+
+#[pyfunction]
+pub fn bundled_scenarios() -> Vec<&'static str> {
+    hydrocrane_machine::bundled_scenarios().iter().map(|(name, _)| *name).collect()
+}
+
+/// The file behind a bundled name; `kind` is `machine` or `scenario`.
+#[pyfunction]
+pub fn bundled_text(kind: &str, name: &str) -> PyResult<&'static str> {
+    let files = match kind {
+        "machine" => hydrocrane_machine::bundled_machines(),
+        "scenario" => hydrocrane_machine::bundled_scenarios(),
+        _ => return Err(PyValueError::new_err(format!("kind must be `machine` or `scenario`, got `{kind}`"))),
+    };
+    let found = files.iter().find(|(n, _)| *n == name);
+    found.map(|(_, text)| *text).ok_or_else(|| PyValueError::new_err(format!("no bundled {kind} `{name}`")))
+}

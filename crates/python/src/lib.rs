@@ -1,0 +1,22 @@
+//! The Python module `hydrocrane._core`: converts, releases the interpreter lock, maps errors; no logic.
+
+mod arrays;
+mod files;
+mod machine;
+mod simulation;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add("MachineFileError", m.py().get_type::<files::MachineFileError>())?;
+    m.add_class::<machine::Machine>()?;
+    m.add_class::<simulation::Simulator>()?;
+    m.add_function(wrap_pyfunction!(files::load_machine, m)?)?;
+    m.add_function(wrap_pyfunction!(files::load_scenario, m)?)?;
+    m.add_function(wrap_pyfunction!(files::bundled_machines, m)?)?;
+    m.add_function(wrap_pyfunction!(files::bundled_scenarios, m)?)?;
+    m.add_function(wrap_pyfunction!(files::bundled_text, m)?)?;
+    m.add_function(wrap_pyfunction!(simulation::simulate, m)?)?;
+    Ok(())
+}

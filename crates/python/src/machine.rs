@@ -1,0 +1,377 @@
+//! The machine as Python asks it: batches of rows in, arrays out.
+
+use crate::arrays::{matrix, row, rows, tensor, vector, Row, Rows};
+use hydrocrane_sim::{EquilibriumMode, Model, OutputInfo, LEDGER_TERMS};
+use numpy::{PyArray1, PyArray2, PyArray3};
+use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+use std::sync::Arc;
+
+#[pyclass(frozen, module = "hydrocrane._core")]
+pub struct Machine {
+    pub model: Arc<dyn Model>,
+}
+
+type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
+type Matrix<'py> = PyResult<Bound<'py, PyArray2<f64>>>;
+type Tensor<'py> = PyResult<Bound<'py, PyArray3<f64>>>;
+
+impl Machine {
+    fn n(&self) -> usize {
+        self.model.layout().joints()
+    }
+    fn states(&self) -> usize {
+        self.model.layout().len()
+    }
+
+    /// Applies `f(index, out_row)` to `count` rows of `width` numbers without the interpreter lock.
+    fn fill(&self, py: Python<'_>, count: usize, width: usize, f: impl Fn(usize, &mut [f64]) + Sync) -> Vec<f64> {
+        py.detach(|| {
+            let mut out = vec![0.0; count * width];
+            out.chunks_exact_mut(width.max(1)).enumerate().for_each(|(i, row)| f(i, row));
+            out
+        })
+    }
+
+    /// `f` over rows of joint coordinates.
+    fn over_q<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Rows<'py>,
+        width: usize,
+        f: impl Fn(&dyn Model, &[f64], &mut [f64]) + Sync,
+    ) -> PyResult<Vec<f64>> {
+        let (n, q) = (self.n(), rows(q, self.n(), "q")?);
+        Ok(self.fill(py, q.len() / n, width, |i, out| f(self.model.as_ref(), &q[i * n..(i + 1) * n], out)))
+    }
+
+    /// `f` over rows of joint coordinates and of a second quantity of the same width.
+    fn over_q_and<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Rows<'py>,
+        other: (&Rows<'py>, &str),
+        width: usize,
+        f: impl Fn(&dyn Model, &[f64], &[f64], &mut [f64]) + Sync,
+    ) -> PyResult<Vec<f64>> {
+        let n = self.n();
+        let (q, other) = (rows(q, n, "q")?, rows(other.0, n, other.1)?);
+        let at = |i: usize| i * n..(i + 1) * n;
+        Ok(self.fill(py, q.len().min(other.len()) / n, width, |i, out| {
+            f(self.model.as_ref(), &q[at(i)], &other[at(i)], out);
+        }))
+    }
+
+    /// `f` over rows of states and of commands.
+    fn over_states<'py>(
+        &self,
+        py: Python<'py>,
+        x: &Rows<'py>,
+        u: &Rows<'py>,
+        width: usize,
+        f: impl Fn(&dyn Model, &[f64], &[f64], &mut [f64]) + Sync,
+    ) -> PyResult<Vec<f64>> {
+        let (n, states) = (self.n(), self.states());
+        let (x, u) = (rows(x, states, "state")?, rows(u, n, "spool_command")?);
+        Ok(self.fill(py, (x.len() / states).min(u.len() / n), width, |i, out| {
+            f(self.model.as_ref(), &x[i * states..(i + 1) * states], &u[i * n..(i + 1) * n], out);
+        }))
+    }
+
+    fn cylinder(&self, index: usize) -> PyResult<usize> {
+        let n = self.n();
+        (index < n).then_some(index).ok_or_else(|| PyIndexError::new_err(format!("no cylinder {index} of {n}")))
+    }
+}
+
+#[pymethods]
+impl Machine {
+    #[getter]
+    fn name(&self) -> &str {
+        &self.model.machine().name
+    }
+    #[getter]
+    fn title(&self) -> &str {
+        &self.model.machine().title
+    }
+    #[getter]
+    fn description(&self) -> &str {
+        &self.model.machine().description
+    }
+    #[getter]
+    fn joint_names<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, self.model.machine().joints.iter().map(|j| j.name.as_str()))
+    }
+    #[getter]
+    fn joint_units<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, &self.model.layout().units[..self.n()])
+    }
+    #[getter]
+    fn cylinder_names<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, self.model.machine().cylinders.iter().map(|c| c.name.as_str()))
+    }
+    #[getter]
+    fn state_names<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, &self.model.layout().names)
+    }
+    #[getter]
+    fn state_units<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, &self.model.layout().units)
+    }
+    #[getter]
+    fn state_long_names<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, &self.model.layout().long_names)
+    }
+    #[getter]
+    fn payload_mass(&self) -> f64 {
+        self.model.machine().payload.mass
+    }
+    #[getter]
+    fn supply_pressure(&self) -> f64 {
+        self.model.machine().supply.pressure
+    }
+    #[getter]
+    fn tank_pressure(&self) -> f64 {
+        self.model.machine().supply.tank_pressure
+    }
+    /// Piston-side and rod-side areas, m^2.
+    #[getter]
+    fn areas<'py>(&self, py: Python<'py>) -> Matrix<'py> {
+        let area = |d: f64| std::f64::consts::FRAC_PI_4 * d * d;
+        let pairs = self.model.machine().cylinders.iter();
+        matrix(py, pairs.flat_map(|c| [area(c.bore), area(c.bore) - area(c.rod_diameter)]).collect(), 2)
+    }
+    #[getter]
+    fn provenance(&self) -> Vec<(String, String, String)> {
+        let entries = self.model.machine().provenance.iter();
+        entries.map(|p| (p.key.clone(), format!("{:?}", p.class).to_lowercase(), p.source.clone())).collect()
+    }
+    #[getter]
+    fn errata<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let e = &self.model.machine().errata;
+        let out = PyDict::new(py);
+        for (name, corrected) in [
+            ("gravity-sign", e.gravity_sign),
+            ("inertia-about", e.inertia_about),
+            ("orifice-law", e.orifice_law),
+            ("extension-leakage", e.extension_leakage),
+            ("extension-dead-volume", e.extension_dead_volume),
+            ("leakage-viscosity", e.leakage_viscosity),
+            ("end-stop", e.end_stop),
+            ("friction-map", e.friction_map),
+            ("ik-quadrant", e.ik_quadrant),
+            ("ik-unreachable", e.ik_unreachable),
+            ("ik-extension", e.ik_extension),
+        ] {
+            out.set_item(name, corrected)?;
+        }
+        Ok(out)
+    }
+    #[getter]
+    fn joint_limits<'py>(&self, py: Python<'py>) -> Matrix<'py> {
+        matrix(py, self.model.joint_limits().iter().flat_map(|l| [l.lower, l.upper]).collect(), 2)
+    }
+    #[getter]
+    fn joint_limit_reasons(&self) -> Vec<(&'static str, &'static str)> {
+        self.model.joint_limits().iter().map(|l| (l.reasons[0].name(), l.reasons[1].name())).collect()
+    }
+    #[getter]
+    fn stroke_limits<'py>(&self, py: Python<'py>) -> Matrix<'py> {
+        matrix(py, self.model.stroke_limits().concat(), 2)
+    }
+    #[getter]
+    fn spool_strokes<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, self.model.spool_strokes())
+    }
+
+    fn strokes<'py>(&self, py: Python<'py>, q: Rows<'py>) -> Matrix<'py> {
+        let n = self.n();
+        let data = self.over_q(py, &q, n, |m, q, out| m.strokes(q, out, &mut vec![0.0; n]))?;
+        matrix(py, data, n)
+    }
+    fn stroke_jacobian<'py>(&self, py: Python<'py>, q: Rows<'py>) -> Tensor<'py> {
+        let n = self.n();
+        let data = self.over_q(py, &q, n * n, |m, q, out| {
+            let (mut x, mut gain) = (vec![0.0; n], vec![0.0; n]);
+            m.strokes(q, &mut x, &mut gain);
+            (0..n).for_each(|c| out[c * n + c] = gain[c]);
+        })?;
+        tensor(py, data, (n, n))
+    }
+    fn joints_from_strokes<'py>(&self, py: Python<'py>, x: Rows<'py>) -> Matrix<'py> {
+        let n = self.n();
+        let x = rows(&x, n, "x")?;
+        let mut out = vec![0.0; x.len()];
+        for (x, q) in x.chunks_exact(n).zip(out.chunks_exact_mut(n)) {
+            self.model.joints_from_strokes(x, q).map_err(|e| PyValueError::new_err(e.to_string()))?;
+        }
+        matrix(py, out, n)
+    }
+    fn tip<'py>(&self, py: Python<'py>, q: Rows<'py>) -> Matrix<'py> {
+        matrix(py, self.over_q(py, &q, 2, |m, q, out| out.copy_from_slice(&m.tip(q)))?, 2)
+    }
+    fn tip_jacobian<'py>(&self, py: Python<'py>, q: Rows<'py>) -> Tensor<'py> {
+        let n = self.n();
+        tensor(py, self.over_q(py, &q, 2 * n, |m, q, out| m.tip_jacobian(q, out))?, (2, n))
+    }
+    fn inverse_kinematics<'py>(&self, py: Python<'py>, tip: Row<'py>, held: f64) -> Matrix<'py> {
+        let tip = row(&tip, 2, "tip")?;
+        let found = self.model.inverse_kinematics([tip[0], tip[1]], held);
+        let found = found.map_err(|e| PyValueError::new_err(e.to_string()))?;
+        matrix(py, found.concat(), self.n())
+    }
+    fn drawing<'py>(
+        &self,
+        py: Python<'py>,
+        q: Row<'py>,
+    ) -> PyResult<Vec<(&'static str, String, Bound<'py, PyArray2<f64>>)>> {
+        let shapes = self.model.drawing(row(&q, self.n(), "q")?);
+        shapes.into_iter().map(|s| Ok((s.kind.name(), s.name, matrix(py, s.line.concat(), 2)?))).collect()
+    }
+    fn workspace<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyArray2<f64>>>> {
+        self.model.workspace().into_iter().map(|curve| matrix(py, curve.concat(), 2)).collect()
+    }
+
+    fn mass_matrix<'py>(&self, py: Python<'py>, q: Rows<'py>, payload: f64) -> Tensor<'py> {
+        let n = self.n();
+        let data = self.over_q(py, &q, n * n, |m, q, out| {
+            m.equations(q, &vec![0.0; n], payload, out, &mut vec![0.0; n]);
+        })?;
+        tensor(py, data, (n, n))
+    }
+    fn bias_force<'py>(&self, py: Python<'py>, q: Rows<'py>, qd: Rows<'py>, payload: f64) -> Matrix<'py> {
+        let n = self.n();
+        let data = self.over_q_and(py, &q, (&qd, "qd"), n, |m, q, qd, out| {
+            m.equations(q, qd, payload, &mut vec![0.0; n * n], out);
+        })?;
+        matrix(py, data, n)
+    }
+    fn forward_dynamics<'py>(
+        &self,
+        py: Python<'py>,
+        q: Rows<'py>,
+        qd: Rows<'py>,
+        force: Rows<'py>,
+        payload: f64,
+    ) -> Matrix<'py> {
+        let n = self.n();
+        let (q, qd, force) = (rows(&q, n, "q")?, rows(&qd, n, "qd")?, rows(&force, n, "cylinder_force")?);
+        let count = q.len().min(qd.len()).min(force.len()) / n;
+        let at = |i: usize| i * n..(i + 1) * n;
+        let data = self.fill(py, count, n, |i, out| {
+            self.model.forward_dynamics(&q[at(i)], &qd[at(i)], &force[at(i)], payload, out);
+        });
+        matrix(py, data, n)
+    }
+    fn static_cylinder_force<'py>(&self, py: Python<'py>, q: Rows<'py>, payload: f64) -> Matrix<'py> {
+        let n = self.n();
+        matrix(py, self.over_q(py, &q, n, |m, q, out| m.static_force(q, payload, out))?, n)
+    }
+    fn kinetic_energy<'py>(&self, py: Python<'py>, q: Rows<'py>, qd: Rows<'py>, payload: f64) -> Vector<'py> {
+        let energy = |m: &dyn Model, q: &[f64], qd: &[f64], out: &mut [f64]| out[0] = m.energies(q, qd, payload).0;
+        Ok(vector(py, self.over_q_and(py, &q, (&qd, "qd"), 1, energy)?))
+    }
+    fn potential_energy<'py>(&self, py: Python<'py>, q: Rows<'py>, payload: f64) -> Vector<'py> {
+        let rest = vec![0.0; self.n()];
+        Ok(vector(py, self.over_q(py, &q, 1, |m, q, out| out[0] = m.energies(q, &rest, payload).1)?))
+    }
+
+    fn orifice_flow<'py>(&self, py: Python<'py>, cylinder: usize, spool: Row<'py>, dp: Row<'py>) -> Vector<'py> {
+        let c = self.cylinder(cylinder)?;
+        let (spool, dp) = (spool.as_slice()?, dp.as_slice()?);
+        let flows = spool.iter().zip(dp).map(|(x, dp)| self.model.orifice_flow(c, *x, *dp));
+        Ok(vector(py, flows.collect()))
+    }
+    fn bulk_modulus<'py>(&self, py: Python<'py>, p: Row<'py>) -> Vector<'py> {
+        Ok(vector(py, p.as_slice()?.iter().map(|p| self.model.bulk_modulus(*p)).collect()))
+    }
+    fn density<'py>(&self, py: Python<'py>, p: Row<'py>) -> Vector<'py> {
+        Ok(vector(py, p.as_slice()?.iter().map(|p| self.model.density(*p)).collect()))
+    }
+    fn friction_map<'py>(&self, py: Python<'py>, cylinder: usize, v: Row<'py>) -> Vector<'py> {
+        let c = self.cylinder(cylinder)?;
+        Ok(vector(py, v.as_slice()?.iter().map(|v| self.model.steady_friction(c, *v)).collect()))
+    }
+    fn passivity<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        let entries = self.model.passivity().into_iter();
+        entries
+            .map(|p| {
+                let out = PyDict::new(py);
+                out.set_item("cylinder", p.cylinder)?;
+                out.set_item("holds", p.fails_at.is_none())?;
+                out.set_item("velocity_limit", p.fails_at)?;
+                out.set_item("checked_to", p.checked_to)?;
+                Ok(out)
+            })
+            .collect()
+    }
+
+    fn state_derivative<'py>(&self, py: Python<'py>, x: Rows<'py>, u: Rows<'py>, payload: f64) -> Matrix<'py> {
+        let width = self.states();
+        let data = self.over_states(py, &x, &u, width, |m, x, u, out| m.derivative(x, u, payload, out, &mut []))?;
+        matrix(py, data, width)
+    }
+    fn reference_state_derivative<'py>(
+        &self,
+        py: Python<'py>,
+        x: Rows<'py>,
+        u: Rows<'py>,
+        payload: f64,
+    ) -> Matrix<'py> {
+        let (n, width) = (self.n(), self.states());
+        let (x, u) = (rows(&x, width, "state")?, rows(&u, n, "spool_command")?);
+        let mut data = Vec::with_capacity(x.len());
+        for (x, u) in x.chunks_exact(width).zip(u.chunks_exact(n)) {
+            let derivative = self.model.reference_derivative(x, u, payload).ok_or_else(|| {
+                PyValueError::new_err(
+                    "the reference model knows the corrected laws only; this machine has as-printed ones",
+                )
+            })?;
+            data.extend(derivative);
+        }
+        matrix(py, data, width)
+    }
+    fn jacobian<'py>(&self, py: Python<'py>, x: Rows<'py>, u: Rows<'py>, payload: f64) -> Tensor<'py> {
+        let width = self.states();
+        let data =
+            self.over_states(py, &x, &u, width * width, |m, x, u, out| m.jacobian(x, u, payload, out, &mut []))?;
+        tensor(py, data, (width, width))
+    }
+    fn equilibrium<'py>(&self, py: Python<'py>, q: Row<'py>, mode: &str, payload: f64) -> Vector<'py> {
+        let mode = match mode {
+            "hold" => EquilibriumMode::Hold,
+            "steady" => EquilibriumMode::Steady,
+            _ => return Err(PyValueError::new_err(format!("mode must be `hold` or `steady`, got `{mode}`"))),
+        };
+        Ok(vector(py, self.model.equilibrium(row(&q, self.n(), "q")?, mode, payload)))
+    }
+    #[getter]
+    fn output_info(&self) -> Vec<(String, &'static str, String)> {
+        let info = self.model.output_info().iter();
+        info.map(|OutputInfo { name, unit, long_name }| (name.clone(), *unit, long_name.clone())).collect()
+    }
+    fn outputs<'py>(&self, py: Python<'py>, x: Rows<'py>, u: Rows<'py>, payload: f64) -> Matrix<'py> {
+        let width = self.model.output_info().len();
+        let data = self.over_states(py, &x, &u, width, |m, x, _, out| m.outputs(x, payload, out))?;
+        matrix(py, data, width)
+    }
+    /// Name, unit, meaning and sign in the energy balance.
+    #[getter]
+    fn ledger_info(&self) -> Vec<(String, &'static str, String)> {
+        self.ledger_entries(|c, name, long_name| (format!("{c}.{name}"), "J", format!("{c}: {long_name}")))
+    }
+    /// +1 where a ledger entry adds to the stored energy, -1 where it takes from it, 0 where it moves inside.
+    #[getter]
+    fn ledger_signs(&self) -> Vec<f64> {
+        self.model.machine().cylinders.iter().flat_map(|_| LEDGER_TERMS.map(|(_, _, sign)| sign)).collect()
+    }
+}
+
+impl Machine {
+    fn ledger_entries<R>(&self, entry: impl Fn(&str, &str, &str) -> R) -> Vec<R> {
+        let cylinders = self.model.machine().cylinders.iter();
+        let entry = &entry;
+        cylinders.flat_map(|c| LEDGER_TERMS.iter().map(move |(name, text, _)| entry(&c.name, name, text))).collect()
+    }
+}

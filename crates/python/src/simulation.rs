@@ -1,0 +1,122 @@
+//! Runs and the stepping interface.
+
+use crate::arrays::{matrix, row, rows, vector, Row, Rows};
+use crate::machine::Machine;
+use hydrocrane_sim::integrator::Tolerances;
+use hydrocrane_sim::{Commands, Run, RunOptions, LEDGER_PER_CYLINDER};
+use numpy::PyArray1;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// Steps after which a run is given up: minutes of computing.
+const MAX_STEPS: u64 = 20_000_000;
+
+fn options(payload: f64, method: &str, rtol: f64, atol: Option<f64>, max_step: f64, ledger: bool) -> RunOptions {
+    RunOptions {
+        method: method.to_string(),
+        tolerances: Tolerances { relative: rtol, absolute: atol.unwrap_or(rtol), max_step },
+        payload,
+        ledger,
+        max_steps: MAX_STEPS,
+    }
+}
+
+#[pyfunction]
+#[allow(clippy::too_many_arguments)]
+pub fn simulate<'py>(
+    py: Python<'py>,
+    machine: &Machine,
+    x0: Row<'py>,
+    t_end: f64,
+    command_times: Row<'py>,
+    commands: Rows<'py>,
+    linear: bool,
+    record_times: Row<'py>,
+    payload: f64,
+    method: &str,
+    rtol: f64,
+    atol: Option<f64>,
+    max_step: f64,
+    ledger: bool,
+    should_stop: Option<Py<PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let n = machine.model.layout().joints();
+    let commands = Commands {
+        times: command_times.as_slice()?.to_vec(),
+        values: rows(&commands, n, "commands")?.to_vec(),
+        linear,
+    };
+    let (x0, record) = (x0.as_slice()?.to_vec(), record_times.as_slice()?.to_vec());
+    let options = options(payload, method, rtol, atol, max_step, ledger);
+    let model = machine.model.clone();
+    let run = py.detach(|| {
+        let mut keep_going = |_t: f64| match &should_stop {
+            None => true,
+            Some(ask) => Python::attach(|py| {
+                let answer = ask.call0(py).and_then(|a| a.extract::<bool>(py));
+                py.check_signals().is_ok() && !answer.unwrap_or(true)
+            }),
+        };
+        hydrocrane_sim::simulate(model.as_ref(), &x0, t_end, &commands, &record, &options, &mut keep_going)
+    });
+    record_of(py, machine, run)
+}
+
+fn record_of<'py>(py: Python<'py>, machine: &Machine, run: Run) -> PyResult<Bound<'py, PyDict>> {
+    let layout = machine.model.layout();
+    let out = PyDict::new(py);
+    let ledger_width = if run.ledger.is_empty() { 0 } else { LEDGER_PER_CYLINDER * layout.joints() };
+    out.set_item("t", vector(py, run.times))?;
+    out.set_item("states", matrix(py, run.states, layout.len())?)?;
+    out.set_item("ledger", matrix(py, run.ledger, ledger_width)?)?;
+    out.set_item("commands", matrix(py, run.commands, layout.joints())?)?;
+    out.set_item("outcome", (run.outcome.kind.name(), run.outcome.time, run.outcome.message))?;
+    let stats = PyDict::new(py);
+    stats.set_item("steps", run.accepted)?;
+    stats.set_item("rejected", run.rejected)?;
+    stats.set_item("rhs", run.effort.derivatives)?;
+    stats.set_item("jacobians", run.effort.jacobians)?;
+    stats.set_item("factorisations", run.effort.factorisations)?;
+    out.set_item("stats", stats)?;
+    Ok(out)
+}
+
+#[pyclass(module = "hydrocrane._core")]
+pub struct Simulator {
+    inner: hydrocrane_sim::Simulator,
+    cylinders: usize,
+}
+
+#[pymethods]
+impl Simulator {
+    #[new]
+    fn new(machine: &Machine, sample_time: f64, payload: f64, method: &str, rtol: f64) -> Self {
+        let options = options(payload, method, rtol, None, sample_time.min(0.05), false);
+        Simulator {
+            inner: hydrocrane_sim::Simulator::new(machine.model.clone(), sample_time, options),
+            cylinders: machine.model.layout().joints(),
+        }
+    }
+
+    fn reset(&mut self, x0: Row<'_>) -> PyResult<()> {
+        self.inner.reset(x0.as_slice()?).map_err(PyValueError::new_err)
+    }
+
+    /// Outcome kind after one sample with the commands held.
+    fn step(&mut self, py: Python<'_>, u: Row<'_>) -> PyResult<&'static str> {
+        let u = row(&u, self.cylinders, "spool_command")?.to_vec();
+        Ok(py.detach(|| self.inner.step(&u)).kind.name())
+    }
+
+    #[getter]
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let state = self.inner.state().ok_or_else(|| PyValueError::new_err("reset the simulator first"))?;
+        Ok(vector(py, state.to_vec()))
+    }
+
+    #[getter]
+    fn time(&self) -> f64 {
+        self.inner.time()
+    }
+}

@@ -1,0 +1,246 @@
+//! A machine with `N` joints, ready to be asked.
+
+use crate::build::{plant, BuildError};
+use crate::cylinder_unit::FrictionLaw;
+use crate::drawing::{self, Shape};
+use crate::inverse::{joint_from_stroke, StrokeError};
+use crate::jacobian::Lifted;
+use crate::layout::{Layout, Unit};
+use crate::ledger::{powers, LEDGER_PER_CYLINDER};
+use crate::limits::{Drivetrain, JointLimits};
+use crate::model::{EquilibriumMode, Model, Passivity};
+use crate::outputs::{self, OutputInfo};
+use crate::plant::Plant;
+use crate::{equilibrium, reference, workspace};
+use hydrocrane_control::inverse_kinematics::{self, Printed, TooFewRevolute};
+use hydrocrane_machine::Machine;
+use hydrocrane_num::small;
+use hydrocrane_physics::hydraulics::fluid::OilTables;
+
+pub struct Crane<const N: usize> {
+    machine: Machine,
+    pub(crate) plant: Plant<f64, N>,
+    lifted: Lifted<N>,
+    pub(crate) oil: OilTables,
+    layout: Layout,
+    limits: Vec<JointLimits>,
+    outputs: Vec<OutputInfo>,
+}
+
+/// Speed up to which passivity of friction is checked, m/s: beyond any hydraulic cylinder's.
+const FASTEST_PISTON: f64 = 1.0;
+
+impl<const N: usize> Crane<N> {
+    pub fn new(machine: &Machine) -> Result<Self, BuildError> {
+        let plant = plant::<N>(machine)?;
+        let units: Vec<Unit> = (machine.joints.iter().zip(&machine.cylinders).zip(&plant.cylinders))
+            .map(|((j, c), p)| Unit {
+                joint: j.name.clone(),
+                cylinder: c.name.clone(),
+                revolute: matches!(j.kind, hydrocrane_machine::model::JointKind::Revolute(_)),
+                bristle: p.friction.has_bristle(),
+                spool: (c.valve.stroke, c.valve.natural_frequency),
+            })
+            .collect();
+        let mut crane = Crane {
+            lifted: Lifted::new(&plant),
+            oil: OilTables::new(plant.fluid),
+            layout: Layout::new(&units),
+            limits: Vec::with_capacity(N),
+            outputs: outputs::info(machine),
+            machine: machine.clone(),
+            plant,
+        };
+        for i in 0..N {
+            let limits = crane.drivetrain(i).limits()?;
+            crane.limits.push(limits);
+        }
+        Ok(crane)
+    }
+
+    fn drivetrain(&self, i: usize) -> Drivetrain<'_> {
+        Drivetrain {
+            joint: &self.plant.mechanics.joints[i],
+            actuation: &self.plant.actuations[i],
+            description: &self.machine.joints[i],
+            cylinder: &self.machine.cylinders[i],
+        }
+    }
+
+    pub(crate) fn limit_pairs(&self) -> [[f64; 2]; N] {
+        std::array::from_fn(|i| [self.limits[i].lower, self.limits[i].upper])
+    }
+}
+
+/// The first `N` numbers of a slice, as an array.
+fn array<const N: usize>(x: &[f64]) -> [f64; N] {
+    std::array::from_fn(|i| x[i])
+}
+
+impl<const N: usize> Model for Crane<N> {
+    fn machine(&self) -> &Machine {
+        &self.machine
+    }
+    fn layout(&self) -> &Layout {
+        &self.layout
+    }
+    fn joint_limits(&self) -> &[JointLimits] {
+        &self.limits
+    }
+    fn stroke_limits(&self) -> Vec<[f64; 2]> {
+        (0..N).map(|i| self.drivetrain(i).stroke_range(&self.limits[i])).collect()
+    }
+
+    fn strokes(&self, q: &[f64], x: &mut [f64], gain: &mut [f64]) {
+        let pose = self.plant.mechanics.pose(&array::<N>(q));
+        for (c, (position, slope)) in self.plant.strokes(&pose).into_iter().enumerate() {
+            x[c] = position;
+            gain[c] = slope;
+        }
+    }
+
+    fn joints_from_strokes(&self, x: &[f64], q: &mut [f64]) -> Result<(), StrokeError> {
+        for i in 0..N {
+            q[i] = joint_from_stroke(&self.drivetrain(i), &self.limits[i], x[i])?;
+        }
+        Ok(())
+    }
+
+    fn tip(&self, q: &[f64]) -> [f64; 2] {
+        let tip = self.plant.mechanics.tip_position(&self.plant.mechanics.pose(&array::<N>(q)));
+        [tip.x, tip.z]
+    }
+
+    fn tip_jacobian(&self, q: &[f64], jacobian: &mut [f64]) {
+        let pose = self.plant.mechanics.pose(&array::<N>(q));
+        let tip = self.plant.mechanics.tip_position(&pose);
+        for j in 0..N {
+            let column = pose.column(j, tip);
+            jacobian[j] = column.x;
+            jacobian[N + j] = column.z;
+        }
+    }
+
+    fn inverse_kinematics(&self, tip: [f64; 2], held: f64) -> Result<Vec<Vec<f64>>, TooFewRevolute> {
+        let errata = &self.machine.errata;
+        let printed = Printed {
+            quadrant: !errata.ik_quadrant,
+            unreachable: !errata.ik_unreachable,
+            extension: !errata.ik_extension,
+        };
+        let held = std::array::from_fn(|i| if self.plant.mechanics.joints[i].revolute { 0.0 } else { held });
+        let found = inverse_kinematics::solve(&self.plant.mechanics, &self.limit_pairs(), tip, &held, printed)?;
+        Ok(found.into_iter().map(|q| q.to_vec()).collect())
+    }
+
+    fn drawing(&self, q: &[f64]) -> Vec<Shape> {
+        drawing::draw(self.machine(), &self.plant, &array::<N>(q))
+    }
+    fn workspace(&self) -> Vec<Vec<[f64; 2]>> {
+        workspace::boundary(&self.plant.mechanics, &self.limit_pairs())
+    }
+
+    fn equations(&self, q: &[f64], qd: &[f64], payload: f64, mass: &mut [f64], bias: &mut [f64]) {
+        let pose = self.plant.mechanics.pose(&array::<N>(q));
+        let e = self.plant.mechanics.equations(&pose, &array::<N>(qd), payload);
+        for j in 0..N {
+            mass[j * N..(j + 1) * N].copy_from_slice(&e.mass_matrix[j]);
+        }
+        bias.copy_from_slice(&e.bias);
+    }
+
+    fn forward_dynamics(&self, q: &[f64], qd: &[f64], force: &[f64], payload: f64, qdd: &mut [f64]) {
+        let pose = self.plant.mechanics.pose(&array::<N>(q));
+        let e = self.plant.mechanics.equations(&pose, &array::<N>(qd), payload);
+        let gains = self.plant.strokes(&pose);
+        let driving = std::array::from_fn(|j| gains[j].1 * force[j] - e.bias[j]);
+        qdd.copy_from_slice(&small::solve_spd(&e.mass_matrix, &driving));
+    }
+
+    fn static_force(&self, q: &[f64], payload: f64, force: &mut [f64]) {
+        let pose = self.plant.mechanics.pose(&array::<N>(q));
+        let e = self.plant.mechanics.equations(&pose, &[0.0; N], payload);
+        let gains = self.plant.strokes(&pose);
+        for j in 0..N {
+            force[j] = e.bias[j] / gains[j].1;
+        }
+    }
+
+    fn energies(&self, q: &[f64], qd: &[f64], payload: f64) -> (f64, f64) {
+        let m = &self.plant.mechanics;
+        let pose = m.pose(&array::<N>(q));
+        (m.kinetic_energy(&pose, &array::<N>(qd), payload), m.potential_energy(&pose, payload))
+    }
+
+    fn orifice_flow(&self, cylinder: usize, spool: f64, pressure_drop: f64) -> f64 {
+        self.plant.cylinders[cylinder].valve.edge_a.flow(spool, pressure_drop)
+    }
+    fn bulk_modulus(&self, p: f64) -> f64 {
+        self.plant.fluid.bulk_modulus(p)
+    }
+    fn density(&self, p: f64) -> f64 {
+        self.oil.density(p)
+    }
+    fn steady_friction(&self, cylinder: usize, v: f64) -> f64 {
+        self.plant.cylinders[cylinder].friction.steady(v)
+    }
+    fn passivity(&self) -> Vec<Passivity> {
+        let laws = self.plant.cylinders.iter().zip(&self.machine.cylinders);
+        laws.filter_map(|(unit, c)| match &unit.friction {
+            FrictionLaw::LuGre { map, bristle } => Some(Passivity {
+                cylinder: c.name.clone(),
+                fails_at: bristle.passivity_limit(map, FASTEST_PISTON),
+                checked_to: FASTEST_PISTON,
+            }),
+            _ => None,
+        })
+        .collect()
+    }
+
+    fn derivative(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], ledger: &mut [f64]) {
+        let e = self.plant.derivative(&self.layout, x, u, payload, dx);
+        for (c, row) in ledger.chunks_exact_mut(LEDGER_PER_CYLINDER).enumerate() {
+            row.copy_from_slice(&powers(&self.oil, &e.local[c], &e.rates[c]));
+        }
+    }
+
+    fn jacobian(&self, x: &[f64], u: &[f64], payload: f64, jacobian: &mut [f64], power_rows: &mut [f64]) {
+        let rows = (!power_rows.is_empty()).then_some(power_rows);
+        self.plant.jacobian(&self.lifted, &self.layout, &self.oil, x, u, payload, jacobian, rows);
+    }
+
+    fn reference_derivative(&self, x: &[f64], u: &[f64], payload: f64) -> Option<Vec<f64>> {
+        reference::state_derivative(&self.machine, x, u, payload)
+    }
+
+    fn command_slope(&self, rate: &[f64], slope: &mut [f64]) {
+        slope.fill(0.0);
+        for c in 0..N {
+            let w = self.plant.cylinders[c].spool.natural_frequency;
+            slope[self.layout.vs(c)] = w * w * rate[c];
+        }
+    }
+
+    fn admissible(&self, x: &[f64]) -> bool {
+        let q: [f64; N] = std::array::from_fn(|i| x[self.layout.q(i)]);
+        (0..N).all(|c| {
+            let pose = self.plant.mechanics.joints[c].pose(q[c]);
+            let (position, _) = self.plant.actuations[c].stroke(&pose);
+            let (v1, v2) = self.plant.cylinders[c].chambers.volumes(position);
+            v1 > 0.0 && v2 > 0.0 && self.plant.actuations[c].closure(&pose) > 0.0
+        })
+    }
+
+    fn output_info(&self) -> &[OutputInfo] {
+        &self.outputs
+    }
+    fn outputs(&self, x: &[f64], payload: f64, out: &mut [f64]) {
+        outputs::evaluate(&self.plant, &self.layout, &self.oil, x, payload, out);
+    }
+    fn equilibrium(&self, q: &[f64], mode: EquilibriumMode, payload: f64) -> Vec<f64> {
+        equilibrium::state(self, &array::<N>(q), mode, payload)
+    }
+    fn spool_strokes(&self) -> Vec<f64> {
+        self.machine.cylinders.iter().map(|c| c.valve.stroke).collect()
+    }
+}

@@ -1,0 +1,268 @@
+//! Rodas5P: stiffly accurate Rosenbrock method of order 5(4), 8 stages, L-stable.
+//!
+//! Coefficients and interpolant: G. Steinebach, Construction of Rosenbrock-Wanner method Rodas5P and numerical
+//! benchmarks within the Julia Differential Equations package, BIT 63:27 (2023), doi 10.1007/s10543-023-00967-x.
+//!
+//! Stage i, with W = I/(h gamma) - J:
+//!     W k_i = f(t + c_i h, x + sum_j a_ij k_j) + sum_j C_ij/h k_j + h d_i f_t
+//! and x_new = x + sum_j a_8j k_j + k_8, error k_8. A quadrature's row needs no solve:
+//!     kappa_i = h gamma (g + sum_j C_ij/h kappa_j + g_x k_i).
+
+use super::{Effort, Method, Point, Target};
+use crate::system::System;
+use hydrocrane_num::dense::Lu;
+
+const STAGES: usize = 8;
+const GAMMA: f64 = 0.211_937_563_194_290_14;
+
+/// Rows 2..6 of a; the later stages add the previous increment to the previous argument.
+const A: [&[f64]; 6] = [
+    &[],
+    &[3.0],
+    &[2.849_394_379_747_939, 0.458_422_422_044_639_23],
+    &[-6.954_028_509_809_101, 2.489_845_061_869_568, -10.358_996_098_473_584],
+    &[2.802_998_627_562_896_4, 0.507_246_473_622_820_6, -0.398_831_254_177_052_4, -0.047_211_872_304_046_41],
+    &[
+        -7.502_846_399_306_121,
+        2.561_846_144_803_919,
+        -11.627_539_656_261_098,
+        -0.182_687_676_599_422_56,
+        0.030_198_172_008_377_946,
+    ],
+];
+
+const C: [&[f64]; STAGES] = [
+    &[],
+    &[-14.155_112_264_123_755],
+    &[-17.972_960_358_859_52, -2.859_693_295_451_294],
+    &[147.121_502_757_117_16, -1.412_214_027_182_13, 71.689_402_513_023_58],
+    &[165.435_170_248_716_76, -0.459_282_345_649_112_6, 42.909_383_369_586_03, -5.961_986_721_573_306],
+    &[
+        24.854_864_614_690_072,
+        -3.000_922_700_283_218_6,
+        47.493_111_002_076_8,
+        5.581_419_782_155_812_5,
+        -0.661_069_182_524_947_1,
+    ],
+    &[
+        30.912_732_140_285_99,
+        -3.120_824_334_993_797_4,
+        77.799_546_460_708_92,
+        34.286_460_282_947_83,
+        -19.097_331_116_725_623,
+        -28.087_943_162_872_662,
+    ],
+    &[
+        37.802_771_233_905_63,
+        -3.257_196_902_907_227_6,
+        112.269_188_494_963_27,
+        66.934_723_124_404_7,
+        -40.066_189_370_910_02,
+        -54.667_802_628_779_68,
+        -9.488_616_523_096_27,
+    ],
+];
+
+const NODES: [f64; STAGES] = [
+    0.0,
+    0.635_812_689_582_870_4,
+    0.409_579_839_339_753_5,
+    0.976_930_672_506_071_6,
+    0.428_840_360_955_866_4,
+    1.0,
+    1.0,
+    1.0,
+];
+
+const D: [f64; STAGES] = [
+    GAMMA,
+    -0.423_875_126_388_580_27,
+    -0.338_462_712_623_592_4,
+    1.804_645_287_288_273_4,
+    2.325_825_639_765_069,
+    0.0,
+    0.0,
+    0.0,
+];
+
+/// Weights of the increments in the three terms of the interpolant.
+const H: [[f64; STAGES]; 3] = [
+    [
+        25.948_786_856_663_858,
+        -2.557_972_484_584_623_5,
+        10.433_815_404_888_879,
+        -2.367_925_102_268_520_4,
+        0.524_948_541_321_073,
+        1.124_108_831_045_040_4,
+        0.427_287_619_443_187_4,
+        -0.172_022_210_701_554_93,
+    ],
+    [
+        -9.915_688_506_951_71,
+        -0.968_994_459_411_515_4,
+        3.043_803_724_297_845_3,
+        -24.495_224_566_215_796,
+        20.176_138_334_709_044,
+        15.980_663_614_246_51,
+        -6.789_040_303_419_874,
+        -6.710_236_069_923_372,
+    ],
+    [
+        11.419_903_575_922_262,
+        2.887_964_514_613_699_4,
+        72.921_379_959_960_29,
+        80.125_118_346_226_43,
+        -52.072_871_366_152_654,
+        -59.789_936_252_667_29,
+        -0.155_826_842_827_519_13,
+        4.883_087_185_713_722,
+    ],
+];
+
+pub struct Rodas5p {
+    /// States and quadratures.
+    n: usize,
+    m: usize,
+    jacobian: Vec<f64>,
+    quadrature_jacobian: Vec<f64>,
+    time_derivative: Vec<f64>,
+    matrix: Vec<f64>,
+    lu: Lu,
+    /// Increments of states and quadratures, stage by stage.
+    k: [Vec<f64>; STAGES],
+    kappa: [Vec<f64>; STAGES],
+    argument: Vec<f64>,
+    /// Interpolant: start, end and three terms, over states then quadratures.
+    dense: [Vec<f64>; 5],
+    effort: Effort,
+}
+
+impl Rodas5p {
+    pub fn new(n: usize, m: usize) -> Self {
+        Rodas5p {
+            n,
+            m,
+            jacobian: vec![0.0; n * n],
+            quadrature_jacobian: vec![0.0; m * n],
+            time_derivative: vec![0.0; n],
+            matrix: vec![0.0; n * n],
+            lu: Lu::default(),
+            k: std::array::from_fn(|_| vec![0.0; n]),
+            kappa: std::array::from_fn(|_| vec![0.0; m]),
+            argument: vec![0.0; n],
+            dense: std::array::from_fn(|_| vec![0.0; n + m]),
+            effort: Effort::default(),
+        }
+    }
+
+    fn factor(&mut self, h: f64) -> bool {
+        for (w, j) in self.matrix.iter_mut().zip(&self.jacobian) {
+            *w = -j;
+        }
+        for i in 0..self.n {
+            self.matrix[i * self.n + i] += 1.0 / (h * GAMMA);
+        }
+        self.effort.factorisations += 1;
+        self.lu.factor(self.n, &self.matrix)
+    }
+
+    /// The argument of stage `i` into `self.argument`.
+    fn set_argument(&mut self, i: usize, x: &[f64]) {
+        if i < A.len() {
+            self.argument.copy_from_slice(x);
+            for (a, k) in A[i].iter().zip(&self.k) {
+                axpy(&mut self.argument, *a, k);
+            }
+        } else {
+            axpy(&mut self.argument, 1.0, &self.k[i - 1]);
+        }
+    }
+
+    fn stage(&mut self, system: &dyn System, i: usize, t: f64, h: f64) {
+        let (done, rest) = self.k.split_at_mut(i);
+        let (quadratures_done, quadratures_rest) = self.kappa.split_at_mut(i);
+        let (k, kappa) = (&mut rest[0], &mut quadratures_rest[0]);
+        system.derivative(t + NODES[i] * h, &self.argument, k, kappa);
+        self.effort.derivatives += 1;
+        for (j, c) in C[i].iter().enumerate() {
+            axpy(k, c / h, &done[j]);
+            axpy(kappa, c / h, &quadratures_done[j]);
+        }
+        if D[i] != 0.0 {
+            axpy(k, h * D[i], &self.time_derivative);
+        }
+        self.lu.solve(k);
+        for (value, row) in kappa.iter_mut().zip(self.quadrature_jacobian.chunks_exact(self.n)) {
+            let coupling: f64 = row.iter().zip(k.iter()).map(|(a, b)| a * b).sum();
+            *value = h * GAMMA * (*value + coupling);
+        }
+    }
+}
+
+impl Method for Rodas5p {
+    fn order(&self) -> u32 {
+        5
+    }
+
+    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64]) {
+        system.jacobian(t, x, &mut self.jacobian, &mut self.quadrature_jacobian);
+        system.time_derivative(t, x, &mut self.time_derivative);
+        self.effort.jacobians += 1;
+    }
+
+    fn attempt(&mut self, system: &dyn System, t: f64, h: f64, from: Point, to: &mut Target) -> bool {
+        if !self.factor(h) {
+            return false;
+        }
+        for i in 0..STAGES {
+            self.set_argument(i, from.x);
+            self.stage(system, i, t, h);
+        }
+        to.x.copy_from_slice(&self.argument);
+        axpy(&mut to.x, 1.0, &self.k[STAGES - 1]);
+        to.error.copy_from_slice(&self.k[STAGES - 1]);
+        to.w.copy_from_slice(from.w);
+        for (a, kappa) in A[5].iter().chain(&[1.0; 3]).zip(&self.kappa) {
+            axpy(&mut to.w, *a, kappa);
+        }
+        true
+    }
+
+    fn accept(&mut self, from: Point, to: Point) {
+        let [start, end, terms @ ..] = &mut self.dense;
+        for (out, p) in [(start, from), (end, to)] {
+            out[..self.n].copy_from_slice(p.x);
+            out[self.n..].copy_from_slice(p.w);
+        }
+        for (term, weights) in terms.iter_mut().zip(&H) {
+            term.fill(0.0);
+            let (states, quadratures) = term.split_at_mut(self.n);
+            for (i, weight) in weights.iter().enumerate() {
+                axpy(states, *weight, &self.k[i]);
+                axpy(quadratures, *weight, &self.kappa[i]);
+            }
+        }
+    }
+
+    fn interpolate(&self, theta: f64, x: &mut [f64], w: &mut [f64]) {
+        let [start, end, t1, t2, t3] = &self.dense;
+        let rest = 1.0 - theta;
+        let at = |i: usize| {
+            let inner = t1[i] + theta * (t2[i] + theta * t3[i]);
+            rest * start[i] + theta * (end[i] + rest * inner)
+        };
+        (0..self.n).for_each(|i| x[i] = at(i));
+        (0..self.m).for_each(|i| w[i] = at(self.n + i));
+    }
+
+    fn effort(&self) -> Effort {
+        self.effort
+    }
+}
+
+/// y += a x
+fn axpy(y: &mut [f64], a: f64, x: &[f64]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y += a * x;
+    }
+}

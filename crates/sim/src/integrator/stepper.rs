@@ -1,0 +1,208 @@
+//! Step size control around a [`Method`].
+
+use super::{Effort, Method, Point, Target};
+use crate::system::System;
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tolerances {
+    /// Relative tolerance.
+    pub relative: f64,
+    /// Absolute tolerance, in units of each state's scale.
+    pub absolute: f64,
+    /// Largest step, s. Commands and contacts must not be stepped over.
+    pub max_step: f64,
+}
+
+/// Why no step was possible.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StepFailure {
+    /// Every smaller step led outside the admissible states.
+    NotAdmissible,
+    /// The step size fell below rounding.
+    TooSmall,
+}
+
+/// Smallest step, relative to the time at hand, and absolute in seconds.
+const LEAST_STEP: f64 = 1e-13;
+/// Bounds of the change of step size from one step to the next.
+const SHRINK: f64 = 0.2;
+const GROW: f64 = 6.0;
+const SAFETY: f64 = 0.9;
+/// States smaller than this relative to their scale are zero: decaying spools would end in subnormals.
+const FLUSH: f64 = 1e-30;
+
+/// A method on its way through time.
+pub struct Stepper {
+    method: Box<dyn Method>,
+    tolerances: Tolerances,
+    pub t: f64,
+    pub x: Vec<f64>,
+    pub w: Vec<f64>,
+    /// Size of the next attempt.
+    h: f64,
+    /// Last accepted interval.
+    from: f64,
+    target: Target,
+    begun: bool,
+    pub accepted: u64,
+    pub rejected: u64,
+}
+
+impl Stepper {
+    pub fn new(method: Box<dyn Method>, tolerances: Tolerances, t: f64, x: &[f64], quadratures: usize) -> Self {
+        let n = x.len();
+        Stepper {
+            method,
+            tolerances,
+            t,
+            x: x.to_vec(),
+            w: vec![0.0; quadratures],
+            h: 0.0,
+            from: t,
+            target: Target { x: vec![0.0; n], w: vec![0.0; quadratures], error: vec![0.0; n] },
+            begun: false,
+            accepted: 0,
+            rejected: 0,
+        }
+    }
+
+    /// Tells that the right-hand side has changed, as at a command step.
+    pub fn restart(&mut self) {
+        self.begun = false;
+        self.h = 0.0;
+    }
+
+    /// Tells that the right-hand side has changed a little: the step size is kept as a first guess.
+    pub fn refresh(&mut self) {
+        self.begun = false;
+    }
+
+    /// One accepted step, at most to `limit`.
+    pub fn step(&mut self, system: &dyn System, limit: f64) -> Result<(), StepFailure> {
+        if !self.begun {
+            self.method.begin(system, self.t, &self.x);
+            self.begun = true;
+        }
+        if self.h == 0.0 {
+            self.h = self.first_step(system);
+        }
+        let least = LEAST_STEP * self.t.abs().max(1.0);
+        let remaining = limit - self.t;
+        let mut failure = StepFailure::TooSmall;
+        let mut rejected_before = false;
+        loop {
+            let wanted = self.h.min(self.tolerances.max_step);
+            // A last sliver is swallowed, two short steps are made even.
+            let h = if remaining <= wanted * 1.01 {
+                remaining
+            } else if remaining < 2.0 * wanted {
+                0.5 * remaining
+            } else {
+                wanted
+            };
+            if h < least && h < remaining {
+                return Err(failure);
+            }
+            let norm = self.attempt(system, h, &mut failure);
+            let factor = SAFETY * norm.powf(-1.0 / f64::from(self.method.order()));
+            if norm <= 1.0 {
+                self.take(h, limit);
+                let most = if rejected_before { 1.0 } else { GROW };
+                let next = h * factor.clamp(SHRINK, most);
+                // A step cut short by the limit does not disprove the size that was wanted.
+                self.h = if h < wanted { next.max(wanted) } else { next };
+                self.method.begin(system, self.t, &self.x);
+                return Ok(());
+            }
+            rejected_before = true;
+            self.rejected += 1;
+            self.h = h * if norm.is_finite() { factor.clamp(SHRINK, 1.0) } else { SHRINK };
+        }
+    }
+
+    /// Error norm of an attempt relative to the tolerances; infinite where it leads nowhere.
+    fn attempt(&mut self, system: &dyn System, h: f64, failure: &mut StepFailure) -> f64 {
+        let from = Point { x: &self.x, w: &self.w };
+        if !self.method.attempt(system, self.t, h, from, &mut self.target) {
+            *failure = StepFailure::TooSmall;
+            return f64::INFINITY;
+        }
+        if self.target.x.iter().chain(&self.target.w).any(|v| !v.is_finite()) {
+            *failure = StepFailure::TooSmall;
+            return f64::INFINITY;
+        }
+        if !system.admissible(&self.target.x) {
+            *failure = StepFailure::NotAdmissible;
+            return f64::INFINITY;
+        }
+        *failure = StepFailure::TooSmall;
+        self.norm(system, &self.target.error)
+    }
+
+    /// Root mean square of a change relative to the tolerances, weighted by the old state only: weights from
+    /// a wild new state would let it pass.
+    fn norm(&self, system: &dyn System, change: &[f64]) -> f64 {
+        let Tolerances { relative, absolute, .. } = self.tolerances;
+        let sum: f64 = (change.iter().zip(&self.x).zip(system.scales()))
+            .map(|((e, x), scale)| (e / (absolute * scale + relative * x.abs())).powi(2))
+            .sum();
+        (sum / change.len() as f64).sqrt().max(1e-10)
+    }
+
+    fn take(&mut self, h: f64, limit: f64) {
+        let from = Point { x: &self.x, w: &self.w };
+        self.method.accept(from, Point { x: &self.target.x, w: &self.target.w });
+        self.from = self.t;
+        self.t = if h >= limit - self.t { limit } else { self.t + h };
+        std::mem::swap(&mut self.x, &mut self.target.x);
+        std::mem::swap(&mut self.w, &mut self.target.w);
+        for x in &mut self.x {
+            if x.abs() < FLUSH {
+                *x = 0.0;
+            }
+        }
+        self.accepted += 1;
+    }
+
+    /// A first step from the size of state, slope and change of slope (Hairer, Norsett, Wanner: Solving Ordinary
+    /// Differential Equations I, section II.4).
+    fn first_step(&mut self, system: &dyn System) -> f64 {
+        let n = self.x.len();
+        let mut w = vec![0.0; self.w.len()];
+        let (mut f0, mut f1) = (vec![0.0; n], vec![0.0; n]);
+        system.derivative(self.t, &self.x, &mut f0, &mut w);
+        let (size, slope) = (self.norm(system, &self.x), self.norm(system, &f0));
+        let probe = if size < 1e-5 || slope < 1e-5 { 1e-6 } else { 0.01 * size / slope }.min(1e-3);
+        let ahead: Vec<f64> = self.x.iter().zip(&f0).map(|(x, f)| x + probe * f).collect();
+        system.derivative(self.t + probe, &ahead, &mut f1, &mut w);
+        let bend: Vec<f64> = f1.iter().zip(&f0).map(|(a, b)| (a - b) / probe).collect();
+        let curvature = self.norm(system, &bend);
+        let order = f64::from(self.method.order());
+        let second = (0.01 / slope.max(curvature)).powf(1.0 / order).max(1e-9);
+        let h = (100.0 * probe).min(second).min(self.tolerances.max_step);
+        if h.is_finite() {
+            h
+        } else {
+            1e-6
+        }
+    }
+
+    /// Start of the last accepted step.
+    pub fn previous_time(&self) -> f64 {
+        self.from
+    }
+
+    /// State and quadratures at a time inside the last accepted step.
+    pub fn interpolate(&self, t: f64, x: &mut [f64], w: &mut [f64]) {
+        if t >= self.t {
+            x.copy_from_slice(&self.x);
+            w.copy_from_slice(&self.w);
+        } else {
+            self.method.interpolate((t - self.from) / (self.t - self.from), x, w);
+        }
+    }
+
+    pub fn effort(&self) -> Effort {
+        self.method.effort()
+    }
+}

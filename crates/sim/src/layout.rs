@@ -1,0 +1,102 @@
+//! State layout: the only place where indices exist.
+//!
+//! Order: joint coordinates, joint rates, then per cylinder p1, p2, xs, vs and, with LuGre friction, z.
+
+/// Where each state lives, what it is called and how large it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Layout {
+    joints: usize,
+    /// First index of each cylinder's block.
+    blocks: Vec<usize>,
+    bristles: Vec<bool>,
+    pub names: Vec<String>,
+    pub units: Vec<&'static str>,
+    pub long_names: Vec<String>,
+    /// Size below which a solver need not resolve the state relatively; its absolute tolerance is `rtol` times it.
+    pub scales: Vec<f64>,
+}
+
+/// What the layout needs to know of one joint and its cylinder.
+#[derive(Debug, Clone)]
+pub struct Unit {
+    pub joint: String,
+    pub cylinder: String,
+    pub revolute: bool,
+    pub bristle: bool,
+    /// Spool stroke, m, and natural frequency, rad/s.
+    pub spool: (f64, f64),
+}
+
+impl Layout {
+    pub fn new(units: &[Unit]) -> Self {
+        let mut layout = Layout {
+            joints: units.len(),
+            blocks: Vec::new(),
+            bristles: units.iter().map(|u| u.bristle).collect(),
+            names: Vec::new(),
+            units: Vec::new(),
+            long_names: Vec::new(),
+            scales: Vec::new(),
+        };
+        for u in units {
+            let unit = if u.revolute { "rad" } else { "m" };
+            layout.push(format!("joint.{}.q", u.joint), unit, format!("{} joint coordinate", u.joint), 0.1);
+        }
+        for u in units {
+            let unit = if u.revolute { "rad/s" } else { "m/s" };
+            layout.push(format!("joint.{}.qd", u.joint), unit, format!("{} joint rate", u.joint), 0.1);
+        }
+        for u in units {
+            layout.blocks.push(layout.names.len());
+            let (c, (stroke, frequency)) = (&u.cylinder, u.spool);
+            layout.push(format!("cylinder.{c}.p1"), "Pa", format!("{c} piston-side pressure"), 1e6);
+            layout.push(format!("cylinder.{c}.p2"), "Pa", format!("{c} rod-side pressure"), 1e6);
+            layout.push(format!("cylinder.{c}.xs"), "m", format!("{c} spool position"), stroke);
+            layout.push(format!("cylinder.{c}.vs"), "m/s", format!("{c} spool velocity"), stroke * frequency);
+            if u.bristle {
+                layout.push(format!("cylinder.{c}.z"), "m", format!("{c} bristle deflection"), 1e-3);
+            }
+        }
+        layout
+    }
+
+    fn push(&mut self, name: String, unit: &'static str, long_name: String, scale: f64) {
+        self.names.push(name);
+        self.units.push(unit);
+        self.long_names.push(long_name);
+        self.scales.push(scale);
+    }
+
+    /// Number of states.
+    pub fn len(&self) -> usize {
+        self.names.len()
+    }
+    pub fn is_empty(&self) -> bool {
+        self.names.is_empty()
+    }
+    pub fn joints(&self) -> usize {
+        self.joints
+    }
+    pub fn q(&self, joint: usize) -> usize {
+        joint
+    }
+    pub fn qd(&self, joint: usize) -> usize {
+        self.joints + joint
+    }
+    pub fn p1(&self, cylinder: usize) -> usize {
+        self.blocks[cylinder]
+    }
+    pub fn p2(&self, cylinder: usize) -> usize {
+        self.blocks[cylinder] + 1
+    }
+    pub fn xs(&self, cylinder: usize) -> usize {
+        self.blocks[cylinder] + 2
+    }
+    pub fn vs(&self, cylinder: usize) -> usize {
+        self.blocks[cylinder] + 3
+    }
+    /// `None` with the static friction map.
+    pub fn z(&self, cylinder: usize) -> Option<usize> {
+        self.bristles[cylinder].then(|| self.blocks[cylinder] + 4)
+    }
+}

@@ -1,0 +1,56 @@
+//! Energy ledger: the powers whose integrals explain where the pump's work went.
+//!
+//! With U the oil's elastic energy, T + V the mechanical energy, and the energies of end stops and bristles:
+//!
+//!     d(U + T + V + stops + bristles)/dt = supply - tank + elastic
+//!         - edges - connectors - internal leakage - external leakage - friction - end stops
+//!
+//! `elastic` is the strain energy that oil carries with it through the chamber boundaries (w q, with w the
+//! energy density at the chamber's pressure). `work` (net force times velocity) is a transfer inside the sum.
+
+use crate::cylinder_unit::{LocalRates, LocalState};
+use hydrocrane_num::Real;
+use hydrocrane_physics::hydraulics::fluid::OilTables;
+
+pub const LEDGER_PER_CYLINDER: usize = 13;
+
+/// Name, meaning and sign in the balance of each term.
+pub const LEDGER_TERMS: [(&str, &str, f64); LEDGER_PER_CYLINDER] = [
+    ("work", "work of the net cylinder force on the crane", 0.0),
+    ("supply", "work of the pump", 1.0),
+    ("tank", "work into the tank", -1.0),
+    ("edge_pa", "loss of the metering edge supply to A", -1.0),
+    ("edge_at", "loss of the metering edge A to tank", -1.0),
+    ("edge_pb", "loss of the metering edge supply to B", -1.0),
+    ("edge_bt", "loss of the metering edge B to tank", -1.0),
+    ("connector", "work against the connector pressure rise", -1.0),
+    ("internal_leakage", "loss of the leakage past the piston", -1.0),
+    ("external_leakage", "loss of the leakage at the rod", -1.0),
+    ("elastic", "elastic energy carried in with the oil", 1.0),
+    ("friction", "heat of seal friction", -1.0),
+    ("end_stop", "heat of end stop damping", -1.0),
+];
+
+/// Powers (W) in the order of [`LEDGER_TERMS`].
+pub fn powers<T: Real>(oil: &OilTables, s: &LocalState<T>, r: &LocalRates<T>) -> [T; LEDGER_PER_CYLINDER] {
+    let p = &r.ports;
+    let e = &r.edges;
+    let (q_a, q_b) = (e.port_a(), e.port_b());
+    let inflow_1 = q_a - r.internal_leakage;
+    let inflow_2 = r.internal_leakage - r.external_leakage - q_b;
+    [
+        r.force * s.v,
+        p.supply * e.supply(),
+        p.tank * (e.tank() + r.external_leakage),
+        (p.supply - p.a) * e.supply_to_a,
+        (p.a - p.tank) * e.a_to_tank,
+        (p.supply - p.b) * e.supply_to_b,
+        (p.b - p.tank) * e.b_to_tank,
+        (p.a - s.p1) * q_a + (s.p2 - p.b) * q_b,
+        (s.p1 - s.p2) * r.internal_leakage,
+        (s.p2 - p.tank) * r.external_leakage,
+        oil.energy_density(s.p1) * inflow_1 + oil.energy_density(s.p2) * inflow_2,
+        r.friction * s.v - r.bristle_power,
+        -(r.stop_damping * s.v),
+    ]
+}

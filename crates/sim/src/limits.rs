@@ -1,0 +1,195 @@
+//! Joint limits from strokes: the nearest of stroke end, rod contact and dead centre.
+
+use crate::build::BuildError;
+use hydrocrane_machine::model as file;
+use hydrocrane_physics::geometry::frames::Joint;
+use hydrocrane_physics::geometry::stroke::Actuation;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// What a joint limit comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LimitReason {
+    StrokeEnd,
+    RodContact,
+    DeadCentre,
+    /// Given in the machine file.
+    File,
+}
+
+impl LimitReason {
+    pub fn name(self) -> &'static str {
+        match self {
+            LimitReason::StrokeEnd => "stroke end",
+            LimitReason::RodContact => "rod contact",
+            LimitReason::DeadCentre => "dead centre",
+            LimitReason::File => "machine file",
+        }
+    }
+}
+
+/// Limits of one joint coordinate and of the stroke on the branch between them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointLimits {
+    /// rad or m
+    pub lower: f64,
+    pub upper: f64,
+    pub reasons: [LimitReason; 2],
+}
+
+/// Scan step of a revolute joint, rad, and of a prismatic one as a share of the stroke.
+const SCAN: f64 = 0.25 * PI / 180.0;
+const SHARE: f64 = 1.0 / 1000.0;
+
+/// One joint with its cylinder.
+pub struct Drivetrain<'a> {
+    pub joint: &'a Joint<f64>,
+    pub actuation: &'a Actuation<f64>,
+    pub description: &'a file::Joint,
+    pub cylinder: &'a file::Cylinder,
+}
+
+impl Drivetrain<'_> {
+    /// Piston position and slope, `None` where the linkage does not close.
+    fn stroke(&self, q: f64) -> Option<(f64, f64)> {
+        let pose = self.joint.pose(q);
+        let closes = self.actuation.closure(&pose) > 0.0;
+        let (x, slope) = self.actuation.stroke(&pose);
+        (closes && x.is_finite() && slope.is_finite()).then_some((x, slope))
+    }
+
+    fn stroke_limits(&self) -> (f64, f64, LimitReason) {
+        let half = self.cylinder.stroke / 2.0;
+        match self.cylinder.rod_contact {
+            Some(contact) if contact > -half => (contact, half, LimitReason::RodContact),
+            _ => (-half, half, LimitReason::StrokeEnd),
+        }
+    }
+
+    pub fn limits(&self) -> Result<JointLimits, BuildError> {
+        if let Some([lower, upper]) = self.description.limits {
+            let limits = JointLimits { lower, upper, reasons: [LimitReason::File; 2] };
+            return self.require_one_branch(limits);
+        }
+        let start = self.start()?;
+        let (lower, lower_reason) = self.walk(start, -1.0);
+        let (upper, upper_reason) = self.walk(start, 1.0);
+        Ok(JointLimits { lower, upper, reasons: [lower_reason, upper_reason] })
+    }
+
+    /// A coordinate with the piston as near mid-stroke as it gets. A pin triangle has two mirror images; the one
+    /// nearest to a right angle (included angles) or to zero (relative angles) is the machine's.
+    fn start(&self) -> Result<f64, BuildError> {
+        let preferred = match self.description.kind {
+            file::JointKind::Revolute(file::AngleConvention::Included) => FRAC_PI_2,
+            _ => 0.0,
+        };
+        let (step, reach) = self.scan();
+        let count = (reach / step).ceil() as i64;
+        let (low, high, _) = self.stroke_limits();
+        let middle = 0.5 * (low + high);
+        let mut best: Option<(f64, f64)> = None;
+        for i in -count..=count {
+            let q = preferred + i as f64 * step;
+            let Some((x, slope)) = self.stroke(q) else { continue };
+            if x < low || x > high || slope.abs() < 1e-9 {
+                continue;
+            }
+            // Far from mid-stroke counts more than far from the preferred coordinate within one branch.
+            let misfit = (x - middle).abs() / (high - low) + 0.1 * (q - preferred).abs() / reach;
+            if best.is_none_or(|(least, _)| misfit < least) {
+                best = Some((misfit, q));
+            }
+        }
+        best.map(|(_, q)| q).ok_or_else(|| BuildError::NoStroke(self.cylinder.name.clone()))
+    }
+
+    fn scan(&self) -> (f64, f64) {
+        if self.joint.revolute {
+            (SCAN, PI)
+        } else {
+            let reach = 2.0 * (self.cylinder.stroke + self.cylinder.mid_length);
+            (self.cylinder.stroke * SHARE, reach)
+        }
+    }
+
+    /// Goes from `start` in one direction to the first limit.
+    fn walk(&self, start: f64, direction: f64) -> (f64, LimitReason) {
+        let (step, reach) = self.scan();
+        let (low, high, low_reason) = self.stroke_limits();
+        let sign = self.stroke(start).map_or(1.0, |(_, slope)| slope.signum());
+        let blocked = |q: f64| match self.stroke(q) {
+            None => Some(LimitReason::DeadCentre),
+            Some((_, slope)) if slope * sign <= 0.0 => Some(LimitReason::DeadCentre),
+            Some((x, _)) if x > high => Some(LimitReason::StrokeEnd),
+            Some((x, _)) if x < low => Some(low_reason),
+            Some(_) => None,
+        };
+        let mut inside = start;
+        while (inside - start).abs() < 2.0 * reach {
+            let next = inside + direction * step;
+            if let Some(reason) = blocked(next) {
+                let edge = bisect(inside, next, |q| blocked(q).is_none());
+                let reason = blocked(edge + direction * 1e-9).unwrap_or(reason);
+                let margin = if reason == LimitReason::DeadCentre { self.description.dead_centre_margin } else { 0.0 };
+                return (edge - direction * margin, reason);
+            }
+            inside = next;
+        }
+        (inside, LimitReason::StrokeEnd)
+    }
+
+    fn require_one_branch(&self, limits: JointLimits) -> Result<JointLimits, BuildError> {
+        const SAMPLES: usize = 400;
+        let span = limits.upper - limits.lower;
+        let mut slopes = (0..=SAMPLES).map(|i| self.stroke(limits.lower + span * i as f64 / SAMPLES as f64));
+        let sign = slopes.next().flatten().map_or(0.0, |(_, slope)| slope.signum());
+        let monotone = sign != 0.0 && slopes.all(|s| s.is_some_and(|(_, slope)| slope * sign > 0.0));
+        if monotone {
+            Ok(limits)
+        } else {
+            Err(BuildError::DeadCentreInside(self.description.name.clone(), self.cylinder.name.clone()))
+        }
+    }
+
+    /// Strokes at the joint limits, in ascending order.
+    pub fn stroke_range(&self, limits: &JointLimits) -> [f64; 2] {
+        let ends = [limits.lower, limits.upper].map(|q| self.stroke(q).map_or(f64::NAN, |(x, _)| x));
+        [ends[0].min(ends[1]), ends[0].max(ends[1])]
+    }
+
+    /// The joint coordinate with piston position `x`, inside the limits: Newton kept inside a shrinking bracket.
+    pub fn joint_from_stroke(&self, limits: &JointLimits, x: f64) -> f64 {
+        let (mut low, mut high) = (limits.lower, limits.upper);
+        let at = |q: f64| self.actuation.stroke(&self.joint.pose(q));
+        let rising = at(high).0 > at(low).0;
+        let mut q = 0.5 * (low + high);
+        for _ in 0..200 {
+            let (value, slope) = at(q);
+            if (value > x) == rising {
+                high = q;
+            } else {
+                low = q;
+            }
+            let newton = q - (value - x) / slope;
+            let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+            if (next - q).abs() <= 1e-15 * (1.0 + q.abs()) {
+                return next.clamp(limits.lower, limits.upper);
+            }
+            q = next;
+        }
+        q
+    }
+}
+
+/// The last point towards `outside` where `holds` is still true.
+fn bisect(mut inside: f64, mut outside: f64, holds: impl Fn(f64) -> bool) -> f64 {
+    for _ in 0..80 {
+        let middle = 0.5 * (inside + outside);
+        if holds(middle) {
+            inside = middle;
+        } else {
+            outside = middle;
+        }
+    }
+    inside
+}

@@ -1,0 +1,82 @@
+//! The model as seen from outside: every question one can ask of a machine, over slices, without its size in the
+//! type. A binding or an exporter needs nothing else.
+//!
+//! Slices of joints, cylinders and states have the lengths that [`Model::layout`] tells; SI units throughout.
+
+use crate::drawing::Shape;
+use crate::inverse::StrokeError;
+use crate::layout::Layout;
+use crate::limits::JointLimits;
+use crate::outputs::OutputInfo;
+use hydrocrane_control::inverse_kinematics::TooFewRevolute;
+use hydrocrane_machine::Machine;
+
+/// Which equilibrium is meant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EquilibriumMode {
+    /// Valves closed; pressures balance the load and then creep by leakage.
+    Hold,
+    /// Spools opened just enough to feed the leakage: pressures stay.
+    Steady,
+}
+
+/// The passivity condition of one LuGre cylinder.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Passivity {
+    pub cylinder: String,
+    /// Lowest speed where it fails, m/s; `None`: it holds up to `checked_to`.
+    pub fails_at: Option<f64>,
+    pub checked_to: f64,
+}
+
+pub trait Model: Send + Sync {
+    fn machine(&self) -> &Machine;
+    fn layout(&self) -> &Layout;
+    fn joint_limits(&self) -> &[JointLimits];
+    /// Piston positions at the joint limits, ascending.
+    fn stroke_limits(&self) -> Vec<[f64; 2]>;
+
+    /// Piston positions and their derivatives with respect to the own joint.
+    fn strokes(&self, q: &[f64], x: &mut [f64], gain: &mut [f64]);
+    fn joints_from_strokes(&self, x: &[f64], q: &mut [f64]) -> Result<(), StrokeError>;
+    fn tip(&self, q: &[f64]) -> [f64; 2];
+    /// Row-major `2 x n`.
+    fn tip_jacobian(&self, q: &[f64], jacobian: &mut [f64]);
+    /// `held`: coordinate given to every prismatic joint.
+    fn inverse_kinematics(&self, tip: [f64; 2], held: f64) -> Result<Vec<Vec<f64>>, TooFewRevolute>;
+    fn drawing(&self, q: &[f64]) -> Vec<Shape>;
+    /// Closed curves around the area that the tip can reach.
+    fn workspace(&self) -> Vec<Vec<[f64; 2]>>;
+
+    /// Row-major mass matrix and bias force.
+    fn equations(&self, q: &[f64], qd: &[f64], payload: f64, mass: &mut [f64], bias: &mut [f64]);
+    fn forward_dynamics(&self, q: &[f64], qd: &[f64], force: &[f64], payload: f64, qdd: &mut [f64]);
+    fn static_force(&self, q: &[f64], payload: f64, force: &mut [f64]);
+    /// (kinetic, potential), J.
+    fn energies(&self, q: &[f64], qd: &[f64], payload: f64) -> (f64, f64);
+
+    fn orifice_flow(&self, cylinder: usize, spool: f64, pressure_drop: f64) -> f64;
+    fn bulk_modulus(&self, p: f64) -> f64;
+    fn density(&self, p: f64) -> f64;
+    /// Friction at constant velocity.
+    fn steady_friction(&self, cylinder: usize, v: f64) -> f64;
+    /// Per cylinder with LuGre friction.
+    fn passivity(&self) -> Vec<Passivity>;
+
+    /// Writes the state derivative and, where `powers` is not empty, the ledger's powers.
+    fn derivative(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], powers: &mut [f64]);
+    /// Row-major Jacobian and, where `power_rows` is not empty, the rows of the ledger's powers.
+    fn jacobian(&self, x: &[f64], u: &[f64], payload: f64, jacobian: &mut [f64], power_rows: &mut [f64]);
+    /// The same derivative by the readable one-function model; `None` where a law is switched to as-printed.
+    fn reference_derivative(&self, x: &[f64], u: &[f64], payload: f64) -> Option<Vec<f64>>;
+    /// Derivative of the state derivative by time where the commands change at `rate` (m/s).
+    fn command_slope(&self, rate: &[f64], slope: &mut [f64]);
+    /// Whether every piston is inside its cylinder.
+    fn admissible(&self, x: &[f64]) -> bool;
+
+    fn output_info(&self) -> &[OutputInfo];
+    fn outputs(&self, x: &[f64], payload: f64, out: &mut [f64]);
+    fn equilibrium(&self, q: &[f64], mode: EquilibriumMode, payload: f64) -> Vec<f64>;
+    /// Largest spool displacement per cylinder, m.
+    fn spool_strokes(&self) -> Vec<f64>;
+}

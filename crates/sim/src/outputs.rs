@@ -1,0 +1,88 @@
+//! What a run records besides its states.
+
+use crate::cylinder_unit::FrictionLaw;
+use crate::layout::Layout;
+use crate::plant::Plant;
+use crate::rhs::joint_state;
+use hydrocrane_machine::Machine;
+use hydrocrane_physics::hydraulics::fluid::OilTables;
+
+/// Name, unit and meaning of one output.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct OutputInfo {
+    pub name: String,
+    pub unit: &'static str,
+    pub long_name: String,
+}
+
+const PER_CYLINDER: [(&str, &str, &str); 6] = [
+    ("x", "m", "piston position from mid-stroke"),
+    ("v", "m/s", "piston velocity"),
+    ("force", "N", "net force on the rod, positive outward"),
+    ("friction", "N", "seal friction, positive against positive velocity"),
+    ("q1", "m^3/s", "flow into the piston side"),
+    ("q2", "m^3/s", "flow out of the rod side"),
+];
+
+const GLOBAL: [(&str, &str, &str); 9] = [
+    ("tip.x", "m", "crane tip, forward"),
+    ("tip.z", "m", "crane tip, up"),
+    ("supply.flow", "m^3/s", "flow drawn from the pump"),
+    ("supply.power", "W", "power drawn from the pump"),
+    ("energy.kinetic", "J", "kinetic energy of the links"),
+    ("energy.potential", "J", "potential energy of the links"),
+    ("energy.oil", "J", "elastic energy of the oil in the chambers"),
+    ("energy.end_stops", "J", "energy in the springs of the end stops"),
+    ("energy.bristles", "J", "energy in the bristles of LuGre friction"),
+];
+
+/// The outputs of a machine, in the order of [`evaluate`].
+pub fn info(machine: &Machine) -> Vec<OutputInfo> {
+    let owned = |name: String, unit, long_name: String| OutputInfo { name, unit, long_name };
+    let mut all: Vec<OutputInfo> =
+        GLOBAL.iter().map(|(n, u, l)| owned((*n).to_string(), *u, (*l).to_string())).collect();
+    for c in &machine.cylinders {
+        for (name, unit, long_name) in PER_CYLINDER {
+            all.push(owned(format!("cylinder.{}.{name}", c.name), unit, format!("{} {long_name}", c.name)));
+        }
+    }
+    all
+}
+
+pub fn evaluate<const N: usize>(
+    plant: &Plant<f64, N>,
+    layout: &Layout,
+    oil: &OilTables,
+    x: &[f64],
+    payload: f64,
+    out: &mut [f64],
+) {
+    let e = plant.evaluate(layout, x, payload);
+    let (_, qd) = joint_state::<f64, N>(layout, x);
+    let tip = plant.mechanics.tip_position(&e.pose);
+    let supply: f64 = e.rates.iter().map(|r| r.edges.supply()).sum();
+    let (mut oil_energy, mut stops, mut bristles) = (0.0, 0.0, 0.0);
+    for (unit, s) in plant.cylinders.iter().zip(&e.local) {
+        let (v1, v2) = unit.chambers.volumes(s.x);
+        oil_energy += v1 * oil.energy_density(s.p1) + v2 * oil.energy_density(s.p2);
+        stops += unit.end_stop.energy(s.x);
+        if let FrictionLaw::LuGre { bristle, .. } = &unit.friction {
+            bristles += bristle.energy(s.z);
+        }
+    }
+    let global = [
+        tip.x,
+        tip.z,
+        supply,
+        supply * plant.mains.supply,
+        plant.mechanics.kinetic_energy(&e.pose, &qd, payload),
+        plant.mechanics.potential_energy(&e.pose, payload),
+        oil_energy,
+        stops,
+        bristles,
+    ];
+    out[..global.len()].copy_from_slice(&global);
+    for ((s, r), row) in e.local.iter().zip(&e.rates).zip(out[global.len()..].chunks_exact_mut(PER_CYLINDER.len())) {
+        row.copy_from_slice(&[s.x, s.v, r.force, r.friction, r.edges.port_a(), r.edges.port_b()]);
+    }
+}

@@ -1,0 +1,241 @@
+//! The whole machine in one readable function: the reference that the fast right-hand side must equal.
+//!
+//! Written from the description of the machine, with textbook steps instead of shared ones: link angles and
+//! trigonometry, a Newton-Euler recursion for forces, the laws in plain `f64` with ordinary branches.
+
+use hydrocrane_machine::model::*;
+use std::f64::consts::{FRAC_PI_4, PI};
+
+type V = [f64; 2];
+
+fn add(a: V, b: V) -> V {
+    [a[0] + b[0], a[1] + b[1]]
+}
+fn sub(a: V, b: V) -> V {
+    [a[0] - b[0], a[1] - b[1]]
+}
+fn scale(a: V, s: f64) -> V {
+    [a[0] * s, a[1] * s]
+}
+fn dot(a: V, b: V) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+fn turn(a: V, angle: f64) -> V {
+    [a[0] * angle.cos() - a[1] * angle.sin(), a[0] * angle.sin() + a[1] * angle.cos()]
+}
+/// Derivative of `turn` at angle zero: the velocity of a vector that turns at 1 rad/s.
+fn quarter(a: V) -> V {
+    [-a[1], a[0]]
+}
+
+/// State derivative of a corrected machine; `None` where any law is switched to as-printed.
+///
+/// Order of states: joint coordinates, joint rates, then per cylinder p1, p2, xs, vs and, with LuGre, z.
+pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Option<Vec<f64>> {
+    let e = &m.errata;
+    let laws = [e.gravity_sign, e.inertia_about, e.orifice_law, e.extension_leakage, e.extension_dead_volume];
+    if !laws.iter().chain(&[e.leakage_viscosity, e.end_stop, e.friction_map]).all(|corrected| *corrected) {
+        return None;
+    }
+    let n = m.joints.len();
+    let (q, qd) = (&x[..n], &x[n..2 * n]);
+    let mut dx = vec![0.0; x.len()];
+
+    // Kinematics: frame angle and origin of every link, joint axes in the world.
+    let mut angle = vec![0.0; n + 1];
+    let mut origin = vec![[0.0; 2]; n + 1];
+    let mut slide = vec![[0.0; 2]; n];
+    let mut spin = vec![0.0; n];
+    for (i, joint) in m.joints.iter().enumerate() {
+        let travel = joint.sense * (q[i] - joint.zero);
+        let mut at = joint.at;
+        angle[i + 1] = angle[i];
+        match joint.kind {
+            JointKind::Revolute(convention) => {
+                let folded = if convention == AngleConvention::Included { joint.sense * PI } else { 0.0 };
+                angle[i + 1] += m.links[i].axis + travel - folded - m.links[i + 1].axis;
+                spin[i] = joint.sense;
+            }
+            JointKind::Prismatic { direction } => {
+                let along = turn([1.0, 0.0], direction);
+                at = add(at, scale(along, travel));
+                slide[i] = turn(scale(along, joint.sense), angle[i]);
+            }
+        }
+        origin[i + 1] = add(origin[i], turn(at, angle[i]));
+    }
+    let world = |p: &Point| add(origin[p.link], turn(p.position, angle[p.link]));
+    // Velocity of a world point on the child link per unit rate of joint i.
+    let velocity = |i: usize, p: V| add(slide[i], scale(quarter(sub(p, origin[i + 1])), spin[i]));
+
+    // Cylinders: stroke, its slope, then flows, pressures, friction and force.
+    let mut torque = vec![0.0; n];
+    let mut s = 2 * n;
+    for (i, c) in m.cylinders.iter().enumerate() {
+        let barrel = world(&c.barrel_pin);
+        let (pin, pin_velocity) = match &c.rod_pin {
+            RodPin::Point(p) => {
+                let on_child = if p.link == i + 1 { world(p) } else { barrel };
+                let sign = if p.link == i + 1 { 1.0 } else { -1.0 };
+                (world(p), scale(velocity(i, on_child), sign))
+            }
+            RodPin::FourBar(l) => {
+                let (t1, t3) = (world(&l.rocker_pivot), world(&l.coupler_pivot));
+                let d = sub(t3, t1);
+                let (r1, r2) = (l.rocker_length, l.coupler_length);
+                let opening = ((r1 * r1 + dot(d, d) - r2 * r2) / (2.0 * r1 * dot(d, d).sqrt())).acos();
+                let rocker = d[1].atan2(d[0]) + l.side * opening;
+                let pin = add(t1, scale([rocker.cos(), rocker.sin()], r1));
+                // The coupler keeps its length: both its ends move alike along it.
+                let coupler = sub(pin, t3);
+                let swing = quarter(sub(pin, t1));
+                (pin, scale(swing, dot(coupler, velocity(i, t3)) / dot(coupler, swing)))
+            }
+        };
+        let rod = sub(pin, barrel);
+        let length = dot(rod, rod).sqrt();
+        let gain = dot(rod, pin_velocity) / length;
+        let (position, v) = (length - c.mid_length, gain * qd[i]);
+        let (p1, p2, xs, vs) = (x[s], x[s + 1], x[s + 2], x[s + 3]);
+
+        let a1 = FRAC_PI_4 * c.bore.powi(2);
+        let a2 = FRAC_PI_4 * (c.bore.powi(2) - c.rod_diameter.powi(2));
+        let rise = |area: f64| match c.port_diameter {
+            Some(d) => m.fluid.density / 2.0 * ((area / (FRAC_PI_4 * d * d)).powi(2) - 1.0) * v * v,
+            None => 0.0,
+        };
+        let (pa, pb) = (p1 - rise(a1), p2 - rise(a2));
+
+        let valve = &c.valve;
+        let edge = |opening: f64, dp: f64| {
+            let c0 = valve.nominal_flow / (valve.stroke * valve.edge_pressure_drop.sqrt());
+            let p_tr = valve.transition_pressure;
+            let root = if dp.abs() < p_tr {
+                dp * (3.0 - dp.abs() / p_tr) / (2.0 * p_tr.sqrt())
+            } else {
+                dp.signum() * dp.abs().sqrt()
+            };
+            c0 * opening.max(0.0) * root + valve.leakage * dp
+        };
+        let (ps, pt) = (m.supply.pressure, m.supply.tank_pressure);
+        let (extend, retract) = (xs - valve.overlap, -xs - valve.overlap);
+        let q_a = edge(extend, ps - pa) - edge(retract, pa - pt);
+        let q_b = match valve.kind {
+            ValveKind::FourThree => edge(extend, pb - pt) - edge(retract, ps - pb),
+            ValveKind::Regenerative => edge(0.0, pb - pt) - edge(extend.max(retract), ps - pb),
+        };
+
+        let (k_int, k_ext) = match c.leakage {
+            Leakage::Conductance { internal, external } => (internal, external),
+            Leakage::Gap { gap, piston_length, gland_length, .. } => {
+                let k = |d: f64, l: f64| PI * (d / 2.0 + gap) * gap.powi(3) / (6.0 * m.fluid.viscosity * l);
+                (k(c.bore, piston_length), k(c.rod_diameter, gland_length))
+            }
+        };
+        let (q_int, q_ext) = (k_int * (p1 - p2), k_ext * (p2 - pt));
+
+        let bulk = |p: f64| {
+            let f = &m.fluid;
+            let oil =
+                |p: f64| 0.5 * f.bulk_modulus_max * (f.bulk_c1 * p / f.bulk_reference_pressure + f.bulk_c2).log10();
+            match f.cavitation {
+                Cavitation::FreeGas { vacuum } if p < 0.0 => {
+                    let y = ((p - vacuum) / -vacuum).max(1e-9);
+                    let gas_share = -vacuum / oil(0.0);
+                    oil(0.0) * y * (y + gas_share * (1.0 - y))
+                }
+                _ => oil(p.abs()),
+            }
+        };
+        let half = c.stroke / 2.0;
+        dx[s] = bulk(p1) / (c.dead_volume[0] + a1 * (half + position)) * (q_a - q_int - a1 * v);
+        dx[s + 1] = bulk(p2) / (c.dead_volume[1] + a2 * (half - position)) * (a2 * v - q_b + q_int - q_ext);
+        let limited = |value: f64, limit: Option<f64>| limit.map_or(value, |l| value.clamp(-l, l));
+        let w = valve.natural_frequency;
+        dx[s + 2] = limited(vs, valve.velocity_limit);
+        dx[s + 3] = limited(w * w * (u[i] - xs) - 2.0 * valve.damping_ratio * w * vs, valve.acceleration_limit);
+
+        let f = &c.friction;
+        let way = usize::from(v < 0.0);
+        let stribeck = f.coulomb[way]
+            + (f.breakaway[way] - f.coulomb[way])
+                * (-(v / f.stribeck_velocity[way]).abs().powf(f.stribeck_exponent[way])).exp();
+        let viscous = f.viscous[way] * v.abs().powf(f.viscous_exponent[way]).copysign(v);
+        let friction = match f.model {
+            FrictionModel::Static => (v / f.smoothing_velocity).tanh() * stribeck + viscous,
+            FrictionModel::LuGre => {
+                let z = x[s + 4];
+                let z_rate = v - f.bristle_stiffness * v.abs() / stribeck * z;
+                dx[s + 4] = z_rate;
+                let fade = f.bristle_damping_velocity.map_or(1.0, |v_d| (-(v / v_d).powi(2)).exp());
+                f.bristle_stiffness * z + f.bristle_damping * fade * z_rate + viscous
+            }
+        };
+
+        let stop = &c.end_stop;
+        let lower = c.rod_contact.unwrap_or(-half).max(-half);
+        let inner = ((lower + stop.zone - position) / stop.zone).max(0.0);
+        let outer = ((position - half + stop.zone) / stop.zone).max(0.0);
+        let push = |depth: f64| {
+            let inside = depth.min(0.98);
+            stop.stiffness * stop.zone * (inside / (1.0 - inside) + (depth - inside) / 0.02f64.powi(2))
+        };
+        let damping = stop.damping * (inner + outer).min(1.0) * v;
+        let force = p1 * a1 - p2 * a2 + push(inner) - push(outer) - damping - friction;
+        torque[i] = gain * force;
+        s += if f.model == FrictionModel::LuGre { 5 } else { 4 };
+    }
+
+    // Newton-Euler: joint forces needed for given accelerations; its value at zero is the bias force, its
+    // answer to unit accelerations the mass matrix.
+    let needed = |qdd: &[f64], qd: &[f64], gravity: f64| {
+        let (mut rate, mut spin_up, mut a) = (0.0, 0.0, [0.0, gravity]);
+        let mut parts: Vec<(usize, f64, f64, V, V)> = Vec::new();
+        for i in 0..n {
+            let r = sub(origin[i + 1], origin[i]);
+            let coriolis = scale(quarter(slide[i]), 2.0 * rate * qd[i]);
+            a = add(a, add(scale(quarter(r), spin_up), scale(r, -rate * rate)));
+            a = add(a, add(scale(slide[i], qdd[i]), coriolis));
+            rate += spin[i] * qd[i];
+            spin_up += spin[i] * qdd[i];
+            let link = &m.links[i + 1];
+            let cog = link.centre_of_gravity;
+            let about_cog = match link.inertia_about {
+                InertiaAbout::Frame => link.inertia - link.mass * dot(cog, cog),
+                InertiaAbout::CentreOfGravity => link.inertia,
+            };
+            let mut carry = |mass: f64, inertia: f64, local: V| {
+                let arm = turn(local, angle[i + 1]);
+                let at = add(a, add(scale(quarter(arm), spin_up), scale(arm, -rate * rate)));
+                parts.push((i, inertia * spin_up, mass, add(origin[i + 1], arm), at));
+            };
+            carry(link.mass, about_cog, cog);
+            if i == n - 1 {
+                carry(payload, 0.0, m.tip.position);
+            }
+        }
+        let joint_force = |j: usize| -> f64 {
+            let outboard = parts.iter().filter(|part| part.0 >= j);
+            outboard.map(|(_, moment, mass, at, a)| spin[j] * moment + mass * dot(*a, velocity(j, *at))).sum()
+        };
+        (0..n).map(joint_force).collect::<Vec<f64>>()
+    };
+    let bias = needed(&vec![0.0; n], qd, m.gravity);
+    let still = vec![0.0; n];
+    let columns: Vec<Vec<f64>> = (0..n)
+        .map(|k| {
+            let mut unit = still.clone();
+            unit[k] = 1.0;
+            needed(&unit, &still, 0.0)
+        })
+        .collect();
+    let mut system: Vec<f64> = (0..n * n).map(|i| columns[i % n][i / n]).collect();
+    let mut qdd: Vec<f64> = (0..n).map(|j| torque[j] - bias[j]).collect();
+    let mut lu = hydrocrane_num::dense::Lu::default();
+    lu.factor(n, &std::mem::take(&mut system));
+    lu.solve(&mut qdd);
+
+    dx[..n].copy_from_slice(qd);
+    dx[n..2 * n].copy_from_slice(&qdd);
+    Some(dx)
+}

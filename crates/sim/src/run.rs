@@ -1,0 +1,359 @@
+//! Open-loop runs: spool commands in, a record and an outcome out.
+
+use crate::integrator::{method, Effort, StepFailure, Stepper, Tolerances, METHODS};
+use crate::ledger::LEDGER_PER_CYLINDER;
+use crate::model::Model;
+use crate::outcome::{Outcome, OutcomeKind};
+use crate::system::System;
+
+/// Spool commands against time: one row per time, one column per cylinder, m.
+#[derive(Debug, Clone, Default)]
+pub struct Commands {
+    /// Ascending, s.
+    pub times: Vec<f64>,
+    /// Row-major, `times.len() x cylinders`.
+    pub values: Vec<f64>,
+    /// Straight between the rows instead of held.
+    pub linear: bool,
+}
+
+#[derive(Debug, Clone)]
+pub struct RunOptions {
+    /// Name of a method in [`METHODS`].
+    pub method: String,
+    pub tolerances: Tolerances,
+    /// kg at the tip
+    pub payload: f64,
+    /// Integrate the energy ledger along.
+    pub ledger: bool,
+    /// Accepted steps after which a run is given up.
+    pub max_steps: u64,
+}
+
+/// What a run computed, up to wherever it got.
+#[derive(Debug, Clone)]
+pub struct Run {
+    pub times: Vec<f64>,
+    /// Row-major, one row per time.
+    pub states: Vec<f64>,
+    /// Energies (J) since the start, one row per time; empty without ledger.
+    pub ledger: Vec<f64>,
+    /// Spool commands after delay and limits, m, one row per time.
+    pub commands: Vec<f64>,
+    pub outcome: Outcome,
+    pub accepted: u64,
+    pub rejected: u64,
+    pub effort: Effort,
+}
+
+/// The model under commands, as the integrator sees it.
+pub(crate) struct Driven<'a> {
+    pub model: &'a dyn Model,
+    pub payload: f64,
+    pub quadratures: usize,
+    /// Commands at `since` and their slopes: constant slope on the interval at hand.
+    pub base: Vec<f64>,
+    pub slope: Vec<f64>,
+    pub since: f64,
+}
+
+impl Driven<'_> {
+    fn command(&self, t: f64) -> Vec<f64> {
+        self.base.iter().zip(&self.slope).map(|(b, s)| b + s * (t - self.since)).collect()
+    }
+}
+
+impl System for Driven<'_> {
+    fn dimension(&self) -> usize {
+        self.model.layout().len()
+    }
+    fn quadratures(&self) -> usize {
+        self.quadratures
+    }
+    fn derivative(&self, t: f64, x: &[f64], dx: &mut [f64], dw: &mut [f64]) {
+        self.model.derivative(x, &self.command(t), self.payload, dx, dw);
+    }
+    fn jacobian(&self, t: f64, x: &[f64], dfdx: &mut [f64], dgdx: &mut [f64]) {
+        self.model.jacobian(x, &self.command(t), self.payload, dfdx, dgdx);
+    }
+    fn time_derivative(&self, _t: f64, _x: &[f64], dfdt: &mut [f64]) {
+        self.model.command_slope(&self.slope, dfdt);
+    }
+    fn admissible(&self, x: &[f64]) -> bool {
+        self.model.admissible(x)
+    }
+    fn scales(&self) -> &[f64] {
+        &self.model.layout().scales
+    }
+}
+
+/// Commands as the spools receive them: each delayed by its valve and kept within its stroke.
+struct Schedule {
+    /// Times at which any command or its slope changes.
+    breaks: Vec<f64>,
+    columns: Vec<Column>,
+}
+
+struct Column {
+    times: Vec<f64>,
+    values: Vec<f64>,
+    linear: bool,
+    delay: f64,
+    limit: f64,
+}
+
+impl Column {
+    /// Value and slope just after `t`.
+    fn at(&self, t: f64) -> (f64, f64) {
+        let t = t - self.delay;
+        let next = self.times.partition_point(|&time| time <= t + 1e-12);
+        if next == 0 {
+            return (0.0, 0.0);
+        }
+        let here = self.values[next - 1];
+        let (value, slope) = match (self.linear, self.times.get(next)) {
+            (true, Some(&end)) => {
+                let slope = (self.values[next] - here) / (end - self.times[next - 1]);
+                (here + slope * (t - self.times[next - 1]), slope)
+            }
+            _ => (here, 0.0),
+        };
+        let limited = value.clamp(-self.limit, self.limit);
+        (limited, if limited == value { slope } else { 0.0 })
+    }
+}
+
+impl Schedule {
+    fn new(commands: &Commands, model: &dyn Model) -> Self {
+        let n = model.layout().joints();
+        let machine = model.machine();
+        let columns: Vec<Column> = (0..n)
+            .map(|c| Column {
+                times: commands.times.clone(),
+                values: commands.values.iter().skip(c).step_by(n).copied().collect(),
+                linear: commands.linear,
+                delay: machine.cylinders[c].valve.delay,
+                limit: machine.cylinders[c].valve.stroke,
+            })
+            .collect();
+        let mut breaks: Vec<f64> = columns.iter().flat_map(Column::breaks).collect();
+        breaks.sort_by(f64::total_cmp);
+        breaks.dedup_by(|a, b| (*a - *b).abs() < 1e-12);
+        Schedule { breaks, columns }
+    }
+
+    fn apply(&self, t: f64, driven: &mut Driven) {
+        driven.since = t;
+        for (c, column) in self.columns.iter().enumerate() {
+            (driven.base[c], driven.slope[c]) = column.at(t);
+        }
+    }
+}
+
+impl Column {
+    /// Its times as the spool sees them, and where a ramp meets the end of the spool's stroke.
+    fn breaks(&self) -> Vec<f64> {
+        let mut breaks: Vec<f64> = self.times.iter().map(|t| t + self.delay).collect();
+        if self.linear {
+            for (t, v) in self.times.windows(2).zip(self.values.windows(2)) {
+                for limit in [-self.limit, self.limit] {
+                    if (v[0] - limit) * (v[1] - limit) < 0.0 {
+                        breaks.push(t[0] + (limit - v[0]) / (v[1] - v[0]) * (t[1] - t[0]) + self.delay);
+                    }
+                }
+            }
+        }
+        breaks
+    }
+}
+
+/// Runs `model` from `x0` to `end`, recording at `record` (ascending times). `keep_going` is asked now and then.
+pub fn simulate(
+    model: &dyn Model,
+    x0: &[f64],
+    end: f64,
+    commands: &Commands,
+    record: &[f64],
+    options: &RunOptions,
+    keep_going: &mut dyn FnMut(f64) -> bool,
+) -> Run {
+    let mut recorder = Recorder::new(model, record, options.ledger);
+    if let Some(message) = start_fault(model, x0, options) {
+        return recorder.finish(Outcome { kind: OutcomeKind::BadState, time: 0.0, message }, None);
+    }
+    let quadratures = if options.ledger { LEDGER_PER_CYLINDER * model.layout().joints() } else { 0 };
+    let schedule = Schedule::new(commands, model);
+    let n = model.layout().joints();
+    let mut driven =
+        Driven { model, payload: options.payload, quadratures, base: vec![0.0; n], slope: vec![0.0; n], since: 0.0 };
+    // `start_fault` has checked the name.
+    let Some(method) = method(&options.method, x0.len(), quadratures) else {
+        let message = format!("no method `{}`", options.method);
+        return recorder.finish(Outcome { kind: OutcomeKind::BadState, time: 0.0, message }, None);
+    };
+    let mut stepper = Stepper::new(method, options.tolerances, 0.0, x0, quadratures);
+    let outcome = drive(&mut stepper, &mut driven, &schedule, end, options, &mut recorder, keep_going);
+    recorder.finish(outcome, Some(&stepper))
+}
+
+/// Steps from break to break until the end or until something stops it.
+fn drive(
+    stepper: &mut Stepper,
+    driven: &mut Driven,
+    schedule: &Schedule,
+    end: f64,
+    options: &RunOptions,
+    recorder: &mut Recorder,
+    keep_going: &mut dyn FnMut(f64) -> bool,
+) -> Outcome {
+    schedule.apply(0.0, driven);
+    recorder.take(stepper, driven);
+    while stepper.t < end {
+        let limit = schedule.breaks.iter().copied().find(|&b| b > stepper.t + 1e-12).unwrap_or(end).min(end);
+        if let Err(failure) = stepper.step(driven, limit) {
+            return failed(driven.model, stepper, failure);
+        }
+        recorder.take(stepper, driven);
+        if stepper.t >= limit {
+            schedule.apply(limit, driven);
+            stepper.restart();
+        }
+        if stepper.accepted >= options.max_steps {
+            let message = format!("gave up after {} steps; loosen the tolerance or shorten the run", stepper.accepted);
+            return Outcome { kind: OutcomeKind::SolverFailed, time: stepper.t, message };
+        }
+        if stepper.accepted % 256 == 0 && !keep_going(stepper.t) {
+            let message = "stopped from outside".to_string();
+            return Outcome { kind: OutcomeKind::Interrupted, time: stepper.t, message };
+        }
+    }
+    Outcome { kind: OutcomeKind::Completed, time: stepper.t, message: "reached the end".to_string() }
+}
+
+/// Why a state cannot be started from, if it cannot.
+pub(crate) fn start_fault(model: &dyn Model, x0: &[f64], options: &RunOptions) -> Option<String> {
+    let layout = model.layout();
+    if x0.len() != layout.len() {
+        return Some(format!("the initial state has {} numbers, the machine {} states", x0.len(), layout.len()));
+    }
+    if !METHODS.contains(&options.method.as_str()) {
+        return Some(format!("no method `{}`; there are {}", options.method, METHODS.join(", ")));
+    }
+    if let Some(i) = x0.iter().position(|v| !v.is_finite()) {
+        return Some(format!("initial state `{}` is {}; it must be a finite number", layout.names[i], x0[i]));
+    }
+    (!model.admissible(x0)).then(|| format!("the initial state is impossible: {}", outside(model, x0)))
+}
+
+/// Names the piston that is outside its cylinder.
+fn outside(model: &dyn Model, x: &[f64]) -> String {
+    let n = model.layout().joints();
+    let (mut position, mut gain) = (vec![0.0; n], vec![0.0; n]);
+    model.strokes(&x[..n], &mut position, &mut gain);
+    let beyond = |c: &usize| position[*c].is_nan() || position[*c].abs() >= model.machine().cylinders[*c].stroke / 2.0;
+    match (0..n).find(beyond) {
+        Some(c) => {
+            let cylinder = &model.machine().cylinders[c];
+            let half = cylinder.stroke / 2.0;
+            format!(
+                "the piston of `{}` is at {:.4} m, its ends are at -{half:.4} and {half:.4} m",
+                cylinder.name, position[c]
+            )
+        }
+        None => "a linkage does not close".to_string(),
+    }
+}
+
+pub(crate) fn failed(model: &dyn Model, stepper: &Stepper, failure: StepFailure) -> Outcome {
+    let (kind, message) = match failure {
+        StepFailure::NotAdmissible => {
+            let message = format!("a piston is about to leave its cylinder: {}", nearest_end(model, &stepper.x));
+            (OutcomeKind::StrokeLimit, message)
+        }
+        StepFailure::TooSmall => {
+            let message = "the step size fell below rounding; a law jumps here (as-printed friction or orifice law?) or the tolerance is too tight";
+            (OutcomeKind::SolverFailed, message.to_string())
+        }
+    };
+    Outcome { kind, time: stepper.t, message }
+}
+
+/// Names the piston nearest to an end of its stroke.
+fn nearest_end(model: &dyn Model, x: &[f64]) -> String {
+    let n = model.layout().joints();
+    let (mut position, mut gain) = (vec![0.0; n], vec![0.0; n]);
+    model.strokes(&x[..n], &mut position, &mut gain);
+    let fill = |c: usize| position[c].abs() / (model.machine().cylinders[c].stroke / 2.0);
+    let c = (0..n).max_by(|&a, &b| fill(a).total_cmp(&fill(b))).unwrap_or(0);
+    let cylinder = &model.machine().cylinders[c];
+    format!("`{}` stands at {:.4} m of +-{:.4} m", cylinder.name, position[c], cylinder.stroke / 2.0)
+}
+
+/// Collects rows at the record times.
+struct Recorder<'a> {
+    record: &'a [f64],
+    next: usize,
+    state: Vec<f64>,
+    energies: Vec<f64>,
+    run: Run,
+}
+
+impl<'a> Recorder<'a> {
+    fn new(model: &dyn Model, record: &'a [f64], ledger: bool) -> Self {
+        let n = model.layout().joints();
+        let quadratures = if ledger { LEDGER_PER_CYLINDER * n } else { 0 };
+        let outcome = Outcome { kind: OutcomeKind::Completed, time: 0.0, message: String::new() };
+        Recorder {
+            record,
+            next: 0,
+            state: vec![0.0; model.layout().len()],
+            energies: vec![0.0; quadratures],
+            run: Run {
+                times: Vec::with_capacity(record.len()),
+                states: Vec::with_capacity(record.len() * model.layout().len()),
+                ledger: Vec::with_capacity(record.len() * quadratures),
+                commands: Vec::with_capacity(record.len() * n),
+                outcome,
+                accepted: 0,
+                rejected: 0,
+                effort: Effort::default(),
+            },
+        }
+    }
+
+    /// Every record time up to the stepper's.
+    fn take(&mut self, stepper: &Stepper, driven: &Driven) {
+        while self.next < self.record.len() && self.record[self.next] <= stepper.t + 1e-12 {
+            let t = self.record[self.next];
+            stepper.interpolate(t, &mut self.state, &mut self.energies);
+            self.push(t, driven.command(t));
+            self.next += 1;
+        }
+    }
+
+    fn push(&mut self, t: f64, command: Vec<f64>) {
+        self.run.times.push(t);
+        self.run.states.extend_from_slice(&self.state);
+        self.run.ledger.extend_from_slice(&self.energies);
+        self.run.commands.extend(command);
+    }
+
+    /// The run so far. One that broke off also gets its last state.
+    fn finish(mut self, outcome: Outcome, stepper: Option<&Stepper>) -> Run {
+        if let Some(stepper) = stepper {
+            let last = self.run.times.last().copied().unwrap_or(-1.0);
+            if outcome.kind != OutcomeKind::Completed && stepper.t > last {
+                self.state.copy_from_slice(&stepper.x);
+                self.energies.copy_from_slice(&stepper.w);
+                let n = self.run.commands.len() / self.run.times.len().max(1);
+                let command = self.run.commands[self.run.commands.len() - n..].to_vec();
+                self.push(stepper.t, command);
+            }
+            self.run.accepted = stepper.accepted;
+            self.run.rejected = stepper.rejected;
+            self.run.effort = stepper.effort();
+        }
+        self.run.outcome = outcome;
+        self.run
+    }
+}

@@ -1,0 +1,18 @@
+//! What an integrator may know of the thing it integrates.
+
+/// A system x' = f(t, x) with quadratures w' = g(t, x) that nothing depends on.
+pub trait System {
+    fn dimension(&self) -> usize;
+    /// Number of quadratures.
+    fn quadratures(&self) -> usize;
+    /// Writes f and g.
+    fn derivative(&self, t: f64, x: &[f64], dx: &mut [f64], dw: &mut [f64]);
+    /// Writes df/dx (row-major) and dg/dx.
+    fn jacobian(&self, t: f64, x: &[f64], dfdx: &mut [f64], dgdx: &mut [f64]);
+    /// Writes df/dt; g does not depend on time directly.
+    fn time_derivative(&self, t: f64, x: &[f64], dfdt: &mut [f64]);
+    /// Whether `x` lies where the equations mean something.
+    fn admissible(&self, x: &[f64]) -> bool;
+    /// Size below which each state is resolved absolutely.
+    fn scales(&self) -> &[f64];
+}

@@ -1,0 +1,118 @@
+"""Model, simulate and look at hydraulically driven cranes.
+
+Three lines give a run, its charts and its animation::
+
+    import hydrocrane as hc
+    run = hc.simulate("vertical-lift-open-loop")
+    run.plot(), run.animate("lift.gif")
+
+Everything is SI and radians inside; pictures show degrees, millimetres and bar.
+Names are looked up on first use, so that ``import hydrocrane`` itself costs next to nothing.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hydrocrane import plots
+    from hydrocrane.citation import cite
+    from hydrocrane.compare import Comparison
+    from hydrocrane.errors import (
+        HydrocraneError,
+        InputError,
+        MachineFileError,
+        OutOfReachError,
+        ResultFileError,
+        SimulationError,
+    )
+    from hydrocrane.linear import LoadChart, Modes, load_chart, mode_map, modes
+    from hydrocrane.machine import Machine, bundled_machines, load_machine
+    from hydrocrane.result import Outcome, Run, load_run
+    from hydrocrane.scenario import Command, Scenario, Solver, bundled_scenarios, load_scenario
+    from hydrocrane.simulation import simulate
+    from hydrocrane.simulator import Observation, Simulator
+
+# Public name -> module that defines it.
+_HOME = {
+    "Command": "scenario",
+    "Comparison": "compare",
+    "HydrocraneError": "errors",
+    "InputError": "errors",
+    "LoadChart": "linear",
+    "Machine": "machine",
+    "MachineFileError": "errors",
+    "Modes": "linear",
+    "Observation": "simulator",
+    "OutOfReachError": "errors",
+    "Outcome": "result",
+    "ResultFileError": "errors",
+    "Run": "result",
+    "Scenario": "scenario",
+    "SimulationError": "errors",
+    "Simulator": "simulator",
+    "Solver": "scenario",
+    "bundled_machines": "machine",
+    "bundled_scenarios": "scenario",
+    "cite": "citation",
+    "load_chart": "linear",
+    "load_machine": "machine",
+    "load_run": "result",
+    "load_scenario": "scenario",
+    "mode_map": "linear",
+    "modes": "linear",
+    "simulate": "simulation",
+}
+
+__all__ = [
+    "Command",
+    "Comparison",
+    "HydrocraneError",
+    "InputError",
+    "LoadChart",
+    "Machine",
+    "MachineFileError",
+    "Modes",
+    "Observation",
+    "OutOfReachError",
+    "Outcome",
+    "ResultFileError",
+    "Run",
+    "Scenario",
+    "SimulationError",
+    "Simulator",
+    "Solver",
+    "__version__",
+    "bundled_machines",
+    "bundled_scenarios",
+    "cite",
+    "load_chart",
+    "load_machine",
+    "load_run",
+    "load_scenario",
+    "mode_map",
+    "modes",
+    "plots",
+    "simulate",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Import the module that holds a public name when the name is first used (PEP 562)."""
+    if name == "__version__":
+        from importlib.metadata import version
+
+        value: Any = version("hydrocrane")
+    elif name == "plots":
+        value = importlib.import_module("hydrocrane.plots")
+    elif name in _HOME:
+        value = getattr(importlib.import_module(f"hydrocrane.{_HOME[name]}"), name)
+    else:
+        raise AttributeError(f"module 'hydrocrane' has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

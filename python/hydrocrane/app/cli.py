@@ -1,0 +1,346 @@
+"""``hydrocrane``: simulate, look, check, from the command line.
+
+Heavy imports happen inside the commands, so that ``--help`` answers at once.
+"""
+
+from __future__ import annotations
+
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+
+import typer
+
+from hydrocrane.app.console import bar, complain, say, waiting
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from hydrocrane.machine import Machine
+    from hydrocrane.result import Run
+
+app = typer.Typer(
+    name="hydrocrane",
+    help="Model, simulate and look at hydraulically driven cranes.",
+    epilog="Example:  hydrocrane simulate vertical-lift-open-loop -o results",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+)
+
+
+class Chart(StrEnum):
+    cylinders = "cylinders"
+    joint_stroke = "joint-stroke"
+    flow_law = "flow-law"
+    friction = "friction"
+
+
+MachineName = Annotated[str, typer.Argument(help="Bundled machine or path of a machine file.", metavar="MACHINE")]
+RunName = Annotated[str, typer.Argument(help="Saved run (.nc), bundled scenario or scenario file.", metavar="RUN")]
+Settings = Annotated[
+    list[str], typer.Option("--set", help='Override a machine key: KEY=VALUE, e.g. supply.pressure="100 bar".')
+]
+Payload = Annotated[float | None, typer.Option(help="Mass at the tip, kg.")]
+Output = Annotated[
+    Path | None, typer.Option("-o", "--output", help="File to write; by default named after the target, here.")
+]
+
+
+@app.command(epilog="Example:  hydrocrane simulate vertical-lift-open-loop --set supply.pressure='100 bar' -o results")
+def simulate(
+    scenario: Annotated[str, typer.Argument(help="Bundled scenario or path of a scenario file.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for data, charts, film.")] = Path("results"),
+    settings: Settings = [],  # noqa: B006
+    machine: Annotated[str | None, typer.Option(help="Use this machine in place of the scenario's.")] = None,
+    payload: Payload = None,
+    duration: Annotated[float | None, typer.Option(help="s.")] = None,
+    method: Annotated[str | None, typer.Option(help="rodas5p (stiff) or tsit5 (explicit).")] = None,
+    rtol: Annotated[float | None, typer.Option(help="Relative tolerance.")] = None,
+    also: Annotated[list[str], typer.Option(help="Also write the data as mat, csv or parquet.")] = [],  # noqa: B006
+    film: Annotated[str, typer.Option(help="Animation: gif, mp4 or none.")] = "gif",
+) -> None:
+    """Run a scenario; write its data, charts and animation, and print a summary."""
+    import hydrocrane as hc
+    from hydrocrane.app.options import overrides
+
+    wanted: dict[str, Any] = {"payload": payload, "duration": duration, "method": method, "rtol": rtol}
+    changes = {name: value for name, value in wanted.items() if value is not None}
+    with waiting("simulating"):
+        run = hc.simulate(scenario, machine=machine, overrides=overrides(settings), **changes)
+    paths = _write_run(run, output, also, film)
+    say(run.summary(), "", "written:", *(f"  {path}" for path in paths))
+    if not run.outcome.completed:
+        raise typer.Exit(1)
+
+
+def _write_run(run: Run, folder: Path, also: list[str], film: str) -> list[Path]:
+    """Data first: a picture that fails must not cost the run."""
+    from hydrocrane.errors import InputError
+
+    if film not in ("gif", "mp4", "none"):
+        raise InputError(f"--film is gif, mp4 or none, got `{film}`")
+    name = run.data.attrs["scenario"]
+    paths = [run.save(folder / f"{name}.{suffix.lstrip('.')}") for suffix in ("nc", *also)]
+    if not run.data.sizes["time"]:
+        return paths
+    _headless()
+    with waiting("drawing charts"):
+        for cylinder in run.cylinder_names:
+            paths.append(folder / f"{name}-{cylinder}.png")
+            run.plot(cylinder, path=paths[-1])
+    if film != "none":
+        with bar("drawing the animation") as progress:
+            paths.append(folder / f"{name}.{film}")
+            run.animate(paths[-1], progress=progress)
+    return paths
+
+
+@app.command(epilog="Example:  hydrocrane plot results/vertical-lift-open-loop.nc --cylinder lift -o lift.png")
+def plot(
+    target: Annotated[str, typer.Argument(help="Saved run, scenario, or (other charts) machine.")],
+    chart: Annotated[Chart, typer.Option(help="What to draw; the last three take a machine.")] = Chart.cylinders,
+    cylinder: Annotated[str | None, typer.Option(help="Only this cylinder.")] = None,
+    output: Output = None,
+    settings: Settings = [],  # noqa: B006
+) -> None:
+    """Draw charts of a run, or of a machine's linkage, valve or friction."""
+    _headless()
+    if chart is Chart.cylinders:
+        figure = _run(target, settings).plot(cylinder)
+    else:
+        figure = _machine_chart(_machine(target, settings), chart, cylinder)
+    _write_figure(figure, output, f"{Path(target).stem}-{chart.value}.png")
+
+
+def _machine_chart(crane: Machine, chart: Chart, cylinder: str | None) -> Figure:
+    from hydrocrane import plots
+    from hydrocrane.errors import unknown
+
+    if cylinder is not None and cylinder not in crane.cylinder_names:
+        raise unknown("cylinder", cylinder, crane.cylinder_names)
+    if chart is Chart.flow_law:
+        return plots.flow_law(crane, cylinder)
+    if chart is Chart.friction:
+        return plots.friction_maps(crane, cylinder)
+    return plots.joint_stroke(crane, cylinder and crane.joint_names[crane.cylinder_names.index(cylinder)])
+
+
+@app.command(epilog="Example:  hydrocrane view results/vertical-lift-open-loop.nc")
+def view(run: RunName, settings: Settings = [], speed: float = 1.0) -> None:  # noqa: B006
+    """Open a window with the charts and the moving crane."""
+    import matplotlib as mpl
+    import matplotlib.pyplot as plt
+
+    from hydrocrane.errors import InputError
+
+    record = _run(run, settings)
+    record.plot()
+    # The animation lives as long as something holds it.
+    film = record.animate(speed=speed)
+    if mpl.get_backend().lower() in ("agg", "pdf", "svg", "ps", "cairo", "template"):
+        film.pause()  # type: ignore[union-attr]
+        raise InputError("no window can be opened here; `hydrocrane animate` writes a film to a file")
+    plt.show()
+
+
+@app.command(epilog="Example:  hydrocrane animate results/vertical-lift-open-loop.nc -o lift.gif --speed 2")
+def animate(
+    run: RunName,
+    output: Output = None,
+    fps: Annotated[int, typer.Option(help="Pictures per second.")] = 20,
+    speed: Annotated[float, typer.Option(help="1 is real time.")] = 1.0,
+    settings: Settings = [],  # noqa: B006
+) -> None:
+    """Write a film of the moving crane: .gif, or .mp4 where ffmpeg is found."""
+    _headless()
+    record = _run(run, settings)
+    path = output or Path(f"{Path(run).stem}.gif")
+    with bar("drawing the animation") as progress:
+        record.animate(path, fps=fps, speed=speed, progress=progress)
+    say(f"written: {path}")
+
+
+@app.command(epilog="Example:  hydrocrane workspace rottne-f9-lab -o workspace.png")
+def workspace(
+    machine: MachineName,
+    output: Output = None,
+    settings: Settings = [],  # noqa: B006
+) -> None:
+    """Draw the working area of the crane tip."""
+    from hydrocrane import plots
+
+    _headless()
+    crane = _machine(machine, settings)
+    _write_figure(plots.workspace(crane), output, f"{crane.name}-workspace.png")
+
+
+@app.command(epilog="Example:  hydrocrane loadchart rottne-f9-lab --set supply.pressure='180 bar'")
+def loadchart(
+    machine: MachineName,
+    output: Output = None,
+    samples: Annotated[int, typer.Option(help="Poses per revolute joint.")] = 50,
+    settings: Settings = [],  # noqa: B006
+) -> None:
+    """Payload against reach: what the cylinders hold at supply pressure."""
+    from hydrocrane import linear, plots
+    from hydrocrane.app.report import load_table
+
+    _headless()
+    crane = _machine(machine, settings)
+    chart = linear.load_chart(crane, samples=samples)
+    say(load_table(chart))
+    _write_figure(plots.load_chart(crane, chart), output, f"{crane.name}-loadchart.png")
+
+
+@app.command(epilog="Example:  hydrocrane modes rottne-f9-lab --at boom='100 deg' --at jib='100 deg'")
+def modes(
+    machine: MachineName,
+    at: Annotated[list[str], typer.Option(help="Joint of the pose, JOINT=VALUE; others in mid-range.")] = [],  # noqa: B006
+    payload: Payload = None,
+    output: Output = None,
+    samples: Annotated[int, typer.Option(help="Poses per joint of the map; 0 draws none.")] = 12,
+    settings: Settings = [],  # noqa: B006
+) -> None:
+    """Natural frequencies and damping in a pose, and their map over the workspace."""
+    from hydrocrane import linear, plots
+    from hydrocrane.app.options import pose
+    from hydrocrane.app.report import modes_table
+
+    _headless()
+    crane = _machine(machine, settings)
+    say(modes_table(linear.modes(crane, pose(crane, at), payload=payload)))
+    if samples:
+        with waiting("going over the workspace"):
+            found = linear.mode_map(crane, samples=samples, payload=payload)
+        _write_figure(plots.mode_map(crane, found), output, f"{crane.name}-modes.png")
+
+
+@app.command(epilog="Example:  hydrocrane machines")
+def machines() -> None:
+    """List the bundled machines with the provenance of their values, and the bundled scenarios."""
+    import hydrocrane as hc
+    from hydrocrane.app.report import machines_table
+
+    say(machines_table([hc.load_machine(name) for name in hc.bundled_machines()]))
+    say("", f"scenarios: {', '.join(hc.bundled_scenarios())}")
+
+
+@app.command(epilog="Example:  hydrocrane check my-crane/machine.toml")
+def check(
+    file: Annotated[str, typer.Argument(help="Machine or scenario: file or bundled name.")],
+    settings: Settings = [],  # noqa: B006
+) -> None:
+    """Check a machine or scenario file and say what it describes."""
+    import hydrocrane as hc
+    from hydrocrane.app.options import overrides
+    from hydrocrane.app.report import machine_report, scenario_report
+
+    if _is_scenario(file):
+        plan = hc.load_scenario(file).changed(overrides=overrides(settings))
+        crane = plan.load_machine()
+        plan.initial_state(crane)
+        say(*scenario_report(plan, crane))
+    else:
+        say(*machine_report(_machine(file, settings)))
+    say("no errors found")
+
+
+@app.command(epilog="Example:  hydrocrane new my-crane --machine rottne-f9-lab")
+def new(
+    folder: Annotated[Path, typer.Argument(help="Folder to be made.")],
+    machine: Annotated[str, typer.Option(help="Bundled machine to start from.")] = "rottne-f9-lab",
+) -> None:
+    """Write a machine file and a scenario to start one's own crane from."""
+    from hydrocrane.app.starter import write_starter
+
+    files = write_starter(folder, machine)
+    say("written:", *(f"  {path}" for path in files), f"next: hydrocrane simulate {files[1]}")
+
+
+@app.command(epilog="Example:  hydrocrane cite rottne-f9-lab > sources.bib")
+def cite(target: Annotated[str, typer.Argument(help="Machine or saved run.")]) -> None:
+    """Print BibTeX for the laws, methods and parameters that a machine or a run uses."""
+    import hydrocrane as hc
+
+    print(hc.cite(hc.load_run(target) if target.endswith(".nc") else hc.load_machine(target)))
+
+
+def _show_version(asked: bool) -> None:
+    if asked:
+        from hydrocrane import __version__
+
+        print(f"hydrocrane {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    pass
+
+
+def _machine(source: str, settings: list[str]) -> Machine:
+    from hydrocrane.app.options import overrides
+    from hydrocrane.machine import load_machine
+
+    return load_machine(source, overrides(settings))
+
+
+def _run(source: str, settings: list[str]) -> Run:
+    """A saved run, or a scenario run now."""
+    import hydrocrane as hc
+    from hydrocrane.app.options import overrides
+    from hydrocrane.errors import InputError
+
+    if source.endswith(".nc"):
+        if settings:
+            raise InputError("--set changes a simulation; a saved run stays as it is")
+        return hc.load_run(source)
+    with waiting("simulating"):
+        return hc.simulate(source, overrides=overrides(settings))
+
+
+def _is_scenario(source: str) -> bool:
+    """Whether a name or file is a scenario; a file that cannot be read as TOML goes to the machine check."""
+    import tomllib
+
+    import hydrocrane as hc
+
+    if source in hc.bundled_scenarios():
+        return True
+    try:
+        return "scenario" in tomllib.loads(Path(source).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return False
+
+
+def _headless() -> None:
+    """Pictures go to files: ask matplotlib for no windows."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+
+
+def _write_figure(figure: Figure, output: Path | None, default: str) -> None:
+    from hydrocrane.plots.style import write
+
+    path = output or Path(default)
+    write(figure, path)
+    say(f"written: {path}")
+
+
+def main(arguments: list[str] | None = None) -> NoReturn:
+    """Entry point: a wrong input is one message on stderr and exit status 2."""
+    from hydrocrane.errors import HydrocraneError
+
+    try:
+        app(arguments)
+    except HydrocraneError as error:
+        complain(str(error))
+    except OSError as error:
+        complain(f"{error.strerror}: {error.filename}" if error.filename else str(error))
+    sys.exit(2)

@@ -1,0 +1,54 @@
+"""Reading what people type: overrides and poses."""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from typing import TYPE_CHECKING, Any
+
+from hydrocrane.errors import InputError, unknown
+
+if TYPE_CHECKING:
+    from hydrocrane.arrays import Array
+    from hydrocrane.machine import Machine
+
+_UNITS = {"rad": {"rad": 1.0, "deg": math.pi / 180}, "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3}}
+_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-z]*)\s*")
+
+
+def overrides(settings: list[str]) -> dict[str, Any]:
+    """``["supply.pressure=100 bar", "payload.mass=200"]`` as a mapping; what reads as TOML is taken as TOML."""
+    found = {}
+    for setting in settings:
+        key, sign, text = setting.partition("=")
+        if not sign or not key.strip() or not text.strip():
+            raise InputError(f'--set takes KEY=VALUE, for example --set supply.pressure="100 bar"; got `{setting}`')
+        found[key.strip()] = _value(text.strip())
+    return found
+
+
+def _value(text: str) -> Any:
+    try:
+        value = tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+    # A date or a table is no override: leave it to the machine's own check of the text.
+    return value if isinstance(value, bool | int | float | str | list) else text
+
+
+def pose(crane: Machine, settings: list[str]) -> Array:
+    """Joint coordinates from ``["boom=100 deg", "extension=50 mm"]``; joints left out stay in mid-range."""
+    q = crane.home.copy()
+    for setting in settings:
+        name, sign, text = setting.partition("=")
+        name = name.strip()
+        if name not in crane.joint_names:
+            raise unknown("joint", name, crane.joint_names)
+        index = crane.joint_names.index(name)
+        units = _UNITS[crane.joint_units[index]]
+        match = _NUMBER.fullmatch(text)
+        if not sign or match is None or (match[2] and match[2] not in units):
+            raise InputError(f"--at takes JOINT=VALUE with a unit of {', '.join(units)} or none (SI); got `{setting}`")
+        q[index] = float(match[1]) * units.get(match[2], 1.0)
+    return q

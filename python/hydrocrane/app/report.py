@@ -1,0 +1,124 @@
+"""Tables and short reports for the terminal."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from rich.table import Table
+from rich.text import Text
+
+from hydrocrane.machine import PROVENANCE_CLASSES
+
+if TYPE_CHECKING:
+    from hydrocrane.linear import LoadChart, Modes
+    from hydrocrane.machine import Machine
+    from hydrocrane.scenario import Scenario
+
+_SHOWN = {"rad": ("deg", 180 / math.pi), "m": ("mm", 1e3)}
+
+
+def machines_table(machines: list[Machine]) -> Table:
+    """Bundled machines with the provenance of their values."""
+    table = Table(title="Bundled machines", title_justify="left", box=None, pad_edge=False, header_style="bold")
+    for heading in ("name", "title", "joints"):
+        table.add_column(heading, overflow="fold")
+    for kind in ("states", *PROVENANCE_CLASSES):
+        table.add_column(kind, justify="right")
+    for crane in machines:
+        tally = [str(count) for count in crane.provenance_tally.values()]
+        table.add_row(crane.name, crane.title, ", ".join(crane.joint_names), str(len(crane.state_names)), *tally)
+    return table
+
+
+def machine_report(crane: Machine) -> list[Text | Table]:
+    """What `check` says about a machine: size, limits and their reasons, friction, provenance."""
+    head = Text.assemble((crane.name, "bold"), f": {crane.title}")
+    size = Text(
+        f"{len(crane.joint_names)} degrees of freedom, {len(crane.cylinder_names)} cylinders,"
+        f" {len(crane.state_names)} states, supply {crane.supply_pressure * 1e-5:.0f} bar"
+    )
+    return [head, size, _limits(crane), *_friction(crane), _errata(crane), _tally(crane)]
+
+
+def _limits(crane: Machine) -> Table:
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for heading in ("joint", "from", "because", "to", "because", "cylinder", "stroke"):
+        table.add_column(heading, justify="right" if heading in ("from", "to", "stroke") else "left")
+    for i, joint in enumerate(crane.joint_names):
+        unit, factor = _SHOWN[crane.joint_units[i]]
+        low, high = crane.joint_limits[i] * factor
+        why_low, why_high = crane.joint_limit_reasons[i]
+        low_x, high_x = crane.stroke_limits[i] * 1e3
+        table.add_row(
+            joint, f"{low:.1f} {unit}", why_low, f"{high:.1f} {unit}", why_high,
+            crane.cylinder_names[i], f"{low_x:.1f} .. {high_x:.1f} mm",
+        )  # fmt: skip
+    return table
+
+
+def _friction(crane: Machine) -> list[Text]:
+    lines = [_passivity(entry) for entry in crane.passivity()]
+    return lines or [Text("friction: static maps, no bristles")]
+
+
+def _passivity(entry: dict[str, Any]) -> Text:
+    """One line on the passivity condition of a LuGre friction."""
+    line = Text(f"LuGre friction of cylinder {entry['cylinder']}: ")
+    if entry["holds"]:
+        return line.append("passive at every velocity", style="green")
+    limit = entry.get("velocity_limit")
+    where = f"up to {limit * 1e3:.3g} mm/s" if limit is not None and math.isfinite(limit) else "nowhere"
+    return line.append(f"passivity condition holds {where} only", style="yellow")
+
+
+def _errata(crane: Machine) -> Text:
+    printed = [name for name, corrected in crane.errata.items() if not corrected]
+    if not printed:
+        return Text("errata: all corrected")
+    return Text(f"errata run as printed: {', '.join(printed)}", style="yellow")
+
+
+def _tally(crane: Machine) -> Text:
+    tally = ", ".join(f"{count} {kind}" for kind, count in crane.provenance_tally.items() if count)
+    return Text(f"provenance of {len(crane.provenance)} values: {tally}")
+
+
+def scenario_report(plan: Scenario, crane: Machine) -> list[Text]:
+    """What `check` says about a scenario."""
+    times, _, linear = plan.command_grid(crane)
+    q = [f"{joint} {value:g} {unit}" for joint, value, unit in _start(plan, crane)]
+    return [
+        Text.assemble((plan.name, "bold"), f": {plan.title}"),
+        Text(f"machine {crane.name}, {plan.duration:g} s recorded every {plan.record_interval * 1e3:g} ms"),
+        Text(f"start at {', '.join(q)}; pressures {plan.pressures if isinstance(plan.pressures, str) else 'given'}"),
+        Text(f"{len(times)} command times, {'joined linearly' if linear else 'held'}; solver {plan.solver.method}"),
+    ]
+
+
+def _start(plan: Scenario, crane: Machine) -> list[tuple[str, float, str]]:
+    shown = []
+    for joint, unit in zip(crane.joint_names, crane.joint_units, strict=True):
+        name, factor = _SHOWN[unit]
+        shown.append((joint, plan.joints[joint] * factor, name))
+    return shown
+
+
+def modes_table(found: Modes) -> Table:
+    """Natural modes, slowest first."""
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for heading in ("frequency [Hz]", "damping ratio", "mostly in"):
+        table.add_column(heading, justify="left" if heading == "mostly in" else "right")
+    for frequency, damping, state in zip(found.frequency, found.damping, found.state, strict=True):
+        table.add_row(f"{frequency:.3g}", f"{damping:.3g}", state)
+    return table
+
+
+def load_table(chart: LoadChart, rows: int = 10) -> Table:
+    """Payload against reach, in few lines."""
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for heading in ("reach [m]", "best pose [kg]", "worst pose [kg]"):
+        table.add_column(heading, justify="right")
+    for reach, best, worst in zip(*chart.against_reach(rows), strict=True):
+        table.add_row(f"{reach:.2f}", f"{best:.0f}", f"{worst:.0f}")
+    return table

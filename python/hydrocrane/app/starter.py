@@ -1,0 +1,38 @@
+"""A folder to start one's own machine in: a copy of a bundled machine and of a scenario that runs it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from hydrocrane import _core
+from hydrocrane.errors import InputError, unknown
+from hydrocrane.machine import bundled_machines
+from hydrocrane.scenario import bundled_scenarios, load_scenario
+
+
+def write_starter(folder: Path, machine: str) -> tuple[Path, Path]:
+    """Write ``machine.toml`` and ``scenario.toml`` into `folder`; nothing that exists is overwritten."""
+    if machine not in bundled_machines():
+        raise unknown("machine", machine, bundled_machines())
+    machine_file, scenario_file = folder / "machine.toml", folder / "scenario.toml"
+    for path in (machine_file, scenario_file):
+        if path.exists():
+            raise InputError(f"{path} exists already; choose another folder")
+    scenario = _core.bundled_text("scenario", _scenario_of(machine))
+    own, count = re.subn(
+        rf'^(\s*machine\s*=\s*)"{re.escape(machine)}"', r'\1"machine.toml"', scenario, count=1, flags=re.MULTILINE
+    )
+    if not count:
+        raise InputError(f"the bundled scenario of {machine} does not name its machine on a line of its own")
+    folder.mkdir(parents=True, exist_ok=True)
+    machine_file.write_text(_core.bundled_text("machine", machine), encoding="utf-8")
+    scenario_file.write_text(own, encoding="utf-8")
+    return machine_file, scenario_file
+
+
+def _scenario_of(machine: str) -> str:
+    for name in bundled_scenarios():
+        if load_scenario(name).machine == machine:
+            return name
+    raise InputError(f"no bundled scenario runs {machine}; start from another machine")

@@ -1,0 +1,65 @@
+"""Checked conversion between what people pass and what the core takes.
+
+The core takes C-contiguous float64 tables with one row per case. Here the last axis is the vector and any leading
+axes are the batch; several arguments broadcast against each other over the leading axes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hydrocrane.errors import InputError
+
+Array = NDArray[np.float64]
+
+
+def real_array(value: ArrayLike, name: str) -> Array:
+    """`value` as a float64 array with finite entries only, or an :class:`InputError` that names `name`."""
+    try:
+        raw = np.asarray(value)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} is not an array of numbers: its rows differ in length") from None
+    if raw.dtype.kind not in "buif":
+        raise InputError(f"{name} must hold real numbers, got {_described(value, raw)}")
+    array = raw.astype(np.float64)
+    if not np.isfinite(array).all():
+        place = [int(i) for i in np.argwhere(~np.isfinite(array))[0]]
+        where = f" at index {place}" if place else ""
+        raise InputError(f"{name} must be finite, got {array[tuple(place)]}{where}")
+    return array
+
+
+def vectors(value: ArrayLike, name: str, labels: Sequence[str]) -> Array:
+    """`value` as an array of shape (..., len(labels)), all finite."""
+    array = real_array(value, name)
+    width = len(labels)
+    if array.ndim == 0 or array.shape[-1] != width:
+        shown = ", ".join(labels) if width <= 6 else f"{', '.join(labels[:3])}, ... {labels[-1]}"
+        raise InputError(
+            f"{name} must have shape ({width},) or (..., {width}), one value each of {shown}; got shape {array.shape}"
+        )
+    return array
+
+
+def rows(*arrays: Array) -> tuple[tuple[int, ...], list[Array]]:
+    """Broadcast the leading axes; return them and every array as a contiguous table of shape (m, width)."""
+    try:
+        lead = np.broadcast_shapes(*(a.shape[:-1] for a in arrays))
+    except ValueError:
+        shapes = ", ".join(str(a.shape) for a in arrays)
+        raise InputError(f"leading axes do not broadcast against each other: shapes {shapes}") from None
+    tables = [np.ascontiguousarray(np.broadcast_to(a, lead + a.shape[-1:]).reshape(-1, a.shape[-1])) for a in arrays]
+    return lead, tables
+
+
+def scalars(*arrays: Array) -> tuple[tuple[int, ...], list[Array]]:
+    """As :func:`rows` for plain numbers: every array flattened to shape (m,)."""
+    lead, tables = rows(*(a[..., np.newaxis] for a in arrays))
+    return lead, [np.ascontiguousarray(t[:, 0]) for t in tables]
+
+
+def _described(value: object, raw: np.ndarray) -> str:
+    return f"complex numbers {value!r}" if raw.dtype.kind == "c" else f"{value!r}"

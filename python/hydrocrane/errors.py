@@ -1,0 +1,89 @@
+"""One exception tree for everything that can be wrong with what a person hands in.
+
+Every exception derives from :class:`HydrocraneError`, which is a ``ValueError``; its text is one message that
+says what is wrong, where, and what would be right.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+
+
+class HydrocraneError(ValueError):
+    """Base of all errors raised by this package."""
+
+
+class InputError(HydrocraneError):
+    """An argument has the wrong shape, is not finite, or names something that does not exist."""
+
+
+class OutOfReachError(HydrocraneError):
+    """A pose or stroke that the machine cannot take."""
+
+
+class SimulationError(HydrocraneError):
+    """A simulation cannot go on from where it is."""
+
+
+class ResultFileError(HydrocraneError):
+    """A file of results cannot be read or written."""
+
+
+class MachineFileError(HydrocraneError):
+    """A machine or scenario file, or an override of one of its keys, is wrong.
+
+    Attributes
+    ----------
+    slug : str
+        Stable short name of the kind of mistake, for example ``unknown-key``.
+    file, key : str or None
+        Where it is; ``file`` is ``None`` for an override.
+    line, column : int or None
+        Place in the file, counted from 1.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        slug: str = "",
+        file: str | None = None,
+        line: int | None = None,
+        column: int | None = None,
+        key: str | None = None,
+    ) -> None:
+        super().__init__(message)
+        self.slug, self.file, self.line, self.column, self.key = slug, file, line, column, key
+
+    def __reduce__(self) -> tuple[type, tuple]:
+        return type(self), (str(self), self.slug, self.file, self.line, self.column, self.key)
+
+
+@contextmanager
+def translated(kind: type[HydrocraneError] = InputError) -> Iterator[None]:
+    """Turn an error of the compiled core into one of this tree; other ``ValueError``s become `kind`."""
+    from hydrocrane import _core
+
+    try:
+        yield
+    except HydrocraneError:
+        raise
+    except _core.MachineFileError as error:
+        raise MachineFileError(*error.args) from None
+    except ValueError as error:
+        raise kind(str(error)) from None
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Say which of the `known` names was probably meant: ``; did you mean `x`?`` or the list of choices."""
+    known = list(known)
+    close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    if close:
+        return f"; did you mean `{close[0]}`?"
+    return f"; choose from {', '.join(known)}" if known else ""
+
+
+def unknown(what: str, name: object, known: Iterable[str]) -> InputError:
+    """An :class:`InputError` for a name that is not among the `known` ones."""
+    return InputError(f"unknown {what} `{name}`{nearest(str(name), known)}")

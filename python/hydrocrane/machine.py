@@ -1,0 +1,406 @@
+"""A crane as Python sees it: geometry, mechanics, hydraulics and the full right-hand side.
+
+Units are SI and radians, pressures are gauge. Every method takes single vectors or batches with any leading axes.
+A cylinder force is net of friction and end stop; positive pushes the piston out. A spool command is in metres of
+spool stroke; positive extends the piston. Equation numbers are those of Heinze (2007).
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hydrocrane import _core
+from hydrocrane.arrays import Array, real_array, rows, scalars, vectors
+from hydrocrane.errors import HydrocraneError, InputError, OutOfReachError, translated, unknown
+
+Override = float | str | bool | list
+PROVENANCE_CLASSES = ("measured", "fitted", "literature", "assumed", "setting")
+
+
+def load_machine(source: str | PathLike[str], overrides: Mapping[str, Any] | None = None) -> Machine:
+    """Load a machine file.
+
+    Parameters
+    ----------
+    source : str or path
+        Name of a bundled machine, or a path to a TOML file.
+    overrides : mapping, optional
+        Dotted key to value, for example ``{"supply.pressure": "100 bar", "payload.mass": 200}``; a number is SI,
+        a string carries its unit.
+
+    Raises
+    ------
+    MachineFileError
+        With file, line, column, key and cure.
+    """
+    given = {} if overrides is None else plain_overrides(overrides)
+    with translated():
+        core = _core.load_machine(str(source), list(given.items()))
+    path = Path(source)
+    bundled = str(source) in _core.bundled_machines()
+    return Machine(core, str(source) if bundled else str(path.resolve()), given)
+
+
+def bundled_machines() -> tuple[str, ...]:
+    """Names of the machines that come with the package."""
+    return tuple(_core.bundled_machines())
+
+
+def plain_overrides(overrides: Mapping[str, Any]) -> dict[str, Override]:
+    """Overrides with every value as plain Python: bool, float, str or list of these."""
+    if not isinstance(overrides, Mapping):
+        raise InputError(f"overrides must be a mapping of dotted key to value, got {overrides!r}")
+    return {str(key): _plain(key, value) for key, value in overrides.items()}
+
+
+def _plain(key: str, value: Any) -> Override:
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, bool | str):
+        return value
+    if isinstance(value, int | float):
+        return float(value)
+    if isinstance(value, list | tuple | np.ndarray):
+        return [_plain(key, item) for item in value]
+    raise InputError(f"override `{key}` must be a number (SI), a string with its unit, a bool or a list; got {value!r}")
+
+
+class Machine:
+    """A loaded machine; made by :func:`load_machine`, never changed afterwards."""
+
+    def __init__(self, core: _core.Machine, source: str, overrides: dict[str, Override]) -> None:
+        self.core = core
+        self.source = source
+        self.overrides = overrides
+
+    def __repr__(self) -> str:
+        return f"<Machine {self.name}: joints {', '.join(self.joint_names)}; {len(self.state_names)} states>"
+
+    def __reduce__(self) -> tuple[Any, tuple[str, dict[str, Override]]]:
+        return load_machine, (self.source, self.overrides)
+
+    # --- what it is ---------------------------------------------------------------------------------------------
+
+    @property
+    def name(self) -> str:
+        return self.core.name
+
+    @property
+    def title(self) -> str:
+        return self.core.title
+
+    @property
+    def description(self) -> str:
+        return self.core.description
+
+    @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        return tuple(self.core.joint_names)
+
+    @cached_property
+    def joint_units(self) -> tuple[str, ...]:
+        """Unit of each joint coordinate: ``rad`` or ``m``."""
+        return tuple(self.core.joint_units)
+
+    @cached_property
+    def cylinder_names(self) -> tuple[str, ...]:
+        """Cylinder names; cylinder i moves joint i."""
+        return tuple(self.core.cylinder_names)
+
+    @cached_property
+    def state_names(self) -> tuple[str, ...]:
+        return tuple(self.core.state_names)
+
+    @cached_property
+    def state_units(self) -> tuple[str, ...]:
+        return tuple(self.core.state_units)
+
+    @cached_property
+    def joint_limits(self) -> Array:
+        """(n, 2) lowest and highest coordinate, rad or m; reasons in :attr:`joint_limit_reasons`."""
+        return np.array(self.core.joint_limits, dtype=np.float64)
+
+    @property
+    def joint_limit_reasons(self) -> tuple[tuple[str, str], ...]:
+        """Per joint, what sets its lower and its upper limit."""
+        return tuple((low, high) for low, high in self.core.joint_limit_reasons)
+
+    @cached_property
+    def stroke_limits(self) -> Array:
+        """(n_cyl, 2) piston positions from mid-stroke, m."""
+        return np.array(self.core.stroke_limits, dtype=np.float64)
+
+    @cached_property
+    def spool_strokes(self) -> Array:
+        """(n_cyl,) largest spool displacement, m."""
+        return np.array(self.core.spool_strokes, dtype=np.float64)
+
+    @property
+    def supply_pressure(self) -> float:
+        """Pa, gauge."""
+        return float(self.core.supply_pressure)
+
+    @property
+    def payload_mass(self) -> float:
+        """Default payload at the tip, kg."""
+        return float(self.core.payload_mass)
+
+    @property
+    def provenance(self) -> tuple[tuple[str, str, str], ...]:
+        """(key, class, source) of every value of the machine file."""
+        return tuple(tuple(entry) for entry in self.core.provenance)
+
+    @property
+    def provenance_tally(self) -> dict[str, int]:
+        """How many values are measured, fitted, from the literature, assumed, or a setting."""
+        count = Counter(kind for _, kind, _ in self.provenance)
+        return {kind: count.get(kind, 0) for kind in PROVENANCE_CLASSES}
+
+    @property
+    def errata(self) -> dict[str, bool]:
+        """Correction switches of the thesis; True where the law is corrected."""
+        return dict(self.core.errata)
+
+    @cached_property
+    def home(self) -> Array:
+        """(n,) pose in the middle of the joint limits."""
+        return self.joint_limits.mean(axis=1)
+
+    @cached_property
+    def piston_areas(self) -> Array:
+        """(n_cyl, 2) piston-side and rod-side area, m^2.
+
+        Read off the net cylinder force (88), which is p1 A1 - p2 A2 less friction and end stop: linear in the
+        pressures, so one bar more on a side gives that side's area.
+        """
+        names = [name for name, _, _ in self.core.output_info]
+        force = [names.index(f"cylinder.{c}.force") for c in self.cylinder_names]
+        base = self.pack_state(self.home)
+        areas = np.empty((len(self.cylinder_names), 2))
+        for side, sign in enumerate((1.0, -1.0)):
+            pushed = base.copy()
+            pushed[[self.state_names.index(f"cylinder.{c}.p{side + 1}") for c in self.cylinder_names]] += 1e5
+            pair = np.ascontiguousarray(np.stack([base, pushed]))
+            out = self.core.outputs(pair, np.zeros((2, len(self.cylinder_names))), self.payload_mass)
+            areas[:, side] = sign * (out[1] - out[0])[force] / 1e5
+        return areas
+
+    # --- geometry -----------------------------------------------------------------------------------------------
+
+    def strokes(self, q: ArrayLike) -> Array:
+        """Piston positions from mid-stroke (..., n_cyl), m, of joint coordinates q (..., n)   (40)-(42)."""
+        return self._over(self.core.strokes, self._joints(q))
+
+    def joints_from_strokes(self, x: ArrayLike) -> Array:
+        """Joint coordinates (..., n) of piston positions x (..., n_cyl), on the branch inside the joint limits.
+
+        Raises
+        ------
+        OutOfReachError
+            Where no pose inside the limits has these strokes.
+        """
+        x = vectors(x, "x", self.cylinder_names)
+        return self._over(self.core.joints_from_strokes, x, error=OutOfReachError)
+
+    def stroke_jacobian(self, q: ArrayLike) -> Array:
+        """d(strokes)/d(q), (..., n_cyl, n)."""
+        return self._over(self.core.stroke_jacobian, self._joints(q))
+
+    def tip(self, q: ArrayLike) -> Array:
+        """Crane tip in the inertial frame (..., 2): x forward, z up, m   (30)-(34)."""
+        return self._over(self.core.tip, self._joints(q))
+
+    def tip_jacobian(self, q: ArrayLike) -> Array:
+        """d(tip)/d(q), (..., 2, n)."""
+        return self._over(self.core.tip_jacobian, self._joints(q))
+
+    def inverse_kinematics(self, tip: ArrayLike, x3: float = 0.0) -> list:
+        """Poses that put the tip at `tip` (2,) with the telescope at `x3`, m   (35)-(39).
+
+        Returns
+        -------
+        list of (n,) arrays
+            Only poses inside the joint limits, best first; empty where nothing reaches. A batch of tips (..., 2)
+            gives lists nested in its leading axes.
+        """
+        tip = vectors(tip, "tip", ("x", "z"))
+        extension = real_array(x3, "x3")
+        if extension.ndim:
+            raise InputError(f"x3 must be one number in metres, got shape {extension.shape}")
+        if tip.ndim > 1:
+            return [self.inverse_kinematics(point, float(extension)) for point in tip]
+        with translated():
+            found = self.core.inverse_kinematics(np.ascontiguousarray(tip), float(extension))
+        return [np.array(pose, dtype=np.float64) for pose in found]
+
+    def workspace(self) -> list[Array]:
+        """Boundary curves of the tip's reach, each (k, 2) in the inertial frame, m   (3.1.3)."""
+        return [np.asarray(curve, dtype=np.float64) for curve in self.core.workspace()]
+
+    def drawing(self, q: ArrayLike) -> list[tuple[str, str, Array]]:
+        """Lines of the crane in pose q (n,): (kind, name, (k, 2) points in the inertial frame, m).
+
+        `kind` is one of ``link``, ``cylinder-barrel``, ``cylinder-rod``, ``torque-link``, ``joint``, ``tip``.
+        """
+        q = self._joints(q)
+        if q.ndim != 1:
+            raise InputError(f"drawing takes one pose of shape ({len(self.joint_names)},), got shape {q.shape}")
+        with translated():
+            return [(kind, name, np.asarray(line)) for kind, name, line in self.core.drawing(np.ascontiguousarray(q))]
+
+    # --- mechanics ----------------------------------------------------------------------------------------------
+
+    def mass_matrix(self, q: ArrayLike, *, payload: float | None = None) -> Array:
+        """Mass matrix M (..., n, n)   (48)."""
+        return self._over(self.core.mass_matrix, self._joints(q), payload=payload)
+
+    def bias_force(self, q: ArrayLike, qd: ArrayLike, *, payload: float | None = None) -> Array:
+        """Coriolis, centrifugal and gravity terms h (..., n): M qdd + h = J_l^T f_cyl   (53)."""
+        return self._over(self.core.bias_force, self._joints(q), self._joints(qd, "qd"), payload=payload)
+
+    def forward_dynamics(
+        self, q: ArrayLike, qd: ArrayLike, cylinder_force: ArrayLike, *, payload: float | None = None
+    ) -> Array:
+        """Joint accelerations (..., n) under net cylinder forces (..., n_cyl), N."""
+        force = vectors(cylinder_force, "cylinder_force", self.cylinder_names)
+        return self._over(self.core.forward_dynamics, self._joints(q), self._joints(qd, "qd"), force, payload=payload)
+
+    def static_cylinder_force(self, q: ArrayLike, *, payload: float | None = None) -> Array:
+        """Net cylinder forces (..., n_cyl) that hold the crane at rest, N."""
+        return self._over(self.core.static_cylinder_force, self._joints(q), payload=payload)
+
+    def kinetic_energy(self, q: ArrayLike, qd: ArrayLike, *, payload: float | None = None) -> Array:
+        """Kinetic energy (...), J."""
+        return self._over(self.core.kinetic_energy, self._joints(q), self._joints(qd, "qd"), payload=payload)
+
+    def potential_energy(self, q: ArrayLike, *, payload: float | None = None) -> Array:
+        """Potential energy (...), J."""
+        return self._over(self.core.potential_energy, self._joints(q), payload=payload)
+
+    # --- hydraulics and friction --------------------------------------------------------------------------------
+
+    def orifice_flow(self, spool: ArrayLike, dp: ArrayLike, cylinder: str | None = None) -> Array:
+        """Flow through one metering edge, m^3/s   (64)-(74).
+
+        Parameters
+        ----------
+        spool : array_like
+            Opening of the edge, m of spool stroke.
+        dp : array_like
+            Pressure drop across the edge, Pa; broadcasts against `spool`.
+        cylinder : str, optional
+            Whose valve; the first cylinder's by default.
+        """
+        return self._per_cylinder(self.core.orifice_flow, cylinder, spool=spool, dp=dp)
+
+    def friction_map(self, v: ArrayLike, cylinder: str | None = None) -> Array:
+        """Steady friction force, N, at piston velocity v, m/s; positive against positive velocity   (107)-(113)."""
+        return self._per_cylinder(self.core.friction_map, cylinder, v=v)
+
+    def bulk_modulus(self, p: ArrayLike) -> Array:
+        """Effective bulk modulus of the fluid at gauge pressure p, Pa   (96)."""
+        return self._over_scalars(self.core.bulk_modulus, p=p)
+
+    def density(self, p: ArrayLike) -> Array:
+        """Density of the fluid at gauge pressure p, kg/m^3."""
+        return self._over_scalars(self.core.density, p=p)
+
+    def passivity(self) -> list[dict[str, Any]]:
+        """Per cylinder with LuGre friction, whether and up to which velocity the passivity condition holds."""
+        return [dict(entry) for entry in self.core.passivity()]
+
+    # --- the whole plant ----------------------------------------------------------------------------------------
+
+    def state_derivative(self, state: ArrayLike, spool_command: ArrayLike, *, payload: float | None = None) -> Array:
+        """d(state)/dt (..., n_states); names in :attr:`state_names`."""
+        return self._over(self.core.state_derivative, *self._plant(state, spool_command), payload=payload)
+
+    def reference_state_derivative(
+        self, state: ArrayLike, spool_command: ArrayLike, *, payload: float | None = None
+    ) -> Array:
+        """The same right-hand side from the readable one-function reference model."""
+        return self._over(self.core.reference_state_derivative, *self._plant(state, spool_command), payload=payload)
+
+    def jacobian(self, state: ArrayLike, spool_command: ArrayLike, *, payload: float | None = None) -> Array:
+        """Exact d(state_derivative)/d(state), (..., n_states, n_states)."""
+        return self._over(self.core.jacobian, *self._plant(state, spool_command), payload=payload)
+
+    def outputs(self, state: ArrayLike, spool_command: ArrayLike, *, payload: float | None = None) -> dict[str, Array]:
+        """Everything derived from the state by name: tip, piston, forces, flows, power; each of shape (...)."""
+        table = self._over(self.core.outputs, *self._plant(state, spool_command), payload=payload)
+        return {name: table[..., i] for i, (name, _, _) in enumerate(self.core.output_info)}
+
+    def equilibrium(
+        self, q: ArrayLike, mode: Literal["hold", "steady"] = "hold", *, payload: float | None = None
+    ) -> Array:
+        """State at rest in pose q, (..., n_states).
+
+        ``hold`` has the spools centred, friction 0, and p1 A1 - p2 A2 equal to the static force with the lower
+        chamber at the machine's back pressure; ``steady`` also opens the spools so that the pressures stay constant.
+        """
+        if mode not in ("hold", "steady"):
+            raise unknown("equilibrium mode", mode, ("hold", "steady"))
+        lead, (table,) = rows(self._joints(q))
+        mass = self._payload(payload)
+        with translated(OutOfReachError):
+            found = [self.core.equilibrium(np.ascontiguousarray(pose), mode, mass) for pose in table]
+        return np.array(found, dtype=np.float64).reshape(*lead, len(self.state_names))
+
+    def pack_state(self, q: ArrayLike, qd: ArrayLike | None = None, p: ArrayLike | None = None) -> Array:
+        """A state (n_states,) from joints q, rates qd and pressures p (n_cyl, 2), Pa; all else zero."""
+        q = self._joints(q)
+        rate = np.zeros_like(q) if qd is None else self._joints(qd, "qd")
+        pressure = np.zeros((len(self.cylinder_names), 2)) if p is None else vectors(p, "p", ("p1", "p2"))
+        if q.ndim != 1 or rate.ndim != 1 or pressure.shape != (len(self.cylinder_names), 2):
+            raise InputError(
+                f"pack_state takes q and qd of shape ({len(self.joint_names)},) and p of shape "
+                f"({len(self.cylinder_names)}, 2); got {q.shape}, {rate.shape}, {pressure.shape}"
+            )
+        values = {f"joint.{j}.q": q[i] for i, j in enumerate(self.joint_names)}
+        values |= {f"joint.{j}.qd": rate[i] for i, j in enumerate(self.joint_names)}
+        for i, cylinder in enumerate(self.cylinder_names):
+            values |= {f"cylinder.{cylinder}.p1": pressure[i, 0], f"cylinder.{cylinder}.p2": pressure[i, 1]}
+        return np.array([values.get(name, 0.0) for name in self.state_names])
+
+    # --- helpers ------------------------------------------------------------------------------------------------
+
+    def _joints(self, value: ArrayLike, name: str = "q") -> Array:
+        return vectors(value, name, self.joint_names)
+
+    def _plant(self, state: ArrayLike, spool_command: ArrayLike) -> tuple[Array, Array]:
+        return vectors(state, "state", self.state_names), vectors(spool_command, "spool_command", self.cylinder_names)
+
+    def _payload(self, payload: float | None) -> float:
+        if payload is None:
+            return self.payload_mass
+        mass = real_array(payload, "payload")
+        if mass.ndim or mass < 0:
+            raise InputError(f"payload must be one mass in kg, zero or more; got {payload!r}")
+        return float(mass)
+
+    def _over(self, function: Any, *arrays: Array, error: type[HydrocraneError] = InputError, **options: Any) -> Array:
+        """Call a core function row by row over the broadcast leading axes."""
+        extra = [self._payload(options["payload"])] if "payload" in options else []
+        lead, tables = rows(*arrays)
+        with translated(error):
+            result = np.asarray(function(*tables, *extra))
+        return result.reshape(lead + result.shape[1:])[()]
+
+    def _over_scalars(self, function: Any, *before: Any, **named: ArrayLike) -> Array:
+        lead, columns = scalars(*(real_array(value, name) for name, value in named.items()))
+        with translated():
+            return np.asarray(function(*before, *columns)).reshape(lead)[()]
+
+    def _per_cylinder(self, function: Any, cylinder: str | None, **named: ArrayLike) -> Array:
+        if cylinder is not None and cylinder not in self.cylinder_names:
+            raise unknown("cylinder", cylinder, self.cylinder_names)
+        index = 0 if cylinder is None else self.cylinder_names.index(cylinder)
+        return self._over_scalars(function, index, **named)

@@ -1,0 +1,22 @@
+"""Pictures: each function takes a run or a machine and returns a matplotlib figure; nothing else imports matplotlib."""
+
+from hydrocrane.plots.charts import cylinder_charts, overview
+from hydrocrane.plots.comparison import comparison_charts
+from hydrocrane.plots.flow_law import flow_law
+from hydrocrane.plots.friction_maps import friction_maps
+from hydrocrane.plots.joint_stroke import joint_stroke
+from hydrocrane.plots.loadchart import load_chart
+from hydrocrane.plots.modes import mode_map
+from hydrocrane.plots.workspace import workspace
+
+__all__ = [
+    "comparison_charts",
+    "cylinder_charts",
+    "flow_law",
+    "friction_maps",
+    "joint_stroke",
+    "load_chart",
+    "mode_map",
+    "overview",
+    "workspace",
+]

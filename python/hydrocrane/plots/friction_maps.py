@@ -1,0 +1,118 @@
+"""Steady friction over velocity, and how it is put together, as Figures 48-53."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from hydrocrane.errors import InputError, unknown
+from hydrocrane.plots.style import COLOURS, MUTED, figure, styled, title
+
+if TYPE_CHECKING:
+    from hydrocrane.machine import Machine
+
+# Far above any Stribeck velocity, so that only Coulomb and viscous friction are left, m/s.
+_FAST = 10.0
+
+
+@styled
+def friction_maps(crane: Machine, cylinder: str | None = None) -> Figure:
+    """Six charts of one cylinder's seal friction.
+
+    Coulomb; with viscous friction; with stiction, which acts at rest only (dots); with the Stribeck effect; and the
+    influence of the Stribeck velocity and of its exponent. Each one is the machine's own law with single keys
+    overridden.
+    """
+    name = crane.cylinder_names[0] if cylinder is None else cylinder
+    if name not in crane.cylinder_names:
+        raise unknown("cylinder", name, crane.cylinder_names)
+    laws = _Laws(crane, name)
+    fig, axes = figure(12.0, 7.2, nrows=2, ncols=3)
+    v = _velocities(laws.stribeck_velocity)
+    steps = [
+        ("Coulomb", laws.without_stribeck(viscous=False)),
+        ("Coulomb and viscous", laws.without_stribeck(viscous=True)),
+        ("with stiction", laws.without_stribeck(viscous=True)),
+        ("with the Stribeck effect", crane),
+    ]
+    for panel, (heading, machine) in zip(axes.flat, steps, strict=False):
+        _curve(panel, machine, name, v, COLOURS[0])
+        panel.set_title(heading)
+    axes[0, 2].plot([0.0, 0.0], [laws.breakaway[0], -laws.breakaway[1]], "o", color=COLOURS[4], ms=5)
+    _family(axes[1, 1], name, v, "Stribeck velocity", {f"x {k:g}": laws.with_stribeck_velocity(k) for k in (0.5, 1, 2)})
+    _family(axes[1, 2], name, v, "Stribeck exponent", {f"{e:g}": laws.with_exponent(e) for e in (0.5, 1, 2, 4)})
+    top = max(abs(y) for panel in axes.flat for y in panel.get_ylim())
+    for panel in axes.flat:
+        panel.set_ylim(-top, top)
+    title(fig, "Friction of the piston at steady velocity", f"cylinder {name}, {crane.name}")
+    return fig
+
+
+def _velocities(scale: float) -> np.ndarray:
+    """Velocities crowded around zero, where the map is steep, m/s."""
+    s = np.linspace(-1, 1, 2001)
+    return 12 * scale * np.sign(s) * np.abs(s) ** 3
+
+
+def _curve(axes: Axes, crane: Machine, cylinder: str, v: np.ndarray, colour: str, label: str = "") -> None:
+    axes.plot(v * 1e3, crane.friction_map(v, cylinder), color=colour, label=label)
+    axes.axhline(0.0, color=MUTED, lw=0.7, zorder=1)
+    axes.axvline(0.0, color=MUTED, lw=0.7, zorder=1)
+    axes.set_xlabel("piston velocity [mm/s]")
+    axes.set_ylabel("friction [N]")
+    axes.margins(x=0)
+
+
+def _family(axes: Axes, cylinder: str, v: np.ndarray, heading: str, machines: dict[str, Machine]) -> None:
+    for (label, machine), colour in zip(machines.items(), COLOURS, strict=False):
+        _curve(axes, machine, cylinder, v, colour, label)
+    axes.set_title(f"influence of the {heading}")
+    axes.legend(loc="upper left")
+
+
+class _Laws:
+    """Variants of a machine that differ in the friction of one cylinder.
+
+    The scales a variant needs are read off the machine's own map: at high speed without viscous friction it is the
+    Coulomb force, and where it has fallen by 1 - 1/e of its peak lies the Stribeck velocity.
+    """
+
+    def __init__(self, crane: Machine, cylinder: str) -> None:
+        self.crane = crane
+        self.key = f"friction.{cylinder}"
+        self.cylinder = cylinder
+        if not any(key.startswith(self.key + ".") for key, _, _ in crane.provenance):
+            raise InputError(f"{crane.name} has no friction table named `{cylinder}` after its cylinder to vary")
+        dry = self._variant(viscous=[0.0, 0.0])
+        self.coulomb = [float(abs(dry.friction_map(sign * _FAST, cylinder))) for sign in (1.0, -1.0)]
+        scales = [self._stribeck(dry, side) for side in (0, 1)]
+        self.breakaway, self.velocities = zip(*scales, strict=True)
+        self.stribeck_velocity = max(self.velocities)
+
+    def without_stribeck(self, *, viscous: bool) -> Machine:
+        changes: dict[str, Any] = {"breakaway": self.coulomb}
+        return self._variant(**changes) if viscous else self._variant(**changes, viscous=[0.0, 0.0])
+
+    def with_stribeck_velocity(self, factor: float) -> Machine:
+        return self._variant(**{"stribeck-velocity": [factor * v for v in self.velocities]})
+
+    def with_exponent(self, exponent: float) -> Machine:
+        return self._variant(**{"stribeck-exponent": [exponent, exponent]})
+
+    def _stribeck(self, dry: Machine, side: int) -> tuple[float, float]:
+        """Peak force and Stribeck velocity in one direction."""
+        v = np.geomspace(1e-5, 1.0, 4000)
+        force = np.abs(dry.friction_map(v if side == 0 else -v, self.cylinder))
+        peak = int(np.argmax(force))
+        level = self.coulomb[side] + (force[peak] - self.coulomb[side]) / np.e
+        below = np.flatnonzero(force[peak:] <= level)
+        return float(force[peak]), float(v[peak + below[0]]) if below.size else 0.01
+
+    def _variant(self, **changes: Any) -> Machine:
+        from hydrocrane.machine import load_machine
+
+        keys = {f"{self.key}.{name}": value for name, value in changes.items()}
+        return load_machine(self.crane.source, {**self.crane.overrides, **keys})

@@ -1,0 +1,33 @@
+"""Natural frequency and damping over the workspace."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from matplotlib.figure import Figure
+
+from hydrocrane.plots.field import cells
+from hydrocrane.plots.style import INK, draw_crane, figure, styled, title
+from hydrocrane.plots.workspace import draw_boundary, metres
+
+if TYPE_CHECKING:
+    from hydrocrane.linear import ModeMap
+    from hydrocrane.machine import Machine
+
+
+@styled
+def mode_map(crane: Machine, modes: ModeMap) -> Figure:
+    """Slowest oscillation at each tip position (smallest over the poses that reach it), and its damping."""
+    fig, (left, right) = figure(12.0, 5.0, ncols=2)
+    for panel, value, label in (
+        (left, modes.frequency, "natural frequency [Hz]"),
+        (right, modes.damping, "damping ratio [-]"),
+    ):
+        mesh = cells(panel, modes.tip, value, largest=False, size=28)
+        fig.colorbar(mesh, ax=panel, label=label, shrink=0.9)
+        draw_boundary(panel, crane, colour=INK)
+        draw_crane(panel, crane.drawing(crane.home), alpha=0.9)
+        metres(panel)
+        panel.set_title(f"slowest mode: {label.split(' [')[0]}")
+    title(fig, "Small motions about rest, valves closed", crane.name)
+    return fig

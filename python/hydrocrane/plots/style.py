@@ -1,0 +1,123 @@
+"""One look for every picture: colours, fonts, and the units in which people read cranes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+from typing import Any, ParamSpec
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import numpy as np
+from cycler import cycler
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from hydrocrane.errors import ResultFileError
+
+INK = "#22313f"
+MUTED = "#7b8794"
+GRID = "#e4e7eb"
+ACCENT = "#c8553d"
+# Readable on white, told apart also in grey and by people with red-green weakness.
+COLOURS = ("#1f6f8b", "#e08e2b", "#6a4c93", "#3a9d6b", "#c8553d", "#7b8794")
+FIELD = "viridis"
+
+RC: Any = {
+    "figure.dpi": 110,
+    "savefig.dpi": 150,
+    "figure.facecolor": "white",
+    "font.size": 9.5,
+    "axes.titlesize": 10.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelcolor": INK,
+    "axes.titlecolor": INK,
+    "axes.edgecolor": MUTED,
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.prop_cycle": cycler(color=COLOURS),
+    "axes.formatter.useoffset": False,
+    "grid.color": GRID,
+    "grid.linewidth": 0.8,
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "xtick.major.size": 3,
+    "ytick.major.size": 3,
+    "lines.linewidth": 1.6,
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+}
+
+# SI unit -> (unit on pictures, factor).
+SHOWN = {
+    "rad": ("deg", 180 / np.pi),
+    "rad/s": ("deg/s", 180 / np.pi),
+    "m": ("mm", 1e3),
+    "m/s": ("mm/s", 1e3),
+    "Pa": ("bar", 1e-5),
+    "m^3/s": ("l/min", 6e4),
+    "W": ("kW", 1e-3),
+    "J": ("kJ", 1e-3),
+    "N": ("kN", 1e-3),
+}
+
+P = ParamSpec("P")
+
+
+def shown(unit: str) -> tuple[str, float]:
+    """Unit used on pictures for an SI unit, and the factor to it."""
+    return SHOWN.get(unit, (unit, 1.0))
+
+
+def styled(make: Callable[P, Figure]) -> Callable[P, Figure]:
+    """Draw a figure in this style without changing matplotlib's settings for anybody else."""
+
+    @wraps(make)
+    def in_style(*args: P.args, **kwargs: P.kwargs) -> Figure:
+        with mpl.rc_context(RC):
+            return make(*args, **kwargs)
+
+    return in_style
+
+
+def figure(width: float, height: float, **subplots: Any) -> tuple[Figure, Any]:
+    """A figure of width x height inches and its axes, laid out without overlaps."""
+    return plt.subplots(figsize=(width, height), layout="constrained", **subplots)
+
+
+def title(fig: Figure, text: str, detail: str = "") -> None:
+    """A headline, with a quieter detail after it."""
+    fig.suptitle(f"{text}  ·  {detail}" if detail else text, fontsize=12, fontweight="bold", color=INK)
+
+
+def draw_crane(axes: Axes, lines: list[tuple[str, str, np.ndarray]], *, alpha: float = 1.0) -> None:
+    """Draw the lines of ``Machine.drawing``."""
+    for kind, _, points in lines:
+        axes.plot(points[:, 0], points[:, 1], alpha=alpha, **CRANE_LINES[kind])
+
+
+# How each kind of line of a crane is drawn.
+CRANE_LINES: dict[str, dict[str, Any]] = {
+    "link": {"color": INK, "lw": 3.0, "solid_capstyle": "round", "solid_joinstyle": "round", "zorder": 3},
+    "cylinder-barrel": {"color": COLOURS[1], "lw": 4.5, "solid_capstyle": "butt", "zorder": 4},
+    "cylinder-rod": {"color": MUTED, "lw": 2.0, "solid_capstyle": "round", "zorder": 3.5},
+    "torque-link": {"color": COLOURS[2], "lw": 2.0, "solid_capstyle": "round", "zorder": 4.5},
+    "joint": {"color": "white", "marker": "o", "ms": 5.5, "mec": INK, "mew": 1.4, "ls": "none", "zorder": 5},
+    "tip": {"color": ACCENT, "marker": "o", "ms": 6.5, "mec": "white", "mew": 1.0, "ls": "none", "zorder": 6},
+}
+
+
+def write(fig: Figure, path: Path) -> Path:
+    """Save a figure; missing folders are made."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    known = fig.canvas.get_supported_filetypes()
+    if path.suffix.lower().lstrip(".") not in known:
+        raise ResultFileError(f"cannot write `{path.name}`: choose a suffix from .{', .'.join(sorted(known))}")
+    fig.savefig(path)
+    return path

@@ -1,0 +1,276 @@
+"""What is to be simulated: machine, payload, start, spool commands against time, duration, solver.
+
+A scenario comes from a bundled name, from a TOML file, or is built in Python::
+
+    Scenario(machine="rottne-f9-lab", joints={"boom": 1.7, "jib": 1.7, "extension": 0.0},
+             commands={"lift": ([0.0, 1.0], [0.02, 0.0])}, duration=3.0)
+
+Numbers are SI and radians; strings in `overrides` carry their unit.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hydrocrane import _core
+from hydrocrane.arrays import Array, real_array
+from hydrocrane.errors import InputError, nearest, translated, unknown
+from hydrocrane.machine import Machine, load_machine, plain_overrides
+
+METHODS = ("rodas5p", "tsit5")
+INTERPOLATIONS = ("hold", "linear")
+
+
+@dataclass(frozen=True)
+class Command:
+    """Spool command of one cylinder against time.
+
+    Parameters
+    ----------
+    time : (k,) array_like
+        s, increasing.
+    spool : (k,) array_like
+        m of spool stroke; positive extends.
+    interpolation : {"hold", "linear"}
+        ``hold`` keeps each value until the next time and is zero before the first; ``linear`` joins the points and
+        keeps the end values.
+    """
+
+    time: Array
+    spool: Array
+    interpolation: str = "hold"
+
+    def __post_init__(self) -> None:
+        time, spool = real_array(self.time, "time"), real_array(self.spool, "spool")
+        if time.ndim != 1 or time.shape != spool.shape or not time.size:
+            raise InputError(f"a command needs as many times as spool values; got shapes {time.shape}, {spool.shape}")
+        if (np.diff(time) <= 0).any():
+            raise InputError("the times of a command must increase")
+        if self.interpolation not in INTERPOLATIONS:
+            raise unknown("interpolation", self.interpolation, INTERPOLATIONS)
+        object.__setattr__(self, "time", time)
+        object.__setattr__(self, "spool", spool)
+
+    def at(self, t: Array) -> Array:
+        """Values at times t (m,), m."""
+        if self.interpolation == "linear":
+            return np.asarray(np.interp(t, self.time, self.spool), dtype=np.float64)
+        index = np.searchsorted(self.time, t, side="right") - 1
+        return np.where(index < 0, 0.0, self.spool[index])
+
+
+@dataclass(frozen=True)
+class Solver:
+    """Integration method and its tolerances.
+
+    ``rodas5p`` is the stiff method with the exact Jacobian, ``tsit5`` the explicit one. `atol` scales the absolute
+    tolerances of all states together; ``None`` leaves them in their fixed proportion to `rtol`.
+    """
+
+    method: str = "rodas5p"
+    rtol: float = 1e-6
+    atol: float | None = None
+    max_step: float = 0.05
+
+    def __post_init__(self) -> None:
+        if self.method not in METHODS:
+            raise unknown("method", self.method, METHODS)
+        for name in ("rtol", "max_step"):
+            _positive(name, getattr(self, name))
+        if self.atol is not None:
+            _positive("atol", self.atol)
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A complete description of one run.
+
+    Parameters
+    ----------
+    machine : str, path or Machine
+        Bundled name, path, or a loaded machine, whose source and overrides are then kept.
+    joints : mapping
+        Start value of every joint, rad or m.
+    commands : mapping
+        Per cylinder a :class:`Command`, a pair (time, spool), or one constant spool value; cylinders left out keep
+        their spool centred. Or a pair (time (k,), spool (k, n_cyl)) for all cylinders at once.
+    duration, record_interval : float
+        s.
+    pressures : "equilibrium" or mapping
+        Chamber pressures at the start: those that hold the crane, or (p1, p2) per cylinder, Pa.
+    payload : float, optional
+        kg at the tip; default is the machine's own.
+    overrides : mapping
+        Machine keys to change, see :func:`hydrocrane.load_machine`.
+    """
+
+    machine: str = "rottne-f9-lab"
+    joints: Mapping[str, float] = field(default_factory=dict)
+    commands: Any = field(default_factory=dict)
+    duration: float = 5.0
+    record_interval: float = 0.01
+    pressures: Any = "equilibrium"
+    payload: float | None = None
+    overrides: Mapping[str, Any] = field(default_factory=dict)
+    solver: Solver = field(default_factory=Solver)
+    name: str = "unnamed"
+    title: str = ""
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        _positive("duration", self.duration)
+        _positive("record_interval", self.record_interval)
+        if isinstance(self.commands, Mapping):
+            object.__setattr__(self, "commands", {c: _as_command(c, v) for c, v in self.commands.items()})
+        overrides = plain_overrides(self.overrides)
+        if isinstance(self.machine, Machine):
+            overrides = {**self.machine.overrides, **overrides}
+            object.__setattr__(self, "machine", self.machine.source)
+        object.__setattr__(self, "machine", str(self.machine))
+        object.__setattr__(self, "overrides", overrides)
+
+    def changed(self, **changes: Any) -> Scenario:
+        """A copy with some fields, or fields of its solver, replaced; `overrides` are added to those it has."""
+        own = {f.name for f in dataclasses.fields(self)}
+        inner = {f.name for f in dataclasses.fields(self.solver)}
+        for name in changes:
+            if name not in own | inner:
+                raise InputError(f"a scenario has no `{name}`{nearest(name, sorted(own | inner))}")
+        solver = changes.pop("solver", self.solver)
+        inside = {name: changes.pop(name) for name in list(changes) if name in inner}
+        if "overrides" in changes:
+            changes["overrides"] = {**self.overrides, **plain_overrides(changes["overrides"])}
+        return dataclasses.replace(self, solver=dataclasses.replace(solver, **inside), **changes)
+
+    def load_machine(self) -> Machine:
+        """The scenario's machine with its overrides."""
+        return load_machine(self.machine, self.overrides)
+
+    def initial_state(self, crane: Machine) -> Array:
+        """State (n_states,) at time zero."""
+        q = self._start_pose(crane)
+        if isinstance(self.pressures, str):
+            if self.pressures != "equilibrium":
+                raise unknown("start of the pressures", self.pressures, ("equilibrium",))
+            return crane.equilibrium(q, payload=self.payload)
+        _known_names("cylinder", self.pressures, crane.cylinder_names)
+        missing = [c for c in crane.cylinder_names if c not in self.pressures]
+        if missing:
+            raise InputError(f"no start pressures for cylinder {', '.join(missing)}; give (p1, p2) of every cylinder")
+        return crane.pack_state(q, p=[self.pressures[c] for c in crane.cylinder_names])
+
+    def command_grid(self, crane: Machine) -> tuple[Array, Array, bool]:
+        """Commands of all cylinders on common times: times (k,), spools (k, n_cyl), and whether to join linearly."""
+        commands = self.commands
+        if not isinstance(commands, Mapping):
+            commands = _split_table(commands, crane.cylinder_names)
+        _known_names("cylinder", commands, crane.cylinder_names)
+        for cylinder, command in commands.items():
+            _check_spool(cylinder, command, crane.spool_strokes[crane.cylinder_names.index(cylinder)])
+        # A constant reads the same either way, so it does not decide between holding and joining.
+        kinds = {c.interpolation for c in commands.values() if np.ptp(c.spool) > 0}
+        if len(kinds) > 1:
+            raise InputError("the commands of one scenario must share one interpolation, `hold` or `linear`")
+        times = np.unique(np.concatenate([[0.0], *(c.time for c in commands.values())]))
+        times = times[times >= 0.0]
+        table = np.zeros((times.size, len(crane.cylinder_names)))
+        for cylinder, command in commands.items():
+            table[:, crane.cylinder_names.index(cylinder)] = command.at(times)
+        return times, table, kinds == {"linear"}
+
+    def record_times(self) -> Array:
+        """Times at which the run is recorded, from 0 to `duration`, s."""
+        count = int(np.floor(self.duration / self.record_interval * (1 + 1e-12)))
+        times: Array = np.arange(count + 1, dtype=np.float64) * self.record_interval
+        if self.duration - times[-1] > 1e-9 * self.duration:
+            return np.append(times, self.duration)
+        times[-1] = self.duration
+        return times
+
+    def _start_pose(self, crane: Machine) -> Array:
+        _known_names("joint", self.joints, crane.joint_names)
+        missing = [j for j in crane.joint_names if j not in self.joints]
+        if missing:
+            raise InputError(f"no start value for joint {', '.join(missing)}; give every joint of {crane.name}")
+        return real_array([self.joints[j] for j in crane.joint_names], "joints")
+
+
+def bundled_scenarios() -> tuple[str, ...]:
+    """Names of the scenarios that come with the package."""
+    return tuple(_core.bundled_scenarios())
+
+
+def load_scenario(source: str | PathLike[str], overrides: Mapping[str, Any] | None = None) -> Scenario:
+    """Load a scenario by bundled name or path; `overrides` set keys of the scenario file itself.
+
+    A machine named by a path is looked for beside the scenario file.
+    """
+    with translated():
+        raw = _core.load_scenario(str(source), list(plain_overrides(overrides or {}).items()))
+    beside = Path(source).resolve().parent / raw["machine"]
+    is_bundled = str(source) in _core.bundled_scenarios()
+    machine = str(beside) if not is_bundled and beside.is_file() else raw["machine"]
+    solver = {key: value for key, value in raw["solver"].items() if value is not None}
+    return Scenario(
+        machine=machine,
+        joints=dict(raw["joints"]),
+        commands={name: Command(**command) for name, command in raw["commands"].items()},
+        duration=raw["duration"],
+        record_interval=raw["record_interval"],
+        pressures=raw["pressures"],
+        payload=raw["payload"],
+        overrides=dict(raw["overrides"]),
+        solver=Solver(**solver),
+        name=raw["name"],
+        title=raw["title"],
+        seed=raw["seed"],
+    )
+
+
+def _as_command(cylinder: str, value: Any) -> Command:
+    if isinstance(value, Command):
+        return value
+    if isinstance(value, Mapping):
+        return Command(**value)
+    if isinstance(value, list | tuple) and len(value) == 2:
+        return Command(*value)
+    if np.isscalar(value) and not isinstance(value, str):
+        return Command(np.array([0.0]), np.array([value]))
+    raise InputError(f"command of `{cylinder}` must be a Command, a pair (time, spool) or one number; got {value!r}")
+
+
+def _split_table(commands: Any, cylinders: tuple[str, ...]) -> dict[str, Command]:
+    if not isinstance(commands, tuple | list) or len(commands) != 2:
+        raise InputError(f"commands must be a mapping by cylinder, or a pair (time (k,), spool (k, {len(cylinders)}))")
+    time, table = real_array(commands[0], "time"), real_array(commands[1], "spool")
+    if table.shape != (time.size, len(cylinders)):
+        raise InputError(f"spool must have shape ({time.size}, {len(cylinders)}), one row per time; got {table.shape}")
+    return {name: Command(time, table[:, i]) for i, name in enumerate(cylinders)}
+
+
+def _check_spool(cylinder: str, command: Command, stroke: float) -> None:
+    largest = float(np.abs(command.spool).max())
+    if largest > stroke * (1 + 1e-9):
+        raise InputError(
+            f"the command of `{cylinder}` asks for {largest * 1e3:g} mm of spool; its valve has {stroke * 1e3:g} mm"
+            " (commands are in metres)"
+        )
+
+
+def _known_names(what: str, given: Mapping[str, Any], known: tuple[str, ...]) -> None:
+    for name in given:
+        if name not in known:
+            raise unknown(what, name, known)
+
+
+def _positive(name: str, value: float) -> None:
+    number = real_array(value, name)
+    if number.ndim or number <= 0:
+        raise InputError(f"{name} must be one number greater than zero, got {value!r}")

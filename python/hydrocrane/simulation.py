@@ -1,0 +1,106 @@
+"""Run a scenario."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from os import PathLike
+from typing import Any
+
+from hydrocrane import _core
+from hydrocrane.dataset import run_dataset
+from hydrocrane.errors import translated
+from hydrocrane.machine import Machine, load_machine
+from hydrocrane.result import Run
+from hydrocrane.scenario import Scenario, load_scenario
+
+
+def simulate(
+    scenario: str | PathLike[str] | Scenario,
+    *,
+    machine: Machine | str | PathLike[str] | None = None,
+    ledger: bool = True,
+    **changes: Any,
+) -> Run:
+    """Simulate a scenario and return what happened, also where it ends early.
+
+    Parameters
+    ----------
+    scenario : str, path or Scenario
+        Bundled name, scenario file, or a scenario built in Python.
+    machine : Machine, str or path, optional
+        Used in place of the scenario's machine; the scenario's overrides still apply.
+    ledger : bool
+        Integrate the energy ledger along with the states.
+    **changes
+        Fields of the scenario or its solver to change: ``duration=2.0``, ``payload=150``, ``rtol=1e-8``,
+        ``overrides={"supply.pressure": "100 bar"}``, ...
+
+    Returns
+    -------
+    Run
+        Ctrl-C ends the run early with outcome ``interrupted``; what was computed is there.
+    """
+    plan = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
+    plan = plan.changed(**changes)
+    crane = _machine_for(plan, machine)
+    start = plan.initial_state(crane)
+    times, spools, linear = plan.command_grid(crane)
+    payload = crane.payload_mass if plan.payload is None else float(plan.payload)
+    solver = plan.solver
+    began = time.perf_counter()
+    with interruptible() as should_stop, translated():
+        raw = _core.simulate(
+            crane.core,
+            start,
+            float(plan.duration),
+            times,
+            spools,
+            linear,
+            plan.record_times(),
+            payload,
+            solver.method,
+            solver.rtol,
+            solver.atol,
+            solver.max_step,
+            ledger,
+            should_stop,
+        )
+    wall = time.perf_counter() - began
+    return Run(run_dataset(crane, plan, raw, payload=payload, wall=wall), crane)
+
+
+def _machine_for(plan: Scenario, machine: Machine | str | PathLike[str] | None) -> Machine:
+    if machine is None:
+        return plan.load_machine()
+    if not isinstance(machine, Machine):
+        return load_machine(machine, plan.overrides)
+    if not plan.overrides:
+        return machine
+    return load_machine(machine.source, {**machine.overrides, **plan.overrides})
+
+
+@contextmanager
+def interruptible() -> Iterator[Callable[[], bool] | None]:
+    """While inside, the first Ctrl-C only asks to stop; the second one interrupts as usual.
+
+    Signals reach the main thread alone, so elsewhere there is nothing to ask.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield None
+        return
+    asked = threading.Event()
+    before = signal.getsignal(signal.SIGINT)
+
+    def ask(_number: int, _frame: object) -> None:
+        asked.set()
+        signal.signal(signal.SIGINT, before)
+
+    signal.signal(signal.SIGINT, ask)
+    try:
+        yield asked.is_set
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -1,0 +1,142 @@
+"""The stepping interface for people's own controllers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hydrocrane import _core
+from hydrocrane.arrays import Array, real_array, vectors
+from hydrocrane.errors import InputError, SimulationError, translated
+from hydrocrane.machine import Machine
+from hydrocrane.scenario import Solver
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What a controller sees after a sample.
+
+    Attributes
+    ----------
+    t : float
+        s.
+    q, qd : (n,) arrays
+        Joint coordinates and rates, rad or m, and per second.
+    p : (n_cyl, 2) array
+        Chamber pressures p1, p2, Pa gauge.
+    tip : (2,) array
+        x, z in the inertial frame, m.
+    measured : dict
+        The same positions and pressures by state name, as ideal sensors read them.
+    """
+
+    t: float
+    q: Array
+    qd: Array
+    p: Array
+    tip: Array
+    measured: dict[str, float]
+
+
+class Simulator:
+    """A crane that advances by one sample per :meth:`step`, its spool commands held in between.
+
+    Parameters
+    ----------
+    crane : Machine
+    sample_time : float
+        s.
+    payload : float, optional
+        kg at the tip; default is the machine's own.
+    method, rtol
+        As in :class:`~hydrocrane.Solver`.
+    """
+
+    def __init__(
+        self,
+        crane: Machine,
+        sample_time: float = 0.01,
+        *,
+        payload: float | None = None,
+        method: str = "rodas5p",
+        rtol: float = 1e-4,
+    ) -> None:
+        if not isinstance(crane, Machine):
+            raise InputError(f"crane must be a Machine from load_machine, got {crane!r}")
+        period = real_array(sample_time, "sample_time")
+        if period.ndim or period <= 0:
+            raise InputError(f"sample_time must be one number greater than zero, in seconds; got {sample_time!r}")
+        solver = Solver(method=method, rtol=rtol)
+        self.crane = crane
+        self.sample_time = float(period)
+        self.payload = crane.payload_mass if payload is None else float(payload)
+        self.outcome: str | None = None
+        names = crane.state_names
+        self._q = [names.index(f"joint.{j}.q") for j in crane.joint_names]
+        self._qd = [names.index(f"joint.{j}.qd") for j in crane.joint_names]
+        self._p = [[names.index(f"cylinder.{c}.p{s}") for s in (1, 2)] for c in crane.cylinder_names]
+        self._measured = [*self._q, *(i for pair in self._p for i in pair)]
+        with translated():
+            self._core = _core.Simulator(crane.core, self.sample_time, self.payload, solver.method, solver.rtol)
+
+    @property
+    def state(self) -> Array:
+        """(n_states,) in the order of ``crane.state_names``."""
+        return np.array(self._core.state, dtype=np.float64)
+
+    @property
+    def time(self) -> float:
+        """s."""
+        return float(self._core.time)
+
+    def reset(self, q: ArrayLike | None = None, state: ArrayLike | None = None) -> Observation:
+        """Go back to time zero, at rest in pose q (n,) with holding pressures, or at a full state (n_states,)."""
+        if (q is None) == (state is None):
+            raise InputError("reset takes either q, a pose to rest in, or state, a full state")
+        if q is not None:
+            start = self.crane.equilibrium(q, payload=self.payload)
+        else:
+            start = vectors(cast(ArrayLike, state), "state", self.crane.state_names)
+        if start.ndim != 1:
+            raise InputError(f"reset takes one pose or one state, got a batch of shape {start.shape[:-1]}")
+        with translated():
+            self._core.reset(np.ascontiguousarray(start))
+        self.outcome = "completed"
+        return self._observe()
+
+    def step(self, spool_command: ArrayLike) -> Observation:
+        """Advance by one sample with the spool commands (n_cyl,), m, held.
+
+        Raises
+        ------
+        SimulationError
+            Before the first reset, and where the sample does not end well; ``state`` keeps the last good one.
+        """
+        if self.outcome is None:
+            raise SimulationError("call reset(q=...) or reset(state=...) before the first step")
+        if self.outcome != "completed":
+            raise SimulationError(f"the simulation ended with `{self.outcome}` at {self.time:.4g} s; call reset first")
+        command = vectors(spool_command, "spool_command", self.crane.cylinder_names)
+        if command.ndim != 1:
+            raise InputError(f"step takes one command of shape ({len(self.crane.cylinder_names)},)")
+        with translated():
+            self.outcome = self._core.step(np.ascontiguousarray(command))
+        if self.outcome != "completed":
+            raise SimulationError(f"the simulation ended with `{self.outcome}` at {self.time:.4g} s")
+        return self._observe()
+
+    def _observe(self) -> Observation:
+        state = self.state
+        names = self.crane.state_names
+        q = state[self._q]
+        return Observation(
+            t=self.time,
+            q=q,
+            qd=state[self._qd],
+            p=state[self._p],
+            tip=self.crane.tip(q),
+            measured={names[i]: float(state[i]) for i in self._measured},
+        )

@@ -1,0 +1,63 @@
+"""Figures 80 to 85: the two published control tasks, with hydrocrane's right-hand side.
+
+The controller sits inside the right-hand side and its memory advances with the solver's stages,
+as in the printed program (E22); hydrocrane's own controllers never do that.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import hydrocrane as hc
+import numpy as np
+from common import RUN_REPEATABILITY, figure, printed_controller, printed_program, program_rhs, save
+
+REPEATABILITY = RUN_REPEATABILITY
+HEIGHTS = {"vertical": ((0.0, -0.2), (5.0, 1.1)), "horizontal": ((0.0, -0.2), (3.0, -0.6), (5.0, -0.3))}
+
+
+@cache
+def run(task: str, gravity: str = "as-printed") -> tuple[np.ndarray, np.ndarray]:
+    """Time (m,) and states (m, 18) of one task, states in the thesis's order."""
+    crane = hc.load_machine("heinze-2007", overrides={"errata.gravity-sign": gravity})
+    return printed_controller.published_run(program_rhs(crane), task)
+
+
+def tips(states: np.ndarray) -> np.ndarray:
+    return np.array([printed_program.tip(y[[0, 6, 12]]) for y in states])
+
+
+def compute() -> dict[str, float]:
+    numbers = {}
+    for task, printed in HEIGHTS.items():
+        time, states = run(task)
+        path = tips(states)
+        height = {t: float(np.interp(t, time, path[:, 1])) for t, _ in printed}
+        gaps = {t: abs(height[t] - z) for t, z in printed}
+        numbers |= {f"{task}_z_at_{t:g}s_m": z for t, z in height.items()}
+        numbers[f"{task}_start_deviation_m"] = gaps[0.0]
+        numbers[f"{task}_end_deviation_m"] = gaps[5.0]
+        numbers[f"{task}_deviation_m"] = max(gaps.values())
+        numbers[f"{task}_x_drift_m"] = float(path[-1, 0] - path[0, 0])
+        time, states = run(task, "corrected")
+        numbers[f"{task}_z_at_5s_gravity_down_m"] = printed_controller.tip_height(time, states, 5.0)
+    return numbers
+
+
+def draw() -> None:
+    crane = hc.load_machine("heinze-2007")
+    fig, axes = figure(2, 3, (11.0, 6.5))
+    for row, (task, printed) in enumerate(HEIGHTS.items()):
+        time, states = run(task)
+        path = tips(states)
+        for axis, y, number in zip(axes[row], (states[0], states[-1]), (80 + 3 * row, 81 + 3 * row)):
+            for _, _, line in crane.drawing(y[[0, 6, 12]]):
+                axis.plot(*np.asarray(line).T, "k-", lw=1.2)
+            axis.plot(*path.T, color="tab:blue", lw=1)
+            axis.set(title=f"Figure {number}", xlabel="x [m]", ylabel="z [m]", aspect="equal")
+        axes[row, 2].plot(time, path[:, 0], label="x")
+        axes[row, 2].plot(time, path[:, 1], label="z")
+        axes[row, 2].plot(*zip(*printed), "ko", label="stated in the text")
+        axes[row, 2].set(title=f"Figure {82 + 3 * row}", xlabel="time [s]", ylabel="tip [m]")
+    axes[0, 2].legend(frameon=False)
+    save(fig, "fig80_85_published_run")

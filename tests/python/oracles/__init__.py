@@ -1,0 +1,1 @@
+"""Independent re-statements of published models, used only to check hydrocrane against them."""

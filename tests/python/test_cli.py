@@ -1,0 +1,167 @@
+"""The command line, run as people run it: in a process of its own."""
+
+import subprocess
+import sys
+import time
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import hydrocrane as hc
+
+COMMANDS = (
+    "simulate", "plot", "view", "animate", "workspace", "loadchart", "modes", "machines", "check", "new", "cite",
+)  # fmt: skip
+BAD_FILES = sorted((Path(__file__).parents[1] / "data" / "bad").glob("*.toml"))
+
+
+def hydrocrane(*arguments, folder=None):
+    return subprocess.run(
+        [sys.executable, "-m", "hydrocrane", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        cwd=folder,
+        timeout=300,
+    )
+
+
+def works(*arguments, folder=None):
+    done = hydrocrane(*arguments, folder=folder)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def fails(*arguments, folder=None):
+    """Exit status 2, nothing on stdout, one message and no traceback on stderr."""
+    done = hydrocrane(*arguments, folder=folder)
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert "Traceback" not in done.stderr
+    assert done.stderr.count("error:") == 1
+    return done.stderr
+
+
+def test_help_answers_within_half_a_second():
+    """The best of three: the limit is about the program, not about a busy machine."""
+    times = []
+    for _ in range(3):
+        began = time.perf_counter()
+        assert "simulate" in works("--help")
+        times.append(time.perf_counter() - began)
+    assert min(times) < 0.5
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_help_shows_an_example(command):
+    assert f"hydrocrane {command}" in works(command, "--help")
+
+
+def test_version():
+    assert works("--version").strip() == f"hydrocrane {hc.__version__}"
+
+
+def test_simulate_writes_data_charts_and_film(tmp_path):
+    out = works("simulate", "vertical-lift-open-loop", "--duration", "0.2", "--also", "csv", "-o", tmp_path)
+    names = {
+        f"vertical-lift-open-loop{end}" for end in (".nc", ".csv", "-lift.png", "-jib.png", "-extension.png", ".gif")
+    }
+    assert {path.name for path in tmp_path.iterdir()} == names
+    for name in names:
+        assert name in out
+    assert "completed at 0.2 s" in out
+    assert hc.load_run(tmp_path / "vertical-lift-open-loop.nc").outcome.completed
+
+
+def test_set_reaches_the_machine(tmp_path):
+    settings = ["--set", 'supply.pressure="100 bar"', "--set", "payload.mass=120"]
+    works("simulate", "vertical-lift-open-loop", "--duration", 0.05, *settings, "--film", "none", "-o", tmp_path)
+    run = hc.load_run(tmp_path / "vertical-lift-open-loop.nc")
+    assert run.machine.supply_pressure == pytest.approx(100e5)
+    assert run.machine.payload_mass == 120.0
+
+
+def test_plot_and_animate_a_saved_run(tmp_path):
+    run = hc.simulate("vertical-lift-open-loop", duration=0.1)
+    run.save(tmp_path / "run.nc")
+    works("plot", "run.nc", folder=tmp_path)
+    works("plot", "run.nc", "--cylinder", "lift", "-o", "lift.svg", folder=tmp_path)
+    works("animate", "run.nc", "-o", "film.gif", folder=tmp_path)
+    assert {p.name for p in tmp_path.iterdir()} == {"run.nc", "run-cylinders.png", "lift.svg", "film.gif"}
+
+
+@pytest.mark.parametrize("chart", ["joint-stroke", "flow-law", "friction"])
+def test_charts_of_a_machine(tmp_path, chart):
+    works("plot", "rottne-f9-lab", "--chart", chart, folder=tmp_path)
+    assert [p.name for p in tmp_path.iterdir()] == [f"rottne-f9-lab-{chart}.png"]
+
+
+def test_workspace_loadchart_and_modes(tmp_path):
+    works("workspace", "rottne-f9-lab", folder=tmp_path)
+    assert "reach [m]" in works("loadchart", "rottne-f9-lab", "--samples", 8, folder=tmp_path)
+    out = works("modes", "rottne-f9-lab", "--at", "boom=100 deg", "--samples", 3, folder=tmp_path)
+    assert "cylinder.lift." in out
+    assert len(list(tmp_path.glob("rottne-f9-lab-*.png"))) == 3
+
+
+def test_machines_lists_all_with_their_tally():
+    out = works("machines")
+    for name in (*hc.bundled_machines(), "measured", "assumed", *hc.bundled_scenarios()):
+        assert name in out
+
+
+@pytest.mark.parametrize("name", [*hc.bundled_machines(), *hc.bundled_scenarios()])
+def test_check_accepts_what_is_bundled(name):
+    assert "no errors found" in works("check", name)
+
+
+def test_check_reports_limits_passivity_and_provenance():
+    out = works("check", "rottne-f9-lab")
+    for word in ("3 degrees of freedom", "boom", "deg", "LuGre", "provenance of"):
+        assert word in out
+
+
+@pytest.mark.parametrize("path", BAD_FILES, ids=lambda path: path.stem)
+def test_check_refuses_bad_files(path):
+    """Either a machine or a scenario; the message names the file and the kind of mistake."""
+    message = fails("check", path)
+    assert path.name in message
+    assert path.stem in message
+
+
+def test_there_are_bad_files():
+    assert len(BAD_FILES) > 5
+
+
+@pytest.mark.parametrize("machine", hc.bundled_machines())
+def test_new_writes_a_starter_that_runs(tmp_path, machine):
+    folder = tmp_path / "mine"
+    works("new", folder, "--machine", machine)
+    assert tomllib.loads((folder / "scenario.toml").read_text())["scenario"]["machine"] == "machine.toml"
+    works("check", folder / "machine.toml")
+    works("simulate", folder / "scenario.toml", "--duration", 0.05, "--film", "none", "-o", tmp_path / "out")
+    assert "exists already" in fails("new", folder, "--machine", machine)
+
+
+def test_cite_prints_bibtex():
+    assert "@mastersthesis{heinze2007" in works("cite", "rottne-f9-lab")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["simulate", "vertical-lift"], "vertical-lift-open-loop"),
+        (["simulate", "vertical-lift-open-loop", "--set", "supply.presure=1"], "pressure"),
+        (["simulate", "vertical-lift-open-loop", "--set", "nonsense"], "KEY=VALUE"),
+        (["simulate", "vertical-lift-open-loop", "--film", "avi"], "gif, mp4 or none"),
+        (["workspace", "rotne-f9-lab"], "rottne-f9-lab"),
+        (["plot", "missing.nc"], "no such file"),
+        (["plot", "rottne-f9-lab", "--chart", "friction", "--cylinder", "lif"], "did you mean `lift`"),
+        (["modes", "rottne-f9-lab", "--at", "boom=100 furlongs"], "rad, deg"),
+        (["modes", "rottne-f9-lab", "--at", "bom=1"], "did you mean `boom`"),
+        (["check", "no-such-file.toml"], "no-such-file.toml"),
+        (["new", "x", "--machine", "rottne"], "rottne-f9-lab"),
+        (["simulate", "vertical-lift-open-loop", "--duration", "-1"], "duration"),
+    ],
+)
+def test_wrong_input_is_one_clean_message(tmp_path, arguments, words):
+    assert words in fails(*arguments, folder=tmp_path)
