@@ -176,22 +176,8 @@ class Machine:
 
     @cached_property
     def piston_areas(self) -> Array:
-        """(n_cyl, 2) piston-side and rod-side area, m^2.
-
-        Read off the net cylinder force (88), which is p1 A1 - p2 A2 less friction and end stop: linear in the
-        pressures, so one bar more on a side gives that side's area.
-        """
-        names = [name for name, _, _ in self.core.output_info]
-        force = [names.index(f"cylinder.{c}.force") for c in self.cylinder_names]
-        base = self.pack_state(self.home)
-        areas = np.empty((len(self.cylinder_names), 2))
-        for side, sign in enumerate((1.0, -1.0)):
-            pushed = base.copy()
-            pushed[[self.state_names.index(f"cylinder.{c}.p{side + 1}") for c in self.cylinder_names]] += 1e5
-            pair = np.ascontiguousarray(np.stack([base, pushed]))
-            out = self.core.outputs(pair, np.zeros((2, len(self.cylinder_names))), self.payload_mass)
-            areas[:, side] = sign * (out[1] - out[0])[force] / 1e5
-        return areas
+        """(n_cyl, 2) piston-side and rod-side area, m^2."""
+        return np.array(self.core.areas, dtype=np.float64)
 
     # --- geometry -----------------------------------------------------------------------------------------------
 

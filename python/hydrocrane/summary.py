@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,7 +21,7 @@ def text(run: Run) -> str:
 def _head(run: Run) -> list[str]:
     about, outcome = run.data.attrs, run.outcome
     lines = [f"{about['scenario']} on {about['machine']}: {outcome.kind} at {outcome.time:.4g} s"]
-    if outcome.message:
+    if outcome.message and not outcome.completed:
         lines.append(f"  {outcome.message}")
     effort = f"  {about['solver_method']}, rtol {about['solver_rtol']:g}"
     if "solver_steps" in about:
@@ -57,13 +58,64 @@ def _range(run: Run, name: str, scale: float) -> str:
 
 
 def _energy(run: Run) -> list[str]:
-    """Largest entries of the ledger at the end of the run, and its residual."""
-    entries = {str(n)[7:]: float(v.values[-1]) for n, v in run.data.items() if str(n).startswith("ledger.")}
-    if not entries:
+    """Where the pump's work went, and how well the ledger closes."""
+    if not any(str(name).startswith("ledger.") for name in run.data):
         return []
-    residual = entries.pop("residual", None)
-    largest = sorted(entries.items(), key=lambda entry: -abs(entry[1]))[:4]
-    lines = ["  energy     " + ", ".join(f"{name} {value:.4g} J" for name, value in largest)]
-    if residual is not None:
-        lines.append(f"             ledger residual {residual:.2g} J")
-    return lines
+    balance = energy_balance(run)
+    lost = sorted(balance.lost.items(), key=lambda entry: -abs(entry[1]))
+    where = ", ".join(f"{name} {value:.0f}" for name, value in lost[:4] if abs(value) >= 0.5)
+    return [
+        f"  energy     pump {balance.pump:.0f} J, stored {balance.stored:+.0f} J,"
+        f" lost {sum(balance.lost.values()):.0f} J" + (f" ({where})" if where else ""),
+        f"             the ledger closes to {balance.residual:.1e} J",
+    ]
+
+
+@dataclass(frozen=True)
+class EnergyBalance:
+    """Energy of a run from start to end, J.
+
+    Attributes
+    ----------
+    pump : float
+        Work of the pump, with the elastic energy that its oil carries.
+    stored : float
+        Gain of kinetic, potential and elastic energy.
+    lost : dict
+        By place: metering edges, leakage, seal friction, ...
+    residual : float
+        Largest gap, at any time, between what came in and what was stored or lost.
+    """
+
+    pump: float
+    stored: float
+    lost: dict[str, float]
+    residual: float
+
+
+def energy_balance(run: Run) -> EnergyBalance:
+    """Sum the ledger of a run over its cylinders."""
+    stored = sum(v.values for name, v in run.data.items() if str(name).startswith("energy."))
+    gained, lost = np.zeros(run.data.sizes["time"]), {}
+    pump = 0.0
+    for name, entry in run.data.items():
+        if not str(name).startswith("ledger."):
+            continue
+        sign, end = float(entry.attrs["sign"]), float(entry.values[-1])
+        gained = gained + sign * entry.values
+        if sign > 0:
+            pump += end
+        elif sign < 0:
+            place = _place(str(name))
+            lost[place] = lost.get(place, 0.0) + end
+    gap = stored - stored[0] - gained
+    return EnergyBalance(pump, float(stored[-1] - stored[0]), lost, float(np.abs(gap).max()))
+
+
+def _place(name: str) -> str:
+    term = name.rsplit(".", 1)[1]
+    if term.startswith("edge_"):
+        return "metering edges"
+    if term.endswith("_leakage"):
+        return "leakage"
+    return {"friction": "seal friction", "tank": "into the tank"}.get(term, term.replace("_", " "))

@@ -9,9 +9,13 @@ from __future__ import annotations
 import hydrocrane as hc
 from common import RUN_REPEATABILITY, printed_controller, program_rhs
 
-REPEATABILITY = RUN_REPEATABILITY
 SWITCHES = ("gravity-sign", "inertia-about", "orifice-law", "extension-leakage", "extension-dead-volume",
             "leakage-viscosity", "end-stop", "friction-map")
+
+
+def repeatability(key: str) -> float:
+    """With fifteen times the leakage the vertical run spreads by 33 mm over twelve disturbed runs."""
+    return 0.05 if key.startswith("leakage-viscosity.vertical") else RUN_REPEATABILITY
 
 
 def heights(overrides: dict[str, str]) -> dict[str, float]:

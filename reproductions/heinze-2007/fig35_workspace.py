@@ -9,6 +9,7 @@ from common import TABLE_1, figure, save
 JOINT_2 = np.array([0.0, 0.73])
 LIMITS = {f"joint.{joint}.limits": list(TABLE_1[symbol])
           for joint, symbol in (("boom", "alpha"), ("jib", "beta"), ("extension", "x3"))}
+CORRECTED_IK = {"errata.ik-quadrant": "corrected", "errata.ik-extension": "corrected"}
 
 
 def boundary(crane, x3: float, points: int = 200) -> np.ndarray:
@@ -21,7 +22,7 @@ def boundary(crane, x3: float, points: int = 200) -> np.ndarray:
 
 
 def compute() -> dict[str, float]:
-    crane = hc.load_machine("heinze-2007", overrides=LIMITS | {"errata.ik-quadrant": "corrected"})
+    crane = hc.load_machine("heinze-2007", overrides=LIMITS | CORRECTED_IK)
     limits = np.asarray(crane.joint_limits)
     poses = np.random.default_rng(35).uniform(*limits.T, size=(400, 3))
     missed = 0

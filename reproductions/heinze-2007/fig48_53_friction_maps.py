@@ -7,7 +7,7 @@ import numpy as np
 from common import figure, save
 
 COULOMB, BREAKAWAY, VISCOUS = 160.0, 340.0, 8000.0  # Table 3, Rottne cylinder, extending, no load
-SPEEDS = np.linspace(1e-5, 0.05, 2000)
+SPEEDS = np.concatenate([[1e-7], np.linspace(1e-5, 0.05, 2000)])  # the first shows stiction
 
 
 def friction(breakaway=COULOMB, viscous=0.0, stribeck=0.002, exponent=2.0, v=SPEEDS) -> np.ndarray:

@@ -34,7 +34,8 @@ def draw() -> None:
         scale, unit = (np.rad2deg(1.0), "deg") if i < 2 else (1e3, "mm")
         rows = {"Table 1": TABLE_1[joint]} | {name: crane.joint_limits[i] for name, crane in cranes.items()}
         for height, (low, high) in enumerate(rows.values()):
-            axis.barh(height, scale * (high - low), left=scale * low, height=0.5)
-        axis.set(title=joint, xlabel=f"[{unit}]", yticks=range(len(rows)), yticklabels=rows if i == 0 else [])
+            axis.plot([scale * low, scale * high], [height, height], "|-", ms=14, lw=4)
+        axis.set(title=joint, xlabel=f"[{unit}]", yticks=range(len(rows)), yticklabels=rows if i == 0 else [],
+                 ylim=(-0.5, len(rows) - 0.5))
         axis.invert_yaxis()
     save(fig, "table1_joint_limits")

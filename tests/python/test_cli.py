@@ -97,7 +97,7 @@ def test_charts_of_a_machine(tmp_path, chart):
 
 def test_workspace_loadchart_and_modes(tmp_path):
     works("workspace", "rottne-f9-lab", folder=tmp_path)
-    assert "reach [m]" in works("loadchart", "rottne-f9-lab", "--samples", 8, folder=tmp_path)
+    assert "reach, m" in works("loadchart", "rottne-f9-lab", "--samples", 8, folder=tmp_path)
     out = works("modes", "rottne-f9-lab", "--at", "boom=100 deg", "--samples", 3, folder=tmp_path)
     assert "cylinder.lift." in out
     assert len(list(tmp_path.glob("rottne-f9-lab-*.png"))) == 3

@@ -53,7 +53,8 @@ def test_six_charts_of_a_cylinder_in_degrees_bar_and_millimetres(run):
 def test_all_cylinders_side_by_side(run, tmp_path):
     figure = run.plot(path=tmp_path / "new" / "all.png")
     assert len(panels(figure)) == 18
-    assert Image.open(tmp_path / "new" / "all.png").size[0] > 1000
+    with Image.open(tmp_path / "new" / "all.png") as picture:
+        assert picture.size[0] > 1000
 
 
 def test_unknown_cylinder_and_suffix(run, tmp_path):
@@ -71,18 +72,19 @@ def test_plotting_leaves_other_peoples_settings_alone(run):
 
 def test_film_has_its_pictures_and_moves(run, tmp_path):
     path = run.animate(tmp_path / "film.gif", fps=10)
-    film = Image.open(path)
-    # 0.6 s at 10 per second is 7 pictures; the held last ones repeat and may be merged into one.
-    assert film.n_frames >= 7
-    assert film.info["duration"] == 100
-    first = np.asarray(film.convert("L"), dtype=float)
-    film.seek(6)
-    assert np.abs(np.asarray(film.convert("L"), dtype=float) - first).max() > 100
+    with Image.open(path) as film:
+        # 0.6 s at 10 per second is 7 pictures; the held last ones repeat and may be merged into one.
+        assert film.n_frames >= 7
+        assert film.info["duration"] == 100
+        first = np.asarray(film.convert("L"), dtype=float)
+        film.seek(6)
+        assert np.abs(np.asarray(film.convert("L"), dtype=float) - first).max() > 100
 
 
 def test_film_speed(run, tmp_path):
     path = run.animate(tmp_path / "fast.gif", fps=10, speed=3.0)
-    assert Image.open(path).n_frames < 7
+    with Image.open(path) as film:
+        assert film.n_frames < 7
 
 
 def test_film_suffixes(run, tmp_path, monkeypatch):

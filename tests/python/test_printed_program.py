@@ -8,7 +8,7 @@ import pytest
 from oracles import printed_controller as controller
 from oracles import printed_program as program
 
-TOLERANCE = 1e-9
+TOLERANCE = 1e-11
 POSE = np.array([np.deg2rad(100.0), np.deg2rad(100.0), 0.0])
 
 

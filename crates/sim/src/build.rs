@@ -226,6 +226,7 @@ fn friction(m: &file::Machine, f: &file::Friction) -> FrictionLaw<f64> {
         viscous_retracting: f.viscous[1],
         viscous_exponent_extending: f.viscous_exponent[0],
         viscous_exponent_retracting: f.viscous_exponent[1],
+        gaussian: f.stribeck_exponent == [2.0, 2.0],
     };
     match f.model {
         file::FrictionModel::LuGre => {

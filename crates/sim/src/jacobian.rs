@@ -98,11 +98,9 @@ impl<const N: usize> Plant<f64, N> {
         }
         let e = self.evaluate(layout, x, payload);
         let mut write = Writer { layout, n, jacobian };
-        let mut forces = Vec::with_capacity(N);
-        for c in 0..N {
+        let forces: [Row; N] = std::array::from_fn(|c| {
             let (local, rates) = lifted.local(c, &e.local[c]);
             let piston = lifted.piston(c, x[layout.q(c)], x[layout.qd(c)]);
-            forces.push(piston.row(&rates.force.derivative));
             write.row(layout.p1(c), c, &piston.row(&rates.p1_rate.derivative));
             write.row(layout.p2(c), c, &piston.row(&rates.p2_rate.derivative));
             if let Some(z) = layout.z(c) {
@@ -115,7 +113,8 @@ impl<const N: usize> Plant<f64, N> {
                     write.row(c * LEDGER_PER_CYLINDER + i, c, &piston.row(&power.derivative));
                 }
             }
-        }
+            piston.row(&rates.force.derivative)
+        });
         self.joint_rows(lifted, layout, x, payload, &e, &forces, &mut write);
     }
 
@@ -131,8 +130,7 @@ impl<const N: usize> Plant<f64, N> {
         forces: &[Row],
         write: &mut Writer,
     ) {
-        let (_, qd) = joint_state::<f64, N>(layout, x);
-        let mass = self.mechanics.equations(&e.pose, &qd, payload).mass_matrix;
+        let mass = e.mass_matrix;
         let (by_q, by_qd) = lifted.residual_slopes(layout, x, payload, e);
         for c in 0..N {
             write.set(layout.q(c), layout.qd(c), 1.0);

@@ -19,7 +19,7 @@ mod plant;
 mod rhs;
 mod run;
 mod simulator;
-mod system;
+pub mod system;
 mod workspace;
 
 pub mod reference;

@@ -11,6 +11,9 @@ use crate::outputs::OutputInfo;
 use hydrocrane_control::inverse_kinematics::TooFewRevolute;
 use hydrocrane_machine::Machine;
 
+/// Most joints a chain can have here.
+pub const MAX_JOINTS: usize = 6;
+
 /// Which equilibrium is meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EquilibriumMode {

@@ -13,6 +13,7 @@ pub struct Evaluation<T, const N: usize> {
     pub strokes: [(T, T); N],
     pub local: [LocalState<T>; N],
     pub rates: [LocalRates<T>; N],
+    pub mass_matrix: [[T; N]; N],
     /// rad/s^2 or m/s^2
     pub qdd: [T; N],
 }
@@ -47,7 +48,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
         let equations = self.mechanics.equations(&pose, &qd, payload);
         let driving = std::array::from_fn(|j| strokes[j].1 * rates[j].force - equations.bias[j]);
         let qdd = small::solve_spd(&equations.mass_matrix, &driving);
-        Evaluation { pose, strokes, local, rates, qdd }
+        Evaluation { pose, strokes, local, rates, mass_matrix: equations.mass_matrix, qdd }
     }
 
     /// Writes the state derivative for the spool commands `u` (m).

@@ -2,7 +2,7 @@
 
 use crate::integrator::{method, Effort, StepFailure, Stepper, Tolerances, METHODS};
 use crate::ledger::LEDGER_PER_CYLINDER;
-use crate::model::Model;
+use crate::model::{Model, MAX_JOINTS};
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::system::System;
 
@@ -52,14 +52,14 @@ pub(crate) struct Driven<'a> {
     pub payload: f64,
     pub quadratures: usize,
     /// Commands at `since` and their slopes: constant slope on the interval at hand.
-    pub base: Vec<f64>,
-    pub slope: Vec<f64>,
+    pub base: [f64; MAX_JOINTS],
+    pub slope: [f64; MAX_JOINTS],
     pub since: f64,
 }
 
 impl Driven<'_> {
-    fn command(&self, t: f64) -> Vec<f64> {
-        self.base.iter().zip(&self.slope).map(|(b, s)| b + s * (t - self.since)).collect()
+    fn command(&self, t: f64) -> [f64; MAX_JOINTS] {
+        std::array::from_fn(|c| self.base[c] + self.slope[c] * (t - self.since))
     }
 }
 
@@ -183,9 +183,14 @@ pub fn simulate(
     }
     let quadratures = if options.ledger { LEDGER_PER_CYLINDER * model.layout().joints() } else { 0 };
     let schedule = Schedule::new(commands, model);
-    let n = model.layout().joints();
-    let mut driven =
-        Driven { model, payload: options.payload, quadratures, base: vec![0.0; n], slope: vec![0.0; n], since: 0.0 };
+    let mut driven = Driven {
+        model,
+        payload: options.payload,
+        quadratures,
+        base: [0.0; MAX_JOINTS],
+        slope: [0.0; MAX_JOINTS],
+        since: 0.0,
+    };
     // `start_fault` has checked the name.
     let Some(method) = method(&options.method, x0.len(), quadratures) else {
         let message = format!("no method `{}`", options.method);
@@ -326,16 +331,16 @@ impl<'a> Recorder<'a> {
         while self.next < self.record.len() && self.record[self.next] <= stepper.t + 1e-12 {
             let t = self.record[self.next];
             stepper.interpolate(t, &mut self.state, &mut self.energies);
-            self.push(t, driven.command(t));
+            self.push(t, &driven.command(t)[..driven.model.layout().joints()]);
             self.next += 1;
         }
     }
 
-    fn push(&mut self, t: f64, command: Vec<f64>) {
+    fn push(&mut self, t: f64, command: &[f64]) {
         self.run.times.push(t);
         self.run.states.extend_from_slice(&self.state);
         self.run.ledger.extend_from_slice(&self.energies);
-        self.run.commands.extend(command);
+        self.run.commands.extend_from_slice(command);
     }
 
     /// The run so far. One that broke off also gets its last state.
@@ -347,7 +352,7 @@ impl<'a> Recorder<'a> {
                 self.energies.copy_from_slice(&stepper.w);
                 let n = self.run.commands.len() / self.run.times.len().max(1);
                 let command = self.run.commands[self.run.commands.len() - n..].to_vec();
-                self.push(stepper.t, command);
+                self.push(stepper.t, &command);
             }
             self.run.accepted = stepper.accepted;
             self.run.rejected = stepper.rejected;

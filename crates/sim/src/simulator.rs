@@ -1,7 +1,7 @@
 //! Step by step simulation for people's own controllers: commands held over one sample time.
 
 use crate::integrator::{method, Stepper};
-use crate::model::Model;
+use crate::model::{Model, MAX_JOINTS};
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::run::{failed, start_fault, Driven, RunOptions};
 use std::collections::VecDeque;
@@ -14,7 +14,7 @@ pub struct Simulator {
     stepper: Option<Stepper>,
     /// Commands on their way through each valve's delay: (time of arrival, value).
     pending: Vec<VecDeque<(f64, f64)>>,
-    arrived: Vec<f64>,
+    arrived: [f64; MAX_JOINTS],
 }
 
 impl Simulator {
@@ -26,7 +26,7 @@ impl Simulator {
             sample_time,
             stepper: None,
             pending: vec![VecDeque::new(); n],
-            arrived: vec![0.0; n],
+            arrived: [0.0; MAX_JOINTS],
         }
     }
 
@@ -64,8 +64,8 @@ impl Simulator {
                 model: self.model.as_ref(),
                 payload: self.options.payload,
                 quadratures: 0,
-                base: self.arrived.clone(),
-                slope: vec![0.0; u.len()],
+                base: self.arrived,
+                slope: [0.0; MAX_JOINTS],
                 since: stepper.t,
             };
             stepper.refresh();

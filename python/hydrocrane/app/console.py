@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -12,7 +13,8 @@ def say(*parts: Any) -> None:
     from rich.console import Console
     from rich.text import Text
 
-    console = Console(highlight=False)
+    # A pipe has no width of its own; tables need room for their columns.
+    console = Console(highlight=False, width=None if sys.stdout.isatty() else 120)
     for part in parts:
         # Plain strings may hold square brackets, which must not be read as markup.
         console.print(Text(part) if isinstance(part, str) else part, soft_wrap=isinstance(part, str))

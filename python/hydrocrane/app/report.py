@@ -21,13 +21,13 @@ _SHOWN = {"rad": ("deg", 180 / math.pi), "m": ("mm", 1e3)}
 def machines_table(machines: list[Machine]) -> Table:
     """Bundled machines with the provenance of their values."""
     table = Table(title="Bundled machines", title_justify="left", box=None, pad_edge=False, header_style="bold")
-    for heading in ("name", "title", "joints"):
-        table.add_column(heading, overflow="fold")
+    table.add_column("name", no_wrap=True)
+    table.add_column("title", overflow="fold")
     for kind in ("states", *PROVENANCE_CLASSES):
         table.add_column(kind, justify="right")
     for crane in machines:
         tally = [str(count) for count in crane.provenance_tally.values()]
-        table.add_row(crane.name, crane.title, ", ".join(crane.joint_names), str(len(crane.state_names)), *tally)
+        table.add_row(crane.name, crane.title, str(len(crane.state_names)), *tally)
     return table
 
 
@@ -64,12 +64,10 @@ def _friction(crane: Machine) -> list[Text]:
 
 def _passivity(entry: dict[str, Any]) -> Text:
     """One line on the passivity condition of a LuGre friction."""
-    line = Text(f"LuGre friction of cylinder {entry['cylinder']}: ")
+    line = Text(f"LuGre friction of cylinder {entry['cylinder']}: the passivity condition holds ")
     if entry["holds"]:
-        return line.append("passive at every velocity", style="green")
-    limit = entry.get("velocity_limit")
-    where = f"up to {limit * 1e3:.3g} mm/s" if limit is not None and math.isfinite(limit) else "nowhere"
-    return line.append(f"passivity condition holds {where} only", style="yellow")
+        return line.append(f"at every velocity checked, up to {entry['checked_to']:g} m/s", style="green")
+    return line.append(f"only up to {entry['velocity_limit'] * 1e3:.3g} mm/s", style="yellow")
 
 
 def _errata(crane: Machine) -> Text:
@@ -107,7 +105,7 @@ def _start(plan: Scenario, crane: Machine) -> list[tuple[str, float, str]]:
 def modes_table(found: Modes) -> Table:
     """Natural modes, slowest first."""
     table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("frequency [Hz]", "damping ratio", "mostly in"):
+    for heading in ("frequency, Hz", "damping ratio", "mostly in"):
         table.add_column(heading, justify="left" if heading == "mostly in" else "right")
     for frequency, damping, state in zip(found.frequency, found.damping, found.state, strict=True):
         table.add_row(f"{frequency:.3g}", f"{damping:.3g}", state)
@@ -117,7 +115,7 @@ def modes_table(found: Modes) -> Table:
 def load_table(chart: LoadChart, rows: int = 10) -> Table:
     """Payload against reach, in few lines."""
     table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("reach [m]", "best pose [kg]", "worst pose [kg]"):
+    for heading in ("reach, m", "best pose, kg", "worst pose, kg"):
         table.add_column(heading, justify="right")
     for reach, best, worst in zip(*chart.against_reach(rows), strict=True):
         table.add_row(f"{reach:.2f}", f"{best:.0f}", f"{worst:.0f}")

@@ -26,6 +26,9 @@ parameters! {
         /// delta_v
         viscous_exponent_extending,
         viscous_exponent_retracting,
+        ;
+        /// Both Stribeck exponents are 2: spares a logarithm and an exponential.
+        gaussian: bool,
     }
 }
 
@@ -39,8 +42,13 @@ impl<T: Real> StaticParameters<T> {
         let coulomb = pick(self.coulomb_extending, self.coulomb_retracting);
         let breakaway = pick(self.breakaway_extending, self.breakaway_retracting);
         let v_s = pick(self.stribeck_velocity_extending, self.stribeck_velocity_retracting);
-        let exponent = pick(self.stribeck_exponent_extending, self.stribeck_exponent_retracting);
-        let decay = smooth::power_of_magnitude(v / v_s, exponent, LEAST_VELOCITY);
+        let ratio = v / v_s;
+        let decay = if self.gaussian {
+            ratio.square()
+        } else {
+            let exponent = pick(self.stribeck_exponent_extending, self.stribeck_exponent_retracting);
+            smooth::power_of_magnitude(ratio, exponent, LEAST_VELOCITY)
+        };
         coulomb + (breakaway - coulomb) * (-decay).exp()
     }
 

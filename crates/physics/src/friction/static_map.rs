@@ -41,6 +41,7 @@ mod tests {
             viscous_retracting: 12000.0,
             viscous_exponent_extending: 1.5,
             viscous_exponent_retracting: 1.5,
+            gaussian: true,
         }
     }
 

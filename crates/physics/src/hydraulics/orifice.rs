@@ -41,11 +41,16 @@ pub enum OrificeLaw {
 impl<T: Real> Orifice<T> {
     /// m^3/s through an edge of `opening` (m) under the pressure drop `dp` (Pa).
     pub fn flow(&self, opening: T, dp: T) -> T {
+        opening * self.flow_per_opening(dp)
+    }
+
+    /// C_0 g(dp), m^2/s
+    pub fn flow_per_opening(&self, dp: T) -> T {
         let root = match self.law {
             OrificeLaw::TwoRegime => smooth::signed_root(dp, self.transition_pressure),
             OrificeLaw::Printed { blended } => self.printed_root(dp, blended),
         };
-        self.coefficient * opening * root
+        self.coefficient * root
     }
 
     fn printed_root(&self, dp: T, blended: bool) -> T {

@@ -62,14 +62,20 @@ impl<T: Real> SpoolValve<T> {
     pub fn flows(&self, spool: T, p: &PortPressures<T>) -> EdgeFlows<T> {
         let extend = smooth::positive_part(spool - self.overlap);
         let retract = smooth::positive_part(-spool - self.overlap);
+        let drops = [p.supply - p.a, p.a - p.tank, p.supply - p.b, p.b - p.tank];
+
+        // At most one edge of a port is open: one root per port serves both.
+        let retracting = spool.lt(T::c(0.0));
+        let per_opening_a = self.edge_a.flow_per_opening(T::select(retracting, drops[1], drops[0]));
+        let to_b = if self.regenerative { drops[2] } else { T::select(retracting, drops[2], drops[3]) };
+        let per_opening_b = self.edge_b.flow_per_opening(to_b);
         // A regenerative valve joins B to the supply in both directions.
         let (b_supply, b_tank) = if self.regenerative { (extend + retract, T::c(0.0)) } else { (retract, extend) };
-        let drops = [p.supply - p.a, p.a - p.tank, p.supply - p.b, p.b - p.tank];
         EdgeFlows {
-            supply_to_a: self.edge_a.flow(extend, drops[0]) + self.leakage * drops[0],
-            a_to_tank: self.edge_a.flow(retract, drops[1]) + self.leakage * drops[1],
-            supply_to_b: self.edge_b.flow(b_supply, drops[2]) + self.leakage * drops[2],
-            b_to_tank: self.edge_b.flow(b_tank, drops[3]) + self.leakage * drops[3],
+            supply_to_a: extend * per_opening_a + self.leakage * drops[0],
+            a_to_tank: retract * per_opening_a + self.leakage * drops[1],
+            supply_to_b: b_supply * per_opening_b + self.leakage * drops[2],
+            b_to_tank: b_tank * per_opening_b + self.leakage * drops[3],
         }
     }
 }

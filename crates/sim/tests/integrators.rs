@@ -1,0 +1,104 @@
+//! Convergence order of each method, its interpolant and its quadratures, against closed solutions.
+
+use hydrocrane_sim::integrator::{method, Stepper, Tolerances, METHODS};
+use hydrocrane_sim::system::System;
+
+/// A driven, a nonlinear and two oscillating states, with the integral of one squared:
+///     y' = y cos t,   z' = -z^2,   u' = v,   v' = -u,   w' = u^2
+struct Analytic;
+
+const SCALES: [f64; 4] = [1.0; 4];
+
+fn exact(t: f64) -> ([f64; 4], f64) {
+    ([t.sin().exp(), 1.0 / (1.0 + t), t.cos(), -t.sin()], 0.5 * t + 0.25 * (2.0 * t).sin())
+}
+
+impl System for Analytic {
+    fn dimension(&self) -> usize {
+        4
+    }
+    fn quadratures(&self) -> usize {
+        1
+    }
+    fn derivative(&self, t: f64, x: &[f64], dx: &mut [f64], dw: &mut [f64]) {
+        dx.copy_from_slice(&[x[0] * t.cos(), -x[1] * x[1], x[3], -x[2]]);
+        dw[0] = x[2] * x[2];
+    }
+    fn jacobian(&self, t: f64, x: &[f64], dfdx: &mut [f64], dgdx: &mut [f64]) {
+        dfdx.fill(0.0);
+        dfdx[0] = t.cos();
+        dfdx[5] = -2.0 * x[1];
+        dfdx[11] = 1.0;
+        dfdx[14] = -1.0;
+        dgdx.copy_from_slice(&[0.0, 0.0, 2.0 * x[2], 0.0]);
+    }
+    fn time_derivative(&self, t: f64, x: &[f64], dfdt: &mut [f64]) {
+        dfdt.copy_from_slice(&[-x[0] * t.sin(), 0.0, 0.0, 0.0]);
+    }
+    fn admissible(&self, _x: &[f64]) -> bool {
+        true
+    }
+    fn scales(&self) -> &[f64] {
+        &SCALES
+    }
+}
+
+/// Errors at t = 2 with steps of fixed size: states, quadrature, and the interpolant inside all steps.
+fn errors(name: &str, h: f64) -> [f64; 3] {
+    let fixed = Tolerances { relative: 1e9, absolute: 1e9, max_step: h };
+    let method = method(name, 4, 1).expect("a listed method");
+    let mut stepper = Stepper::new(method, fixed, 0.0, &exact(0.0).0, 1);
+    let (mut inside, mut x, mut w) = (0.0f64, [0.0; 4], [0.0; 1]);
+    while stepper.t < 2.0 {
+        // Limits on the grid keep the step size exact.
+        let limit = (stepper.t / h).round() * h + h;
+        stepper.step(&Analytic, limit).expect("a smooth problem");
+        for theta in [0.2, 0.5, 0.8] {
+            let t = stepper.previous_time() + theta * (stepper.t - stepper.previous_time());
+            stepper.interpolate(t, &mut x, &mut w);
+            let (exact_x, exact_w) = exact(t);
+            inside = x.iter().zip(&exact_x).map(|(a, b)| (a - b).abs()).fold(inside, f64::max);
+            inside = inside.max((w[0] - exact_w).abs());
+        }
+    }
+    let (exact_x, exact_w) = exact(stepper.t);
+    let states = stepper.x.iter().zip(&exact_x).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    [states, (stepper.w[0] - exact_w).abs(), inside]
+}
+
+fn orders(name: &str) -> [f64; 3] {
+    let (coarse, fine) = (errors(name, 0.05), errors(name, 0.025));
+    std::array::from_fn(|i| (coarse[i] / fine[i]).log2())
+}
+
+#[test]
+fn states_converge_with_order_five() {
+    for name in METHODS {
+        let order = orders(name)[0];
+        assert!((order - 5.0).abs() < 0.2, "{name}: {order}");
+    }
+}
+
+#[test]
+fn quadratures_converge_with_order_five_and_interpolants_with_order_four() {
+    for name in METHODS {
+        let [_, quadrature, interpolant] = orders(name);
+        assert!(quadrature > 4.8, "{name}: quadrature {quadrature}");
+        assert!(interpolant > 3.8, "{name}: interpolant {interpolant}");
+    }
+}
+
+#[test]
+fn tolerances_are_met() {
+    for name in METHODS {
+        for tolerance in [1e-4, 1e-7, 1e-10] {
+            let tolerances = Tolerances { relative: tolerance, absolute: tolerance, max_step: 1.0 };
+            let mut stepper = Stepper::new(method(name, 4, 1).expect("listed"), tolerances, 0.0, &exact(0.0).0, 1);
+            while stepper.t < 10.0 {
+                stepper.step(&Analytic, 10.0).expect("a smooth problem");
+            }
+            let error = stepper.x.iter().zip(&exact(10.0).0).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(error < 30.0 * tolerance, "{name} at {tolerance}: {error}");
+        }
+    }
+}

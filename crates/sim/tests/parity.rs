@@ -1,0 +1,94 @@
+//! The fast right-hand side equals the readable reference; the exact Jacobian equals finite differences.
+
+use hydrocrane_machine::load;
+use hydrocrane_sim::{build, EquilibriumMode, Model};
+use std::sync::Arc;
+
+const MACHINES: [&str; 3] = ["rottne-f9-lab", "hiab-xs031", "single-cylinder"];
+
+fn model(name: &str) -> Arc<dyn Model> {
+    build(&load(name, &[]).expect("a bundled machine")).expect("a machine that can be built")
+}
+
+/// A repeatable stream of numbers in (-1, 1).
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+}
+
+/// A state anywhere inside the joint limits, pressures from vacuum to beyond supply.
+fn random_state(m: &dyn Model, noise: &mut Noise) -> Vec<f64> {
+    let limits = m.joint_limits();
+    let q: Vec<f64> =
+        limits.iter().map(|l| 0.5 * (l.lower + l.upper + 0.96 * noise.next() * (l.upper - l.lower))).collect();
+    let mut x = m.equilibrium(&q, EquilibriumMode::Hold, 0.0);
+    for (i, name) in m.layout().names.iter().enumerate() {
+        match name.rsplit('.').next() {
+            Some("qd") => x[i] = 0.3 * noise.next(),
+            Some("p1" | "p2") => x[i] = 75e5 + 75.8e5 * noise.next(),
+            Some("xs") => x[i] = 0.02 * noise.next(),
+            Some("vs") => x[i] = noise.next(),
+            Some("z") => x[i] = 1e-3 * noise.next(),
+            _ => {}
+        }
+    }
+    x
+}
+
+#[test]
+fn fast_right_hand_side_equals_the_reference() {
+    for name in MACHINES {
+        let m = model(name);
+        let mut noise = Noise(7);
+        for _ in 0..500 {
+            let x = random_state(m.as_ref(), &mut noise);
+            let u: Vec<f64> = (0..m.layout().joints()).map(|_| 0.02 * noise.next()).collect();
+            let payload = 100.0 * noise.next().abs();
+            let mut fast = vec![0.0; x.len()];
+            m.derivative(&x, &u, payload, &mut fast, &mut []);
+            let slow = m.reference_derivative(&x, &u, payload).expect("a corrected machine");
+            for (i, (a, b)) in fast.iter().zip(&slow).enumerate() {
+                let state = &m.layout().names[i];
+                assert!((a - b).abs() <= 1e-10 * a.abs() + 1e-12, "{name} {state}: {a} {b}");
+            }
+        }
+    }
+}
+
+#[test]
+fn exact_jacobian_equals_central_differences() {
+    for name in MACHINES {
+        let m = model(name);
+        let n = m.layout().len();
+        let mut noise = Noise(11);
+        for _ in 0..50 {
+            let x = random_state(m.as_ref(), &mut noise);
+            let u = vec![0.005; m.layout().joints()];
+            let mut jacobian = vec![0.0; n * n];
+            m.jacobian(&x, &u, 20.0, &mut jacobian, &mut []);
+            for column in 0..n {
+                let h = 1e-6 * m.layout().scales[column];
+                let at = |shift: f64| {
+                    let mut shifted = x.clone();
+                    shifted[column] += shift;
+                    let mut dx = vec![0.0; n];
+                    m.derivative(&shifted, &u, 20.0, &mut dx, &mut []);
+                    dx
+                };
+                let (ahead, behind) = (at(h), at(-h));
+                for row in 0..n {
+                    let difference = (ahead[row] - behind[row]) / (2.0 * h);
+                    let exact = jacobian[row * n + column];
+                    let row_scale =
+                        (0..n).map(|k| (jacobian[row * n + k] * m.layout().scales[k]).abs()).fold(1e-12, f64::max);
+                    let error = (exact - difference).abs() * m.layout().scales[column];
+                    assert!(error < 1e-6 * row_scale, "{name} {row} {column}: {exact} {difference}");
+                }
+            }
+        }
+    }
+}

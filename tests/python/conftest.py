@@ -1,0 +1,52 @@
+"""Machines and random states that the evidence tests share."""
+
+from __future__ import annotations
+
+import hydrocrane as hc
+import numpy as np
+import pytest
+
+CORRECTED = ("rottne-f9-lab", "hiab-xs031", "single-cylinder")
+
+
+@pytest.fixture(scope="session", params=CORRECTED)
+def corrected(request):
+    """Every bundled machine whose laws are the corrected, smooth ones."""
+    return hc.load_machine(request.param)
+
+
+@pytest.fixture(scope="session")
+def random_poses():
+    """Poses (count, n) uniform over the joint limits, less a `margin` (fraction of the range) at both ends."""
+
+    def draw(crane, count, seed, margin=0.02):
+        low, high = crane.joint_limits.T
+        share = np.random.default_rng(seed).uniform(margin, 1.0 - margin, (count, len(low)))
+        return low + (high - low) * share
+
+    return draw
+
+
+@pytest.fixture(scope="session")
+def random_states(random_poses):
+    """States (count, n_states) and commands (count, n_cyl): whole workspace, end stops, slow and fast, cavitation."""
+
+    def draw(crane, count, seed):
+        rng = np.random.default_rng(seed)
+        stroke = dict(zip(crane.cylinder_names, crane.spool_strokes, strict=True))
+        states = np.empty((count, len(crane.state_names)))
+        poses = random_poses(crane, count, seed + 1, margin=0.002)
+        for i, name in enumerate(crane.state_names):
+            _, owner, kind = name.split(".")
+            states[:, i] = {
+                "q": lambda: poses[:, crane.joint_names.index(owner)],
+                "qd": lambda: rng.normal(size=count) * 10.0 ** rng.uniform(-4, 0, count),
+                "p1": lambda: rng.uniform(-0.95e5, 200e5, count),
+                "p2": lambda: np.where(rng.random(count) < 0.2, rng.uniform(-0.95e5, 5e5, count), rng.uniform(0, 200e5, count)),
+                "xs": lambda: rng.uniform(-1, 1, count) * stroke[owner],
+                "vs": lambda: rng.normal(size=count) * 0.2,
+                "z": lambda: rng.normal(size=count) * 1e-3,
+            }[kind]()
+        return states, rng.uniform(-1, 1, (count, len(crane.cylinder_names))) * crane.spool_strokes
+
+    return draw
