@@ -190,6 +190,7 @@ def test_friction_map_opposes_motion(crane):
 
 def test_load_chart_payload_brings_one_cylinder_to_its_limit(crane):
     chart = hc.load_chart(crane, samples=6)
+    assert chart.payload.shape == chart.limiting.shape == chart.q.shape[:-1] == chart.tip.shape[:-1]
     held = np.isfinite(chart.payload) & (chart.limiting >= 0)
     assert held.sum() > 20
     for pose, payload, limiting in zip(chart.q[held], chart.payload[held], chart.limiting[held], strict=True):

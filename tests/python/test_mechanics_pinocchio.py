@@ -45,7 +45,7 @@ class Chain:
             turning = kind == "revolute"
             # A sliding link keeps its parent's orientation; its angle is the direction of sliding.
             joint = (
-                pin.JointModelRevoluteUnaligned(in_plane(0, 0) - np.array([0.0, 1.0, 0.0]))
+                pin.JointModelRevoluteUnaligned(np.array([0.0, -1.0, 0.0]))
                 if turning
                 else pin.JointModelPrismaticUnaligned(in_plane(np.cos(angle), np.sin(angle)))
             )

@@ -1,10 +1,10 @@
 //! Energy ledger: the powers whose integrals explain where the pump's work went.
 //!
 //! With U the oil's elastic energy, T + V the mechanical energy, and the energies of end stops and bristles:
-//!
-//!     d(U + T + V + stops + bristles)/dt = supply - tank + elastic
-//!         - edges - connectors - internal leakage - external leakage - friction - end stops
-//!
+//! ```text
+//! d(U + T + V + stops + bristles)/dt = supply - tank + elastic
+//!     - edges - connectors - internal leakage - external leakage - friction - end stops
+//! ```
 //! `elastic` is the strain energy that oil carries with it through the chamber boundaries (w q, with w the
 //! energy density at the chamber's pressure). `work` (net force times velocity) is a transfer inside the sum.
 

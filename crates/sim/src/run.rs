@@ -250,48 +250,36 @@ pub(crate) fn start_fault(model: &dyn Model, x0: &[f64], options: &RunOptions) -
     (!model.admissible(x0)).then(|| format!("the initial state is impossible: {}", outside(model, x0)))
 }
 
-/// Names the piston that is outside its cylinder.
+/// Names the piston that stands nearest to an end of its stroke, or beyond it, or the linkage that is torn.
 fn outside(model: &dyn Model, x: &[f64]) -> String {
-    let n = model.layout().joints();
-    let (mut position, mut gain) = (vec![0.0; n], vec![0.0; n]);
-    model.strokes(&x[..n], &mut position, &mut gain);
-    let beyond = |c: &usize| position[*c].is_nan() || position[*c].abs() >= model.machine().cylinders[*c].stroke / 2.0;
-    match (0..n).find(beyond) {
-        Some(c) => {
-            let cylinder = &model.machine().cylinders[c];
-            let half = cylinder.stroke / 2.0;
-            format!(
-                "the piston of `{}` is at {:.4} m, its ends are at -{half:.4} and {half:.4} m",
-                cylinder.name, position[c]
-            )
-        }
-        None => "a linkage does not close".to_string(),
-    }
+    let Some((c, position)) = outermost(model, x) else { return "a linkage does not close".to_string() };
+    let cylinder = &model.machine().cylinders[c];
+    let half = cylinder.stroke / 2.0;
+    format!("the piston of `{}` is at {position:.4} m, its ends are at -{half:.4} and {half:.4} m", cylinder.name)
 }
 
-pub(crate) fn failed(model: &dyn Model, stepper: &Stepper, failure: StepFailure) -> Outcome {
-    let (kind, message) = match failure {
-        StepFailure::NotAdmissible => {
-            let message = format!("a piston is about to leave its cylinder: {}", nearest_end(model, &stepper.x));
-            (OutcomeKind::StrokeLimit, message)
-        }
-        StepFailure::TooSmall => {
-            let message = "the step size fell below rounding; a law jumps here (as-printed friction or orifice law?) or the tolerance is too tight";
-            (OutcomeKind::SolverFailed, message.to_string())
-        }
-    };
-    Outcome { kind, time: stepper.t, message }
-}
-
-/// Names the piston nearest to an end of its stroke.
-fn nearest_end(model: &dyn Model, x: &[f64]) -> String {
+/// The cylinder whose piston is relatively farthest out, with its position; `None` where a linkage is torn.
+fn outermost(model: &dyn Model, x: &[f64]) -> Option<(usize, f64)> {
     let n = model.layout().joints();
     let (mut position, mut gain) = (vec![0.0; n], vec![0.0; n]);
     model.strokes(&x[..n], &mut position, &mut gain);
     let fill = |c: usize| position[c].abs() / (model.machine().cylinders[c].stroke / 2.0);
-    let c = (0..n).max_by(|&a, &b| fill(a).total_cmp(&fill(b))).unwrap_or(0);
-    let cylinder = &model.machine().cylinders[c];
-    format!("`{}` stands at {:.4} m of +-{:.4} m", cylinder.name, position[c], cylinder.stroke / 2.0)
+    let c = (0..n).max_by(|&a, &b| fill(a).total_cmp(&fill(b)))?;
+    position[c].is_finite().then(|| (c, position[c]))
+}
+
+pub(crate) fn failed(model: &dyn Model, stepper: &Stepper, failure: StepFailure) -> Outcome {
+    let beyond = outermost(model, &stepper.x)
+        .is_none_or(|(c, position)| position.abs() >= model.machine().cylinders[c].stroke / 2.0);
+    // With a piston in its dead volume any step fails, whatever the solver complains of.
+    let (kind, message) = if failure == StepFailure::NotAdmissible || beyond {
+        (OutcomeKind::StrokeLimit, format!("a piston left its cylinder: {}", outside(model, &stepper.x)))
+    } else {
+        let message = "the step size fell below rounding; a law jumps here (as-printed friction or orifice law?) \
+                       or the tolerance is too tight";
+        (OutcomeKind::SolverFailed, message.to_string())
+    };
+    Outcome { kind, time: stepper.t, message }
 }
 
 /// Collects rows at the record times.

@@ -199,7 +199,7 @@ def modes(
     at: Annotated[list[str], typer.Option(help="Joint of the pose, JOINT=VALUE; others in mid-range.")] = [],  # noqa: B006
     payload: Payload = None,
     output: Output = None,
-    samples: Annotated[int, typer.Option(help="Poses per joint of the map; 0 draws none.")] = 12,
+    samples: Annotated[int, typer.Option(help="Poses per turning joint of the map; 0 draws none.")] = 16,
     settings: Settings = [],  # noqa: B006
 ) -> None:
     """Natural frequencies and damping in a pose, and their map over the workspace."""

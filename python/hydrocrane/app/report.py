@@ -115,8 +115,8 @@ def modes_table(found: Modes) -> Table:
 def load_table(chart: LoadChart, rows: int = 10) -> Table:
     """Payload against reach, in few lines."""
     table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("reach, m", "best pose, kg", "worst pose, kg"):
+    for heading in ("reach, m", "largest payload, kg"):
         table.add_column(heading, justify="right")
-    for reach, best, worst in zip(*chart.against_reach(rows), strict=True):
-        table.add_row(f"{reach:.2f}", f"{best:.0f}", f"{worst:.0f}")
+    for reach, payload in zip(*chart.against_reach(rows), strict=True):
+        table.add_row(f"{reach:.2f}", f"{payload:.0f}")
     return table

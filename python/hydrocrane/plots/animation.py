@@ -10,73 +10,113 @@ from typing import TYPE_CHECKING
 import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
+from matplotlib.animation import FFMpegWriter, FuncAnimation
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, ResultFileError
-from hydrocrane.plots.style import ACCENT, CRANE_LINES, GRID, MUTED, RC, figure
-from hydrocrane.plots.workspace import draw_boundary, metres
+from hydrocrane.plots.style import ACCENT, CRANE_LINES, MUTED, RC, draw_crane
+from hydrocrane.plots.workspace import metres
 
 if TYPE_CHECKING:
     from hydrocrane.machine import Machine
     from hydrocrane.result import Run
 
+Progress = Callable[[int, int], None] | None
+_SIZE = {"figsize": (6.6, 5.4), "layout": "constrained"}
+_DPI = 100
+
 
 def film(run: Run, *, fps: int = 20, speed: float = 1.0) -> FuncAnimation:
-    """The animation of a run; it holds its last picture for half a second."""
-    return _film(run, fps, speed)[1]
-
-
-def _film(run: Run, fps: int, speed: float) -> tuple[Figure, FuncAnimation]:
-    if not (fps > 0 and speed > 0):
-        raise InputError(f"fps and speed must be greater than zero, got {fps!r}, {speed!r}")
-    times, poses, tips = _pictures(run, fps, speed)
-    crane = run.machine
+    """The animation of a run in a figure of its own; it holds its last picture for half a second."""
     with mpl.rc_context(RC):
-        fig, axes = figure(6.6, 5.4)
-        _stage(axes, run, crane, poses)
-        parts = [axes.plot([], [], **CRANE_LINES[kind])[0] for kind, _, _ in crane.drawing(poses[0])]
-        trail = axes.plot([], [], color=ACCENT, lw=1.2, alpha=0.9, zorder=2)[0]
-        clock = axes.text(0.985, 0.97, "", transform=axes.transAxes, ha="right", va="top", family="monospace")
-        # Settle the layout once; doing it for every picture would shake the axes and take most of the time.
-        fig.canvas.draw()
-        fig.set_layout_engine("none")
-
-    def show(index: int) -> list[Line2D]:
-        for line, (_, _, points) in zip(parts, crane.drawing(poses[index]), strict=True):
-            line.set_data(points[:, 0], points[:, 1])
-        trail.set_data(tips[: index + 1, 0], tips[: index + 1, 1])
-        clock.set_text(f"{times[index]:6.2f} s")
-        return [*parts, trail]
-
-    order = [*range(len(times)), *[len(times) - 1] * max(1, fps // 2)]
-    return fig, FuncAnimation(fig, show, frames=order, interval=1000 / fps, blit=False)
+        scene = _Scene(run, fps, speed, plt.figure(**_SIZE))
+    return FuncAnimation(scene.figure, scene.show, frames=scene.order, interval=1000 / fps, blit=False)
 
 
-def write(
-    run: Run, path: Path, *, fps: int = 20, speed: float = 1.0, progress: Callable[[int, int], None] | None = None
-) -> Path:
+def write(run: Run, path: Path, *, fps: int = 20, speed: float = 1.0, progress: Progress = None) -> Path:
     """Write the film of a run as ``.gif``, or as ``.mp4`` where ffmpeg is found."""
-    writer = _writer(path, fps)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    fig, moving = _film(run, fps, speed)
-    moving.save(path, writer=writer, dpi=90, progress_callback=progress)
-    plt.close(fig)
+    writers = {".gif": _write_gif, ".mp4": _write_mp4}
+    writer = writers.get(path.suffix.lower())
+    if writer is None:
+        raise ResultFileError(f"cannot write `{path.name}`: choose a suffix from {', '.join(writers)}")
+    if writer is _write_mp4 and shutil.which("ffmpeg") is None:
+        raise ResultFileError(f"cannot write `{path.name}`: ffmpeg is not on the path; a .gif needs no extra tool")
+    with mpl.rc_context(RC):
+        figure = Figure(dpi=_DPI, **_SIZE)
+        FigureCanvasAgg(figure)
+        scene = _Scene(run, fps, speed, figure)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        writer(scene, path, fps, progress)
     return path
 
 
-def _writer(path: Path, fps: int) -> PillowWriter | FFMpegWriter:
-    suffix = path.suffix.lower()
-    if suffix == ".gif":
-        return PillowWriter(fps=fps)
-    if suffix != ".mp4":
-        raise ResultFileError(f"cannot write `{path.name}`: choose a suffix from .gif, .mp4")
-    if shutil.which("ffmpeg") is None:
-        raise ResultFileError(f"cannot write `{path.name}`: ffmpeg is not on the path; a .gif needs no extra tool")
-    return FFMpegWriter(fps=fps, bitrate=1800)
+class _Scene:
+    """The stage and its moving parts; :meth:`show` puts them where they are in one picture."""
+
+    def __init__(self, run: Run, fps: int, speed: float, figure: Figure) -> None:
+        if not (fps > 0 and speed > 0):
+            raise InputError(f"fps and speed must be greater than zero, got {fps!r}, {speed!r}")
+        self.times, self.poses, self.tips = _pictures(run, fps, speed)
+        self.order = [*range(len(self.times)), *[len(self.times) - 1] * max(1, fps // 2)]
+        self.crane = run.machine
+        self.figure = figure
+        self.axes = figure.subplots()
+        _set_stage(self.axes, run, self.crane, self.poses)
+        kinds = [kind for kind, _, _ in self.crane.drawing(self.poses[0])]
+        self.parts = [self.axes.plot([], [], **CRANE_LINES[kind])[0] for kind in kinds]
+        self.trail = self.axes.plot([], [], color=ACCENT, lw=1.4, zorder=2)[0]
+        corner = {"transform": self.axes.transAxes, "ha": "right", "va": "top", "family": "monospace"}
+        self.clock = self.axes.text(0.985, 0.975, "", **corner)
+        # Settle the layout once; doing it for every picture would shake the axes and take most of the time.
+        figure.canvas.draw()
+        figure.set_layout_engine("none")
+
+    def show(self, index: int) -> list[Artist]:
+        for line, (_, _, points) in zip(self.parts, self.crane.drawing(self.poses[index]), strict=True):
+            line.set_data(points[:, 0], points[:, 1])
+        self.trail.set_data(self.tips[: index + 1, 0], self.tips[: index + 1, 1])
+        self.clock.set_text(f"{self.times[index]:6.2f} s")
+        # Drawn from back to front.
+        return sorted([self.trail, *self.parts, self.clock], key=Artist.get_zorder)
+
+
+def _write_gif(scene: _Scene, path: Path, fps: int, progress: Progress) -> None:
+    """Draw the stage once and only the moving parts per picture; all pictures share the first one's colours."""
+    from PIL import Image
+
+    canvas = scene.figure.canvas
+    assert isinstance(canvas, FigureCanvasAgg)
+    for artist in scene.show(0):
+        artist.set_animated(True)
+    canvas.draw()
+    stage = canvas.copy_from_bbox(scene.figure.bbox)
+    pictures: list[Image.Image] = []
+    for done, index in enumerate(scene.order):
+        canvas.restore_region(stage)
+        for artist in scene.show(index):
+            scene.axes.draw_artist(artist)
+        drawn = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+        palette = pictures[0] if pictures else drawn.quantize(256)
+        pictures.append(drawn.quantize(palette=palette, dither=Image.Dither.NONE))
+        if progress:
+            progress(done, len(scene.order))
+    # A GIF counts hundredths of a second.
+    pause = max(round(100 / fps), 1) * 10
+    pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=pause, loop=0)
+
+
+def _write_mp4(scene: _Scene, path: Path, fps: int, progress: Progress) -> None:
+    writer = FFMpegWriter(fps=fps, bitrate=1800)
+    with writer.saving(scene.figure, str(path), _DPI):
+        for done, index in enumerate(scene.order):
+            scene.show(index)
+            writer.grab_frame()
+            if progress:
+                progress(done, len(scene.order))
 
 
 def _pictures(run: Run, fps: int, speed: float) -> tuple[Array, Array, Array]:
@@ -90,14 +130,14 @@ def _pictures(run: Run, fps: int, speed: float) -> tuple[Array, Array, Array]:
     return times, poses, run.machine.tip(poses)
 
 
-def _stage(axes: Axes, run: Run, crane: Machine, poses: Array) -> None:
-    """What stands still: ground, workspace, title, and a window that holds every picture."""
-    draw_boundary(axes, crane, colour=GRID)
+def _set_stage(axes: Axes, run: Run, crane: Machine, poses: Array) -> None:
+    """What stands still: ground, a shadow of the start pose, title, and a window that holds every picture."""
     shown = poses[np.linspace(0, len(poses) - 1, min(len(poses), 12)).astype(int)]
     points = np.concatenate([line for q in shown for _, _, line in crane.drawing(q)])
     low, high = points.min(axis=0), points.max(axis=0)
-    pad = 0.12 * float((high - low).max()) + 0.05
+    pad = 0.10 * float((high - low).max()) + 0.05
     axes.axhline(float(low[1]), color=MUTED, lw=1.0, zorder=0.5)
+    draw_crane(axes, crane.drawing(poses[0]), alpha=0.12)
     axes.set_xlim(low[0] - pad, high[0] + pad)
     axes.set_ylim(low[1] - pad, high[1] + pad)
     metres(axes, fixed=True)

@@ -1,50 +1,75 @@
-"""A quantity over the workspace, as coloured cells."""
+"""A quantity over the workspace: the patches that a grid of poses spans in the plane of the tip."""
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import QuadMesh
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import PolyCollection
 
 from hydrocrane.arrays import Array
 from hydrocrane.plots.style import FIELD
 
 
-def cells(axes: Axes, tip: Array, value: Array, *, largest: bool, size: int) -> QuadMesh:
-    """Colour square cells of the plane by the largest (or smallest) value of the poses whose tip lies in each.
+def patches(tip: Array) -> tuple[Array, np.ndarray]:
+    """Quadrilaterals between neighbouring poses of a grid.
 
     Parameters
     ----------
-    tip, value : (m, 2), (m,) arrays
-        NaN values are left out.
-    size : int
-        Number of cells along the longer side.
+    tip : (k_1, ..., k_n, 2) array
+        Tips of a regular grid of poses; n of at least 2.
+
+    Returns
+    -------
+    corners : (m, 4, 2) array
+    index : (m, 4) array of int
+        Flat index of each corner's pose.
+
+    Notes
+    -----
+    Of each pair of joints there are patches where the other joints are at an end of their range, which cover the
+    workspace up to its boundary, and of the two joints that move the tip most everywhere in between.
     """
-    good = np.isfinite(value)
-    tip, value = tip[good], value[good]
-    low, high = tip.min(axis=0), tip.max(axis=0)
-    step = max((high - low).max() / size, 1e-6)
-    count = np.maximum(np.ceil((high - low) / step).astype(int), 1)
-    place = np.minimum(((tip - low) / step).astype(int), count - 1)
-    table = np.full(count, -np.inf if largest else np.inf)
-    (np.maximum if largest else np.minimum).at(table, (place[:, 0], place[:, 1]), value)
-    table = _close_gaps(np.where(np.isfinite(table), table, np.nan))
-    edges = [low[i] + step * np.arange(count[i] + 1) for i in (0, 1)]
-    return axes.pcolormesh(*edges, np.ma.masked_invalid(table.T), cmap=FIELD, zorder=1)
+    shape = tip.shape[:-1]
+    flat = np.arange(int(np.prod(shape))).reshape(shape)
+    found = []
+    for pair in combinations(range(len(shape)), 2):
+        layers = np.moveaxis(flat, pair, (-2, -1)).reshape(-1, shape[pair[0]], shape[pair[1]])
+        others = [shape[i] for i in range(len(shape)) if i not in pair]
+        inner = np.ones(others, dtype=bool)
+        for axis, count in enumerate(others):
+            ends = np.isin(np.arange(count), (0, count - 1))
+            inner &= ~np.expand_dims(ends, tuple(i for i in range(len(others)) if i != axis))
+        if pair != (0, 1):
+            layers = layers[~inner.reshape(-1)]
+        corners = [layers[:, :-1, :-1], layers[:, 1:, :-1], layers[:, 1:, 1:], layers[:, :-1, 1:]]
+        found.append(np.stack([c.reshape(-1) for c in corners], axis=-1))
+    index = np.concatenate(found)
+    return tip.reshape(-1, 2)[index], index
 
 
-def _close_gaps(table: Array, rounds: int = 3) -> Array:
-    """Give cells between sampled ones, which no pose happened to hit, the mean of their neighbours.
+def paint(axes: Axes, tip: Array, value: Array, *, largest: bool, limits: tuple[float, float]) -> ScalarMappable:
+    """Colour the plane by the largest (or smallest) value of the poses that put the tip there.
 
-    Only cells with at least five of eight neighbours known are filled, so that the outline does not grow.
+    Parameters
+    ----------
+    tip, value : (k_1, ..., k_n, 2), (k_1, ..., k_n) arrays
+        Over a regular grid of poses; patches with a NaN corner are left out.
+    limits : tuple of float
+        Ends of the colour scale.
     """
-    for _ in range(rounds):
-        padded = np.pad(table, 1, constant_values=np.nan)
-        rows, columns = table.shape
-        around = np.stack(
-            [padded[i : i + rows, j : j + columns] for i in range(3) for j in range(3) if (i, j) != (1, 1)]
-        )
-        known = np.isfinite(around).sum(axis=0)
-        mean = np.nansum(around, axis=0) / np.maximum(known, 1)
-        table = np.where(np.isnan(table) & (known >= 5), mean, table)
-    return table
+    flat = value.reshape(-1)
+    if tip.ndim == 2:
+        return axes.scatter(tip[:, 0], tip[:, 1], c=flat, cmap=FIELD, vmin=limits[0], vmax=limits[1], s=14)
+    corners, index = patches(tip)
+    mean = flat[index].mean(axis=1)
+    good = np.flatnonzero(np.isfinite(mean))
+    # What is painted last lies on top.
+    order = good[np.argsort(mean[good] if largest else -mean[good], kind="stable")]
+    sheet = PolyCollection(corners[order], array=mean[order], cmap=FIELD, antialiaseds=False, zorder=1)
+    sheet.set_clim(*limits)
+    axes.add_collection(sheet)
+    axes.autoscale_view()
+    return sheet

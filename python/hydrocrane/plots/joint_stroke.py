@@ -43,9 +43,12 @@ def _curve(axes: Axes, crane: Machine, index: int) -> None:
     reasons = crane.joint_limit_reasons[index]
     for value, reason, side in ((low, reasons[0], "left"), (high, reasons[1], "right")):
         axes.axvline(value * factor, color=COLOURS[4], lw=1.0)
+        # The words go where the curve is not.
+        above = np.interp(value, angle, stroke) * 1e3 < np.mean(axes.get_ylim())
         axes.annotate(
-            f"{value * factor:.1f} {unit}: {reason}", (value * factor, 0.02), xycoords=("data", "axes fraction"),
-            rotation=90, ha="left" if side == "left" else "right", va="bottom", fontsize=8, color=COLOURS[4],
+            f"{value * factor:.1f} {unit}: {reason}", (value * factor, 0.98 if above else 0.02),
+            xycoords=("data", "axes fraction"), rotation=90, ha=side, va="top" if above else "bottom",
+            fontsize=8, color=COLOURS[4],
             bbox={"facecolor": "white", "alpha": 0.8, "lw": 0, "pad": 1.5},
         )  # fmt: skip
     axes.set_title(f"cylinder {crane.cylinder_names[index]}")

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
 from matplotlib.figure import Figure
 
-from hydrocrane.plots.field import cells
+from hydrocrane.plots.field import paint
 from hydrocrane.plots.style import INK, draw_crane, figure, styled, title
 from hydrocrane.plots.workspace import draw_boundary, metres
 
@@ -17,14 +18,16 @@ if TYPE_CHECKING:
 
 @styled
 def mode_map(crane: Machine, modes: ModeMap) -> Figure:
-    """Slowest oscillation at each tip position (smallest over the poses that reach it), and its damping."""
+    """Slowest oscillation at each tip position (slowest over the poses that reach it), and the least damping."""
     fig, (left, right) = figure(12.0, 5.0, ncols=2)
     for panel, value, label in (
         (left, modes.frequency, "natural frequency [Hz]"),
-        (right, modes.damping, "damping ratio [-]"),
+        (right, 100 * modes.damping, "damping ratio [%]"),
     ):
-        mesh = cells(panel, modes.tip, value, largest=False, size=28)
-        fig.colorbar(mesh, ax=panel, label=label, shrink=0.9)
+        # Rare extremes next to the limits must not take the whole scale.
+        limits = np.nanpercentile(value, (2, 95))
+        sheet = paint(panel, modes.tip, value, largest=False, limits=(float(limits[0]), float(limits[1])))
+        fig.colorbar(sheet, ax=panel, label=label, extend="both", shrink=0.9)
         draw_boundary(panel, crane, colour=INK)
         draw_crane(panel, crane.drawing(crane.home), alpha=0.9)
         metres(panel)

@@ -5,31 +5,37 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
+from hydrocrane.linear import pose_grid
+from hydrocrane.plots.field import patches
 from hydrocrane.plots.style import COLOURS, draw_crane, figure, styled, title
 
 if TYPE_CHECKING:
     from hydrocrane.machine import Machine
 
+_AREA = "#dfebf0"
+
 
 @styled
 def workspace(crane: Machine) -> Figure:
-    """Boundary of the tip's reach inside the joint limits, with the crane in the middle of its limits."""
+    """Reach of the tip inside the joint limits and its boundary, with the crane in the middle of its limits."""
     fig, axes = figure(7.5, 7.0)
-    draw_boundary(axes, crane, filled=True)
+    if len(crane.joint_names) > 1:
+        poses = pose_grid(crane, 48)
+        axes.add_collection(PolyCollection(patches(crane.tip(poses))[0], color=_AREA, antialiaseds=False, zorder=0.5))
+    draw_boundary(axes, crane)
     draw_crane(axes, crane.drawing(crane.home))
     metres(axes)
     title(fig, "Working area of the tip", crane.name)
     return fig
 
 
-def draw_boundary(axes: Axes, crane: Machine, *, filled: bool = False, colour: str = COLOURS[0]) -> None:
+def draw_boundary(axes: Axes, crane: Machine, *, colour: str = COLOURS[0]) -> None:
     """Draw the boundary curves of the workspace."""
     for curve in crane.workspace():
-        if filled:
-            axes.fill(curve[:, 0], curve[:, 1], color=colour, alpha=0.10, lw=0)
-        axes.plot(curve[:, 0], curve[:, 1], color=colour, lw=1.4)
+        axes.plot(curve[:, 0], curve[:, 1], color=colour, lw=1.4, zorder=1.5)
 
 
 def metres(axes: Axes, *, fixed: bool = False) -> None:
