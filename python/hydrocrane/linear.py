@@ -11,7 +11,6 @@ from hydrocrane.arrays import Array, vectors
 from hydrocrane.errors import InputError
 from hydrocrane.machine import Machine
 
-
 # Share of a joint's range in which an end stop may act: its zone is a twentieth of the barrel or less.
 _END_STOPS = 0.07
 

@@ -75,7 +75,7 @@ class Solver:
     """
 
     method: str = "rodas5p"
-    rtol: float = 1e-6
+    rtol: float = 1e-4
     atol: float | None = None
     max_step: float = 0.05
 

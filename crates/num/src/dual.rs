@@ -65,6 +65,8 @@ impl<S: Real, const N: usize> Sub for Dual<S, N> {
     }
 }
 
+// The product rule adds.
+#[allow(clippy::suspicious_arithmetic_impl)]
 impl<S: Real, const N: usize> Mul for Dual<S, N> {
     type Output = Self;
     fn mul(self, o: Self) -> Self {

@@ -9,7 +9,7 @@ pub fn solve_spd<T: Real, const N: usize>(a: &[[T; N]; N], b: &[T; N]) -> [T; N]
     let mut x = *b;
     for i in 0..N {
         for j in 0..i {
-            x[i] = x[i] - l[i][j] * x[j];
+            x[i] -= l[i][j] * x[j];
         }
     }
     for i in 0..N {
@@ -17,7 +17,7 @@ pub fn solve_spd<T: Real, const N: usize>(a: &[[T; N]; N], b: &[T; N]) -> [T; N]
     }
     for i in (0..N).rev() {
         for j in i + 1..N {
-            x[i] = x[i] - l[j][i] * x[j];
+            x[i] -= l[j][i] * x[j];
         }
     }
     x

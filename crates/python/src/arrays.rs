@@ -27,7 +27,7 @@ pub fn row<'a>(a: &'a Row, width: usize, name: &str) -> PyResult<&'a [f64]> {
 }
 
 pub fn matrix<'py>(py: Python<'py>, data: Vec<f64>, columns: usize) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let count = if columns == 0 { 0 } else { data.len() / columns };
+    let count = data.len().checked_div(columns).unwrap_or(0);
     data.into_pyarray(py).reshape([count, columns])
 }
 

@@ -15,6 +15,8 @@ pub struct Machine {
 
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 type Matrix<'py> = PyResult<Bound<'py, PyArray2<f64>>>;
+/// Kind, name and (k, 2) points.
+type Polyline<'py> = (&'static str, String, Bound<'py, PyArray2<f64>>);
 type Tensor<'py> = PyResult<Bound<'py, PyArray3<f64>>>;
 
 impl Machine {
@@ -221,11 +223,7 @@ impl Machine {
         let found = found.map_err(|e| PyValueError::new_err(e.to_string()))?;
         matrix(py, found.concat(), self.n())
     }
-    fn drawing<'py>(
-        &self,
-        py: Python<'py>,
-        q: Row<'py>,
-    ) -> PyResult<Vec<(&'static str, String, Bound<'py, PyArray2<f64>>)>> {
+    fn drawing<'py>(&self, py: Python<'py>, q: Row<'py>) -> PyResult<Vec<Polyline<'py>>> {
         let shapes = self.model.drawing(row(&q, self.n(), "q")?);
         shapes.into_iter().map(|s| Ok((s.kind.name(), s.name, matrix(py, s.line.concat(), 2)?))).collect()
     }

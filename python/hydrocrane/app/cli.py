@@ -129,19 +129,18 @@ def _machine_chart(crane: Machine, chart: Chart, cylinder: str | None) -> Figure
 @app.command(epilog="Example:  hydrocrane view results/vertical-lift-open-loop.nc")
 def view(run: RunName, settings: Settings = [], speed: float = 1.0) -> None:  # noqa: B006
     """Open a window with the charts and the moving crane."""
-    import matplotlib as mpl
     import matplotlib.pyplot as plt
 
     from hydrocrane.errors import InputError
 
+    if plt.get_backend().lower() in ("agg", "pdf", "svg", "ps", "cairo", "template"):
+        raise InputError("no window can be opened here; `hydrocrane animate` writes a film to a file")
     record = _run(run, settings)
     record.plot()
     # The animation lives as long as something holds it.
     film = record.animate(speed=speed)
-    if mpl.get_backend().lower() in ("agg", "pdf", "svg", "ps", "cairo", "template"):
-        film.pause()  # type: ignore[union-attr]
-        raise InputError("no window can be opened here; `hydrocrane animate` writes a film to a file")
     plt.show()
+    del film
 
 
 @app.command(epilog="Example:  hydrocrane animate results/vertical-lift-open-loop.nc -o lift.gif --speed 2")

@@ -15,6 +15,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from PIL import Image
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, ResultFileError
@@ -86,8 +87,6 @@ class _Scene:
 
 def _write_gif(scene: _Scene, path: Path, fps: int, progress: Progress) -> None:
     """Draw the stage once and only the moving parts per picture; all pictures share the first one's colours."""
-    from PIL import Image
-
     canvas = scene.figure.canvas
     assert isinstance(canvas, FigureCanvasAgg)
     for artist in scene.show(0):
@@ -95,18 +94,28 @@ def _write_gif(scene: _Scene, path: Path, fps: int, progress: Progress) -> None:
     canvas.draw()
     stage = canvas.copy_from_bbox(scene.figure.bbox)
     pictures: list[Image.Image] = []
+    palette: Image.Image | None = None
     for done, index in enumerate(scene.order):
         canvas.restore_region(stage)
         for artist in scene.show(index):
             scene.axes.draw_artist(artist)
         drawn = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
-        palette = pictures[0] if pictures else drawn.quantize(256)
+        palette = palette or _palette(drawn)
         pictures.append(drawn.quantize(palette=palette, dither=Image.Dither.NONE))
         if progress:
             progress(done, len(scene.order))
     # A GIF counts hundredths of a second.
     pause = max(round(100 / fps), 1) * 10
     pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=pause, loop=0)
+
+
+def _palette(picture: Image.Image) -> Image.Image:
+    """The colours of a picture; its lightest one becomes white, since averaging neighbours would grey the paper."""
+    reduced = picture.quantize(256)
+    colours = np.array(reduced.getpalette()).reshape(-1, 3)
+    colours[colours.sum(axis=1).argmax()] = 255
+    reduced.putpalette(colours.reshape(-1).tolist())
+    return reduced
 
 
 def _write_mp4(scene: _Scene, path: Path, fps: int, progress: Progress) -> None:
@@ -123,7 +132,7 @@ def _pictures(run: Run, fps: int, speed: float) -> tuple[Array, Array, Array]:
     """Times, poses and tips of the pictures, read off the recorded run."""
     time = run.data.time.values
     if time.size == 0:
-        raise InputError("this run recorded nothing to animate")
+        raise InputError(f"this run recorded nothing to animate: {run.outcome.kind}, {run.outcome.message}")
     count = max(int(round((time[-1] - time[0]) / speed * fps)), 1)
     times = np.linspace(time[0], time[-1], count + 1)
     poses = np.column_stack([np.interp(times, time, run.data[f"joint.{j}.q"].values) for j in run.joint_names])

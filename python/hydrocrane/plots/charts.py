@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hydrocrane.arrays import Array
-from hydrocrane.errors import unknown
+from hydrocrane.errors import InputError, unknown
 from hydrocrane.plots.style import COLOURS, MUTED, figure, shown, styled, title, write
 
 if TYPE_CHECKING:
@@ -35,6 +35,7 @@ def cylinder_charts(run: Run, cylinder: str) -> Figure:
     """Joint coordinate and rate, both pressures, piston position and velocity of one cylinder against time."""
     if cylinder not in run.cylinder_names:
         raise unknown("cylinder", cylinder, run.cylinder_names)
+    _check_recorded(run)
     fig, axes = figure(9.5, 7.5, nrows=3, ncols=2, sharex=True)
     colour = COLOURS[run.cylinder_names.index(cylinder) % len(COLOURS)]
     for panel, (name, heading) in zip(axes.flat, _quantities(run, cylinder), strict=True):
@@ -49,6 +50,7 @@ def cylinder_charts(run: Run, cylinder: str) -> Figure:
 @styled
 def overview(run: Run) -> Figure:
     """The charts of all cylinders, one column each."""
+    _check_recorded(run)
     cylinders = run.cylinder_names
     fig, axes = figure(4.2 * max(len(cylinders), 1.6), 11.5, nrows=6, ncols=len(cylinders), sharex=True, squeeze=False)
     for column, cylinder in enumerate(cylinders):
@@ -58,6 +60,11 @@ def overview(run: Run) -> Figure:
         axes[-1, column].set_xlabel("time [s]")
     title(fig, "Cylinders", _subject(run))
     return fig
+
+
+def _check_recorded(run: Run) -> None:
+    if not run.data.sizes["time"]:
+        raise InputError(f"this run recorded nothing to draw: {run.outcome.kind}, {run.outcome.message}")
 
 
 def _curve(axes: Axes, run: Run, name: str, colour: str) -> None:

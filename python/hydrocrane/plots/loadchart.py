@@ -48,5 +48,8 @@ def _against_reach(axes: Axes, crane: Machine, chart: LoadChart) -> None:
     axes.set_xlabel("reach x [m]")
     axes.set_ylabel("payload [kg]")
     axes.set_title("payload against reach, at the best height")
-    axes.margins(x=0 if reach.size > 1 else 0.5)
+    if reach.size > 1:
+        axes.margins(x=0)
+    else:
+        axes.set_xlim(reach[0] - 1, reach[0] + 1)
     axes.legend()

@@ -3,6 +3,8 @@
 //! Coefficients and interpolant: Ch. Tsitouras, Runge-Kutta pairs of order 5(4) satisfying only the first column
 //! simplifying assumption, Comput. Math. Appl. 62 (2011) 770-775, doi 10.1016/j.camwa.2011.06.002.
 
+#![allow(clippy::excessive_precision)] // coefficients as published
+
 use super::{Effort, Method, Point, Target};
 use crate::system::System;
 

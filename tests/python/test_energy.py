@@ -1,0 +1,116 @@
+"""Where the pump's work goes: the ledger of a run against the energies computed from its states.
+
+stored(t) - stored(0) = sum of sign x ledger, with stored = kinetic + potential + oil + end stops + bristles. The two sides
+share no formula: the left comes from the states, the right is integrated by the method along with them.
+"""
+
+from __future__ import annotations
+
+import hydrocrane as hc
+import numpy as np
+import pytest
+
+METHODS = ("rodas5p", "tsit5")
+DISSIPATED = ("edge_pa", "edge_at", "edge_pb", "edge_bt", "internal_leakage", "external_leakage", "friction", "end_stop")
+
+
+def with_static_friction(machine):
+    return {f"friction.{c}.model": "static" for c in hc.load_machine(machine).cylinder_names}
+
+
+def hanging_mass(start, spool, **changes):
+    """The single cylinder from piston position `start` with one spool command."""
+    setting = {"joints": {"slide": start}, "commands": {"test": spool}, "duration": 1.5}
+    return hc.Scenario(machine="single-cylinder", **(setting | changes))
+
+
+def into_every_stop():
+    """Laboratory crane: all three pistons run outwards into their end stops at full spool."""
+    spools = {"lift": 0.05, "jib": 0.05, "extension": 0.05}
+    joints = {"boom": np.radians(125.0), "jib": np.radians(150.0), "extension": 0.25}
+    return hc.Scenario(joints=joints, commands=spools, duration=1.5)
+
+
+def bundled_with_static_friction(name, machine):
+    return hc.load_scenario(name).changed(overrides=with_static_friction(machine))
+
+
+RUNS = {
+    "laboratory crane": lambda: hc.load_scenario("vertical-lift-open-loop"),
+    "laboratory crane, static friction": lambda: bundled_with_static_friction("vertical-lift-open-loop", "rottne-f9-lab"),
+    "laboratory crane, payload": lambda: hc.load_scenario("vertical-lift-open-loop").changed(payload=200.0),
+    "laboratory crane, into the stops": into_every_stop,
+    "loader crane": lambda: hc.load_scenario("hiab-lift"),
+    "single cylinder": lambda: hc.load_scenario("single-cylinder-step"),
+    "single cylinder, static friction": lambda: bundled_with_static_friction("single-cylinder-step", "single-cylinder"),
+    "single cylinder, into the stop": lambda: hanging_mass(0.1, 0.05),
+    "single cylinder, into the inner stop": lambda: hanging_mass(-0.1, -0.05, duration=3.0),
+    "single cylinder, cavitating": lambda: hanging_mass(-0.2, 0.0, pressures={"test": (0.0, 0.0)}, duration=0.5),
+}
+
+
+@pytest.fixture(scope="module", params=[(run, method) for run in RUNS for method in METHODS], ids=" - ".join)
+def run(request):
+    name, method = request.param
+    result = hc.simulate(RUNS[name](), method=method, rtol=1e-10)
+    assert result.outcome.kind == "completed", result.outcome
+    return result
+
+
+def stored(data):
+    return sum(data[name].values for name in data if name.startswith("energy."))
+
+
+def throughput(data):
+    """Work of the pump and of the cylinders, J, each counted positive."""
+    moved = [n for n in data if n.startswith("ledger.") and n.rsplit(".", 1)[1] in ("supply", "work")]
+    steps = [np.abs(np.diff(data[name].values)).sum() for name in moved]
+    return sum(steps)
+
+
+def test_stored_energy_is_what_the_ledger_brought(run):
+    data = run.data
+    brought = sum(data[n].attrs["sign"] * data[n].values for n in data if n.startswith("ledger."))
+    energy = stored(data)
+    assert throughput(data) > 10.0
+    assert np.abs(energy - energy[0] - brought).max() < 1e-8 * throughput(data)
+
+
+def test_work_of_the_cylinders_moves_the_links(run):
+    """Kinetic plus potential energy change by the work of the net cylinder forces alone."""
+    data = run.data
+    mechanical = data["energy.kinetic"].values + data["energy.potential"].values
+    work = sum(data[n].values for n in data if n.startswith("ledger.") and n.endswith(".work"))
+    assert np.abs(mechanical - mechanical[0] - work).max() < 1e-8 * throughput(data)
+
+
+def test_every_loss_only_grows(run):
+    """Metering edges, leakage, friction (while passive) and the damping of end stops never give anything back."""
+    data, crane = run.data, run.machine
+    limits = {entry["cylinder"]: entry["velocity_limit"] or np.inf for entry in crane.passivity()}
+    rounding = 1e-10 * throughput(data)
+    for cylinder in crane.cylinder_names:
+        assert np.abs(data[f"cylinder.{cylinder}.v"]).max() < limits.get(cylinder, np.inf)
+        for loss in DISSIPATED:
+            assert np.diff(data[f"ledger.{cylinder}.{loss}"]).min() >= -rounding, f"{cylinder}: {loss}"
+
+
+def test_supply_power_integrates_to_the_work_of_the_pump():
+    """The recorded power, summed by the trapezoidal rule, against the quadrature of the method."""
+    run = hc.simulate("single-cylinder-step", rtol=1e-9, record_interval=1e-4)
+    power = run.data["supply.power"].values
+    work = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(run.data.time))])
+    total = sum(run.data[n].values for n in run.data if n.startswith("ledger.") and n.endswith(".supply"))
+    np.testing.assert_allclose(work, total, rtol=0, atol=1e-4 * total[-1])
+
+
+def test_the_runs_meet_what_they_are_named_for():
+    stops = hc.simulate(into_every_stop()).data
+    for cylinder in ("lift", "jib", "extension"):
+        assert stops[f"ledger.{cylinder}.end_stop"].values[-1] > 1.0
+        assert np.abs(stops[f"cylinder.{cylinder}.v"].values[-1]) < 1e-3
+    torn = hc.simulate(RUNS["single cylinder, cavitating"]()).data
+    assert min(torn["cylinder.test.p1"].min(), torn["cylinder.test.p2"].min()) < -0.5e5
+    static = hc.simulate(RUNS["laboratory crane, static friction"]())
+    assert len(static.machine.state_names) == 18
+    assert "energy.bristles" in static.data and np.abs(static.data["energy.bristles"]).max() == 0.0
