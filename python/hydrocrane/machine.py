@@ -245,11 +245,14 @@ class Machine:
     # --- mechanics ----------------------------------------------------------------------------------------------
 
     def mass_matrix(self, q: ArrayLike, *, payload: float | None = None) -> Array:
-        """Mass matrix M (..., n, n)   (48)."""
+        """Mass matrix M (..., n, n)   (59)."""
         return self._over(self.core.mass_matrix, self._joints(q), payload=payload)
 
     def bias_force(self, q: ArrayLike, qd: ArrayLike, *, payload: float | None = None) -> Array:
-        """Coriolis, centrifugal and gravity terms h (..., n): M qdd + h = J_l^T f_cyl   (53)."""
+        """Coriolis, centrifugal and gravity terms h (..., n): M qdd + h = J_l^T f_cyl.
+
+        It is minus the thesis's h of (60), without the cylinder forces Q.
+        """
         return self._over(self.core.bias_force, self._joints(q), self._joints(qd, "qd"), payload=payload)
 
     def forward_dynamics(
@@ -264,11 +267,11 @@ class Machine:
         return self._over(self.core.static_cylinder_force, self._joints(q), payload=payload)
 
     def kinetic_energy(self, q: ArrayLike, qd: ArrayLike, *, payload: float | None = None) -> Array:
-        """Kinetic energy (...), J."""
+        """Kinetic energy (...), J   (45)."""
         return self._over(self.core.kinetic_energy, self._joints(q), self._joints(qd, "qd"), payload=payload)
 
     def potential_energy(self, q: ArrayLike, *, payload: float | None = None) -> Array:
-        """Potential energy (...), J."""
+        """Potential energy (...), J   (52), growing upwards."""
         return self._over(self.core.potential_energy, self._joints(q), payload=payload)
 
     # --- hydraulics and friction --------------------------------------------------------------------------------

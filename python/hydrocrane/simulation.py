@@ -47,30 +47,23 @@ def simulate(
     plan = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     plan = plan.changed(**changes)
     crane = _machine_for(plan, machine)
-    start = plan.initial_state(crane)
-    times, spools, linear = plan.command_grid(crane)
     payload = crane.payload_mass if plan.payload is None else float(plan.payload)
-    solver = plan.solver
     began = time.perf_counter()
-    with interruptible() as should_stop, translated():
-        raw = _core.simulate(
-            crane.core,
-            start,
-            float(plan.duration),
-            times,
-            spools,
-            linear,
-            plan.record_times(),
-            payload,
-            solver.method,
-            solver.rtol,
-            solver.atol,
-            solver.max_step,
-            ledger,
-            should_stop,
-        )
+    raw = _integrate(crane, plan, payload, ledger)
     wall = time.perf_counter() - began
     return Run(run_dataset(crane, plan, raw, payload=payload, wall=wall), crane)
+
+
+def _integrate(crane: Machine, plan: Scenario, payload: float, ledger: bool) -> dict[str, Any]:
+    """Hand the plan to the core, which records states, commands and ledger until the end or a reason to stop."""
+    start = plan.initial_state(crane)
+    times, spools, linear = plan.command_grid(crane)
+    solver = plan.solver
+    with interruptible() as should_stop, translated():
+        return _core.simulate(
+            crane.core, start, float(plan.duration), times, spools, linear, plan.record_times(), payload,
+            solver.method, solver.rtol, solver.atol, solver.max_step, ledger, should_stop,
+        )  # fmt: skip
 
 
 def _machine_for(plan: Scenario, machine: Machine | str | PathLike[str] | None) -> Machine:

@@ -95,7 +95,7 @@ class EnergyBalance:
 
 def energy_balance(run: Run) -> EnergyBalance:
     """Sum the ledger of a run over its cylinders."""
-    stored = sum(v.values for name, v in run.data.items() if str(name).startswith("energy."))
+    stored = np.sum([v.values for name, v in run.data.items() if str(name).startswith("energy.")], axis=0)
     gained, lost = np.zeros(run.data.sizes["time"]), {}
     pump = 0.0
     for name, entry in run.data.items():

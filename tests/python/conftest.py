@@ -40,9 +40,11 @@ def random_states(random_poses):
             _, owner, kind = name.split(".")
             states[:, i] = {
                 "q": lambda: poses[:, crane.joint_names.index(owner)],
-                "qd": lambda: rng.normal(size=count) * 10.0 ** rng.uniform(-4, 0, count),
+                # Not slower than 1e-3, so that differences do not step over the change of sign of friction.
+                "qd": lambda: rng.choice([-1.0, 1.0], count) * 10.0 ** rng.uniform(-3, 0, count),
                 "p1": lambda: rng.uniform(-0.95e5, 200e5, count),
-                "p2": lambda: np.where(rng.random(count) < 0.2, rng.uniform(-0.95e5, 5e5, count), rng.uniform(0, 200e5, count)),
+                # Every fifth rod side near or below tank pressure.
+                "p2": lambda: rng.uniform(-0.95e5, np.where(rng.random(count) < 0.2, 3e5, 200e5)),
                 "xs": lambda: rng.uniform(-1, 1, count) * stroke[owner],
                 "vs": lambda: rng.normal(size=count) * 0.2,
                 "z": lambda: rng.normal(size=count) * 1e-3,

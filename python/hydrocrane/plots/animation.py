@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from hydrocrane.result import Run
 
 Progress = Callable[[int, int], None] | None
-_SIZE = {"figsize": (6.6, 5.4), "layout": "constrained"}
+_SIZE: dict[str, Any] = {"figsize": (6.6, 5.4), "layout": "constrained"}
 _DPI = 100
 
 
@@ -70,7 +70,7 @@ class _Scene:
         kinds = [kind for kind, _, _ in self.crane.drawing(self.poses[0])]
         self.parts = [self.axes.plot([], [], **CRANE_LINES[kind])[0] for kind in kinds]
         self.trail = self.axes.plot([], [], color=ACCENT, lw=1.4, zorder=2)[0]
-        corner = {"transform": self.axes.transAxes, "ha": "right", "va": "top", "family": "monospace"}
+        corner: dict[str, Any] = {"transform": self.axes.transAxes, "ha": "right", "va": "top", "family": "monospace"}
         self.clock = self.axes.text(0.985, 0.975, "", **corner)
         # Settle the layout once; doing it for every picture would shake the axes and take most of the time.
         figure.canvas.draw()
@@ -110,10 +110,10 @@ def _write_gif(scene: _Scene, path: Path, fps: int, progress: Progress) -> None:
 
 
 def _palette(picture: Image.Image) -> Image.Image:
-    """The colours of a picture; its lightest one becomes white, since averaging neighbours would grey the paper."""
+    """The colours of a picture; its lightest ones become white, since colours are matched coarsely."""
     reduced = picture.quantize(256)
     colours = np.array(reduced.getpalette()).reshape(-1, 3)
-    colours[colours.sum(axis=1).argmax()] = 255
+    colours[(colours >= 248).all(axis=1)] = 255
     reduced.putpalette(colours.reshape(-1).tolist())
     return reduced
 

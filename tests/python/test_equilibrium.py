@@ -1,0 +1,91 @@
+"""States at rest: forces in balance, no friction, and in steady mode pressures that stay."""
+
+from __future__ import annotations
+
+import hydrocrane as hc
+import numpy as np
+import pytest
+
+BACK_PRESSURE = {"rottne-f9-lab": 10e5, "hiab-xs031": 20e5, "single-cylinder": 10e5}
+
+
+def part(crane, states, kind):
+    """Columns of all states of one kind, for example ``qd`` or ``p1``."""
+    return states[..., [i for i, name in enumerate(crane.state_names) if name.endswith(f".{kind}")]]
+
+
+@pytest.fixture(params=[0.0, 150.0], ids=["empty", "150 kg"])
+def payload(request):
+    return request.param
+
+
+@pytest.mark.parametrize("mode", ["hold", "steady"])
+def test_nothing_accelerates(corrected, random_poses, mode, payload):
+    poses = random_poses(corrected, 60, seed=51)
+    rest = corrected.equilibrium(poses, mode, payload=payload)
+    np.testing.assert_array_equal(part(corrected, rest, "q"), poses)
+    for kind in ("qd", "vs", "z"):
+        assert (part(corrected, rest, kind) == 0.0).all()
+    spools = part(corrected, rest, "xs")
+    rates = corrected.state_derivative(rest, spools, payload=payload)
+    assert np.abs(part(corrected, rates, "qd")).max() < 1e-9
+    for kind in ("q", "xs", "vs", "z"):
+        assert (part(corrected, rates, kind) == 0.0).all()
+    outputs = corrected.outputs(rest, spools, payload=payload)
+    for i, cylinder in enumerate(corrected.cylinder_names):
+        assert (outputs[f"cylinder.{cylinder}.friction"] == 0.0).all()
+        needed = corrected.static_cylinder_force(poses, payload=payload)[:, i]
+        np.testing.assert_allclose(outputs[f"cylinder.{cylinder}.force"], needed, rtol=1e-9, atol=1e-6)
+
+
+def test_the_chamber_that_carries_less_is_at_the_back_pressure(corrected, random_poses, payload):
+    rest = corrected.equilibrium(random_poses(corrected, 60, seed=52), payload=payload)
+    p1, p2 = part(corrected, rest, "p1"), part(corrected, rest, "p2")
+    np.testing.assert_array_equal(np.minimum(p1, p2), BACK_PRESSURE[corrected.name])
+    assert (part(corrected, rest, "xs") == 0.0).all()
+
+
+def test_pressures_balance_the_static_force_away_from_the_stops(corrected, random_poses):
+    """p1 A1 - p2 A2 = static force."""
+    poses = random_poses(corrected, 60, seed=53, margin=0.2)
+    rest = corrected.equilibrium(poses)
+    areas = corrected.piston_areas
+    carried = part(corrected, rest, "p1") * areas[:, 0] - part(corrected, rest, "p2") * areas[:, 1]
+    np.testing.assert_allclose(carried, corrected.static_cylinder_force(poses), rtol=1e-9, atol=1e-6)
+
+
+def test_steady_pressures_stay_or_the_pose_is_refused(corrected, random_poses):
+    """The spools let in what leaks: no pressure changes by more than a millionth of its rate with the spool centred.
+
+    A load that the supply pressure cannot carry has no steady state, which is an error and never another state.
+    """
+    steady = []
+    for pose in random_poses(corrected, 100, seed=54, margin=0.2):
+        try:
+            steady.append(corrected.equilibrium(pose, "steady"))
+        except hc.OutOfReachError:
+            needed = corrected.static_cylinder_force(pose) / corrected.piston_areas[:, 0]
+            assert needed.max() > 0.8 * corrected.supply_pressure or needed.min() < -0.2 * corrected.supply_pressure
+    assert len(steady) > 80
+    steady = np.array(steady)
+    spools = part(corrected, steady, "xs")
+    rates = corrected.state_derivative(steady, spools)
+    centred = steady.copy()
+    centred[:, [i for i, name in enumerate(corrected.state_names) if name.endswith(".xs")]] = 0.0
+    leaking = corrected.state_derivative(centred, np.zeros_like(spools))
+    for kind in ("p1", "p2"):
+        reference = np.abs(part(corrected, leaking, kind)).max(axis=0)
+        assert (reference > 0.0).all()
+        assert (np.abs(part(corrected, rates, kind)) < 1e-6 * reference).all()
+
+
+def test_a_crane_at_rest_stays_at_rest():
+    """Two seconds in the steady state, spools held where they are: the tip does not move."""
+    crane = hc.load_machine("rottne-f9-lab")
+    rest = crane.equilibrium(crane.home, "steady")
+    sim = hc.Simulator(crane, sample_time=0.1, rtol=1e-8)
+    start = sim.reset(state=rest)
+    for _ in range(20):
+        seen = sim.step(part(crane, rest, "xs"))
+    np.testing.assert_allclose(seen.tip, start.tip, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(seen.p, start.p, rtol=1e-6)
