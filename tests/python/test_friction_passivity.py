@@ -87,18 +87,20 @@ def test_no_drift_under_a_constant_load_below_break_away(method):
     weight, stiffness = 9.81 * (5.0 + 5.173), 1.1e5
     start = crane.pack_state([0.0])
     start[crane.state_names.index("cylinder.test.xs")] = 0.05
-    sim = hc.Simulator(crane, sample_time=0.5, method=method, rtol=1e-6)
+    # The explicit method works at the edge of its stability, where the noise it leaves makes bristles creep: 7e-4 m
+    # at rtol 1e-4, 7e-6 m at 1e-6.
+    sim = hc.Simulator(crane, sample_time=0.5, method=method, rtol=1e-8)
     sim.reset(state=start)
     path = []
     for _ in range(200):
         seen = sim.step([0.05])
         path.append((seen.q[0], seen.qd[0], sim.state[crane.state_names.index("cylinder.test.z")]))
     x, v, z = np.array(path).T
-    hydraulic = crane.outputs(sim.state, [0.05])["cylinder.test.force"] + 0.0
-    assert abs(hydraulic + weight) < 1e-3 * weight
-    assert z[-1] == pytest.approx(weight / stiffness, rel=1e-2)
-    assert 0.9 * weight / stiffness < x[-1] < 3 * weight / stiffness
-    assert np.abs(x[20:] - x[20]).max() < 1e-6
+    net = crane.outputs(sim.state, [0.05])["cylinder.test.force"]
+    assert net == pytest.approx(-weight, rel=1e-6)
+    assert z[-1] == pytest.approx(weight / stiffness, rel=1e-4)
+    assert z[-1] < x[-1] < 1.2 * z[-1]
+    assert np.abs(x[20:] - x[20]).max() < 1e-7
     assert np.abs(v[20:]).max() < 1e-7
 
 

@@ -342,7 +342,8 @@ impl Machine {
             "steady" => EquilibriumMode::Steady,
             _ => return Err(PyValueError::new_err(format!("mode must be `hold` or `steady`, got `{mode}`"))),
         };
-        Ok(vector(py, self.model.equilibrium(row(&q, self.n(), "q")?, mode, payload)))
+        let found = self.model.equilibrium(row(&q, self.n(), "q")?, mode, payload);
+        Ok(vector(py, found.map_err(|e| PyValueError::new_err(e.to_string()))?))
     }
     #[getter]
     fn output_info(&self) -> Vec<(String, &'static str, String)> {

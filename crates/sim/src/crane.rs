@@ -3,6 +3,7 @@
 use crate::build::{plant, BuildError};
 use crate::cylinder_unit::FrictionLaw;
 use crate::drawing::{self, Shape};
+use crate::equilibrium::PoseError;
 use crate::inverse::{joint_from_stroke, StrokeError};
 use crate::jacobian::Lifted;
 use crate::layout::{Layout, Unit};
@@ -237,7 +238,7 @@ impl<const N: usize> Model for Crane<N> {
     fn outputs(&self, x: &[f64], payload: f64, out: &mut [f64]) {
         outputs::evaluate(&self.plant, &self.layout, &self.oil, x, payload, out);
     }
-    fn equilibrium(&self, q: &[f64], mode: EquilibriumMode, payload: f64) -> Vec<f64> {
+    fn equilibrium(&self, q: &[f64], mode: EquilibriumMode, payload: f64) -> Result<Vec<f64>, PoseError> {
         equilibrium::state(self, &array::<N>(q), mode, payload)
     }
     fn spool_strokes(&self) -> Vec<f64> {

@@ -5,8 +5,28 @@ use crate::cylinder_unit::{CylinderUnit, LocalState, Mains};
 use crate::model::{EquilibriumMode, Model};
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 
+/// A pose in which the crane cannot rest.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error(
+    "joint `{joint}` at {coordinate:.6}: the piston of `{cylinder}` would be at {position:.4} m, \
+     its ends are at {lower:.4} and {upper:.4} m; choose a pose inside the joint limits"
+)]
+pub struct PoseError {
+    pub joint: String,
+    pub coordinate: f64,
+    pub cylinder: String,
+    pub position: f64,
+    pub lower: f64,
+    pub upper: f64,
+}
+
 /// q' = xs' = 0, friction 0, pressures in balance with gravity and end stops at the joint coordinates `q`.
-pub fn state<const N: usize>(crane: &Crane<N>, q: &[f64; N], mode: EquilibriumMode, payload: f64) -> Vec<f64> {
+pub fn state<const N: usize>(
+    crane: &Crane<N>,
+    q: &[f64; N],
+    mode: EquilibriumMode,
+    payload: f64,
+) -> Result<Vec<f64>, PoseError> {
     let layout = crane.layout();
     let mut x = vec![0.0; layout.len()];
     let (mut position, mut gain, mut force) = ([0.0; N], [0.0; N], [0.0; N]);
@@ -15,6 +35,18 @@ pub fn state<const N: usize>(crane: &Crane<N>, q: &[f64; N], mode: EquilibriumMo
     let back = crane.machine().equilibrium.back_pressure;
     for c in 0..N {
         let unit = &crane.plant.cylinders[c];
+        let (lower, upper) = (unit.end_stop.lower, unit.end_stop.upper);
+        if !(position[c] > lower && position[c] < upper) {
+            let machine = crane.machine();
+            return Err(PoseError {
+                joint: machine.joints[c].name.clone(),
+                coordinate: q[c],
+                cylinder: machine.cylinders[c].name.clone(),
+                position: position[c],
+                lower,
+                upper,
+            });
+        }
         let (stop, _) = unit.end_stop.force(position[c], 0.0);
         let hold = hold_pressures(unit, force[c] - stop, back);
         let balance = Balance {
@@ -33,7 +65,7 @@ pub fn state<const N: usize>(crane: &Crane<N>, q: &[f64; N], mode: EquilibriumMo
         x[layout.p2(c)] = p2;
         x[layout.xs(c)] = spool;
     }
-    x
+    Ok(x)
 }
 
 /// p1 A1 - p2 A2 = force with the chamber that carries less at the back pressure.

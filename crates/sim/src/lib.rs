@@ -27,6 +27,7 @@ pub mod reference;
 pub use build::{build, BuildError};
 pub use crane::Crane;
 pub use drawing::{Shape, ShapeKind};
+pub use equilibrium::PoseError;
 pub use inverse::StrokeError;
 pub use layout::Layout;
 pub use ledger::{LEDGER_PER_CYLINDER, LEDGER_TERMS};

@@ -4,6 +4,7 @@
 //! Slices of joints, cylinders and states have the lengths that [`Model::layout`] tells; SI units throughout.
 
 use crate::drawing::Shape;
+use crate::equilibrium::PoseError;
 use crate::inverse::StrokeError;
 use crate::layout::Layout;
 use crate::limits::JointLimits;
@@ -79,7 +80,7 @@ pub trait Model: Send + Sync {
 
     fn output_info(&self) -> &[OutputInfo];
     fn outputs(&self, x: &[f64], payload: f64, out: &mut [f64]);
-    fn equilibrium(&self, q: &[f64], mode: EquilibriumMode, payload: f64) -> Vec<f64>;
+    fn equilibrium(&self, q: &[f64], mode: EquilibriumMode, payload: f64) -> Result<Vec<f64>, PoseError>;
     /// Largest spool displacement per cylinder, m.
     fn spool_strokes(&self) -> Vec<f64>;
 }

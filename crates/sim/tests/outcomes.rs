@@ -22,6 +22,7 @@ fn options(method: &str) -> RunOptions {
 
 fn start(m: &dyn Model, degrees: [f64; 2]) -> Vec<f64> {
     m.equilibrium(&[degrees[0].to_radians(), degrees[1].to_radians(), 0.0], EquilibriumMode::Hold, 0.0)
+        .expect("a pose to rest in")
 }
 
 /// Spools held at constant positions.

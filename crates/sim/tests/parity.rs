@@ -25,7 +25,7 @@ fn random_state(m: &dyn Model, noise: &mut Noise) -> Vec<f64> {
     let limits = m.joint_limits();
     let q: Vec<f64> =
         limits.iter().map(|l| 0.5 * (l.lower + l.upper + 0.96 * noise.next() * (l.upper - l.lower))).collect();
-    let mut x = m.equilibrium(&q, EquilibriumMode::Hold, 0.0);
+    let mut x = m.equilibrium(&q, EquilibriumMode::Hold, 0.0).expect("a pose inside the limits");
     for (i, name) in m.layout().names.iter().enumerate() {
         match name.rsplit('.').next() {
             Some("qd") => x[i] = 0.3 * noise.next(),
