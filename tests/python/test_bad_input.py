@@ -63,12 +63,12 @@ WRONG_CALLS = {
     "unknown mode": (lambda: CRANE.equilibrium(CRANE.home, "holding"), ["holding", "hold"]),
     "unknown cylinder": (lambda: CRANE.friction_map(0.1, "lifft"), ["lifft", "lift"]),
     "unknown machine": (lambda: hc.load_machine("rottne"), ["rottne", "rottne-f9-lab"]),
-    "unknown key": (lambda: hc.load_machine("rottne-f9-lab", {"supply.presure": 1e7}), ["presure", "supply.pressure"]),
+    "unknown key": (lambda: hc.load_machine("rottne-f9-lab", {"supply.presure": 1e7}), ["supply.presure", "`pressure`"]),
     "unknown cylinder's key": (
         lambda: hc.load_machine("rottne-f9-lab", {"cylinder.lfit.bore": 0.1}),
         ["lfit", "lift"],
     ),
-    "wrong dimension": (lambda: hc.load_machine("rottne-f9-lab", {"link.jib.mass": "5 bar"}), ["link.jib.mass", "bar", "kg"]),
+    "wrong dimension": (lambda: hc.load_machine("rottne-f9-lab", {"link.jib.mass": "5 bar"}), ["link.jib.mass", "mass (kg)", "pressure"]),
     "unknown unit": (lambda: hc.load_machine("rottne-f9-lab", {"link.jib.mass": "5 kgg"}), ["kgg"]),
     "rod thicker than bore": (
         lambda: hc.load_machine("rottne-f9-lab", {"cylinder.lift.rod-diameter": "120 mm"}),

@@ -1,18 +1,19 @@
 //! A machine with `N` joints, ready to be asked.
 
-use crate::build::{plant, BuildError};
 use crate::cylinder_unit::FrictionLaw;
 use crate::drawing::{self, Shape};
-use crate::equilibrium::PoseError;
-use crate::inverse::{joint_from_stroke, StrokeError};
+use crate::equilibrium::EquilibriumMode;
+use crate::errors::{BuildError, PoseError, StrokeError};
+use crate::from_machine::plant;
+use crate::inverse::joint_from_stroke;
 use crate::jacobian::Lifted;
 use crate::layout::{Layout, Unit};
 use crate::ledger::{powers, LEDGER_PER_CYLINDER};
 use crate::limits::{Drivetrain, JointLimits};
-use crate::model::{EquilibriumMode, Model, Passivity};
+use crate::model::{Model, Passivity};
 use crate::outputs::{self, OutputInfo};
 use crate::plant::Plant;
-use crate::{equilibrium, reference, workspace};
+use crate::{reference, workspace};
 use hydrocrane_control::inverse_kinematics::{self, Printed, TooFewRevolute};
 use hydrocrane_machine::Machine;
 use hydrocrane_num::small;
@@ -20,9 +21,9 @@ use hydrocrane_physics::hydraulics::fluid::OilTables;
 
 pub struct Crane<const N: usize> {
     machine: Machine,
-    pub(crate) plant: Plant<f64, N>,
+    plant: Plant<f64, N>,
     lifted: Lifted<N>,
-    pub(crate) oil: OilTables,
+    oil: OilTables,
     layout: Layout,
     limits: Vec<JointLimits>,
     outputs: Vec<OutputInfo>,
@@ -68,7 +69,7 @@ impl<const N: usize> Crane<N> {
         }
     }
 
-    pub(crate) fn limit_pairs(&self) -> [[f64; 2]; N] {
+    fn limit_pairs(&self) -> [[f64; 2]; N] {
         std::array::from_fn(|i| [self.limits[i].lower, self.limits[i].upper])
     }
 }
@@ -159,12 +160,7 @@ impl<const N: usize> Model for Crane<N> {
     }
 
     fn static_force(&self, q: &[f64], payload: f64, force: &mut [f64]) {
-        let pose = self.plant.mechanics.pose(&array::<N>(q));
-        let e = self.plant.mechanics.equations(&pose, &[0.0; N], payload);
-        let gains = self.plant.strokes(&pose);
-        for j in 0..N {
-            force[j] = e.bias[j] / gains[j].1;
-        }
+        force.copy_from_slice(&self.plant.static_force(&array::<N>(q), payload));
     }
 
     fn energies(&self, q: &[f64], qd: &[f64], payload: f64) -> (f64, f64) {
@@ -239,7 +235,7 @@ impl<const N: usize> Model for Crane<N> {
         outputs::evaluate(&self.plant, &self.layout, &self.oil, x, payload, out);
     }
     fn equilibrium(&self, q: &[f64], mode: EquilibriumMode, payload: f64) -> Result<Vec<f64>, PoseError> {
-        equilibrium::state(self, &array::<N>(q), mode, payload)
+        self.plant.rest(&self.machine, &self.layout, &array::<N>(q), mode, payload)
     }
     fn spool_strokes(&self) -> Vec<f64> {
         self.machine.cylinders.iter().map(|c| c.valve.stroke).collect()

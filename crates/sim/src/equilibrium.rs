@@ -1,71 +1,67 @@
 //! Equilibrium states: the load at rest on its cylinders.
 
-use crate::crane::Crane;
 use crate::cylinder_unit::{CylinderUnit, LocalState, Mains};
-use crate::model::{EquilibriumMode, Model};
+use crate::errors::PoseError;
+use crate::layout::Layout;
+use crate::plant::Plant;
+use hydrocrane_machine::Machine;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 
-/// A pose in which the crane cannot rest.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error(
-    "joint `{joint}` at {coordinate:.6}: the piston of `{cylinder}` would be at {position:.4} m, \
-     its ends are at {lower:.4} and {upper:.4} m; choose a pose inside the joint limits"
-)]
-pub struct PoseError {
-    pub joint: String,
-    pub coordinate: f64,
-    pub cylinder: String,
-    pub position: f64,
-    pub lower: f64,
-    pub upper: f64,
+/// Which equilibrium is meant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EquilibriumMode {
+    /// Valves closed; pressures balance the load and then creep by leakage.
+    Hold,
+    /// Spools opened just enough to feed the leakage: pressures stay.
+    Steady,
 }
 
-/// q' = xs' = 0, friction 0, pressures in balance with gravity and end stops at the joint coordinates `q`.
-pub fn state<const N: usize>(
-    crane: &Crane<N>,
-    q: &[f64; N],
-    mode: EquilibriumMode,
-    payload: f64,
-) -> Result<Vec<f64>, PoseError> {
-    let layout = crane.layout();
-    let mut x = vec![0.0; layout.len()];
-    let (mut position, mut gain, mut force) = ([0.0; N], [0.0; N], [0.0; N]);
-    crane.strokes(q, &mut position, &mut gain);
-    crane.static_force(q, payload, &mut force);
-    let back = crane.machine().equilibrium.back_pressure;
-    for c in 0..N {
-        let unit = &crane.plant.cylinders[c];
-        let (lower, upper) = (unit.end_stop.lower, unit.end_stop.upper);
-        if !(position[c] > lower && position[c] < upper) {
-            let machine = crane.machine();
-            return Err(PoseError {
-                joint: machine.joints[c].name.clone(),
-                coordinate: q[c],
-                cylinder: machine.cylinders[c].name.clone(),
-                position: position[c],
-                lower,
-                upper,
-            });
+impl<const N: usize> Plant<f64, N> {
+    /// q' = xs' = 0, friction 0, pressures in balance with gravity and end stops at the joint coordinates `q`.
+    pub fn rest(
+        &self,
+        machine: &Machine,
+        layout: &Layout,
+        q: &[f64; N],
+        mode: EquilibriumMode,
+        payload: f64,
+    ) -> Result<Vec<f64>, PoseError> {
+        let mut x = vec![0.0; layout.len()];
+        let strokes = self.strokes(&self.mechanics.pose(q));
+        let load = self.static_force(q, payload);
+        for c in 0..N {
+            let (unit, (position, _)) = (&self.cylinders[c], strokes[c]);
+            require_inside(machine, unit, c, q[c], position)?;
+            let (stop, _) = unit.end_stop.force(position, 0.0);
+            let force = load[c] - stop;
+            let (p1, p2) = hold_pressures(unit, force, machine.equilibrium.back_pressure);
+            let balance = Balance { unit, fluid: &self.fluid, mains: &self.mains, position, force };
+            let (p1, p2, spool) = match mode {
+                EquilibriumMode::Hold => (p1, p2, 0.0),
+                EquilibriumMode::Steady => balance.solve().unwrap_or((p1, p2, 0.0)),
+            };
+            x[layout.q(c)] = q[c];
+            x[layout.p1(c)] = p1;
+            x[layout.p2(c)] = p2;
+            x[layout.xs(c)] = spool;
         }
-        let (stop, _) = unit.end_stop.force(position[c], 0.0);
-        let hold = hold_pressures(unit, force[c] - stop, back);
-        let balance = Balance {
-            unit,
-            fluid: &crane.plant.fluid,
-            mains: &crane.plant.mains,
-            position: position[c],
-            force: force[c] - stop,
-        };
-        let (p1, p2, spool) = match mode {
-            EquilibriumMode::Hold => (hold.0, hold.1, 0.0),
-            EquilibriumMode::Steady => balance.solve().unwrap_or((hold.0, hold.1, 0.0)),
-        };
-        x[layout.q(c)] = q[c];
-        x[layout.p1(c)] = p1;
-        x[layout.p2(c)] = p2;
-        x[layout.xs(c)] = spool;
+        Ok(x)
     }
-    Ok(x)
+}
+
+fn require_inside(
+    machine: &Machine,
+    unit: &CylinderUnit<f64>,
+    c: usize,
+    coordinate: f64,
+    position: f64,
+) -> Result<(), PoseError> {
+    let (lower, upper) = (unit.end_stop.lower, unit.end_stop.upper);
+    if position > lower && position < upper {
+        return Ok(());
+    }
+    let (joint, cylinder) = (machine.joints[c].name.clone(), machine.cylinders[c].name.clone());
+    Err(PoseError { joint, coordinate, cylinder, position, lower, upper })
 }
 
 /// p1 A1 - p2 A2 = force with the chamber that carries less at the back pressure.

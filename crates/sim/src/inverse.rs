@@ -1,18 +1,7 @@
 //! Joints from strokes.
 
+use crate::errors::StrokeError;
 use crate::limits::{Drivetrain, JointLimits};
-
-/// A stroke that no joint coordinate inside the limits gives.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error(
-    "cylinder `{cylinder}`: stroke {stroke} m is outside {lower:.6} to {upper:.6} m, its range inside the joint limits"
-)]
-pub struct StrokeError {
-    pub cylinder: String,
-    pub stroke: f64,
-    pub lower: f64,
-    pub upper: f64,
-}
 
 /// Rounding allowed at the ends of the stroke range, m.
 const SLACK: f64 = 1e-9;

@@ -1,11 +1,13 @@
 //! Simulation: a machine description becomes a plant, the plant a system of ordinary differential equations,
 //! and the system a run with a record, an energy ledger and an outcome.
 
-pub mod build;
+mod build;
 mod crane;
 mod cylinder_unit;
 mod drawing;
 mod equilibrium;
+mod errors;
+mod from_machine;
 pub mod integrator;
 mod inverse;
 mod jacobian;
@@ -24,15 +26,15 @@ mod workspace;
 
 pub mod reference;
 
-pub use build::{build, BuildError};
+pub use build::build;
 pub use crane::Crane;
 pub use drawing::{Shape, ShapeKind};
-pub use equilibrium::PoseError;
-pub use inverse::StrokeError;
+pub use equilibrium::EquilibriumMode;
+pub use errors::{BuildError, PoseError, StrokeError};
 pub use layout::Layout;
 pub use ledger::{LEDGER_PER_CYLINDER, LEDGER_TERMS};
 pub use limits::{JointLimits, LimitReason};
-pub use model::{EquilibriumMode, Model, Passivity};
+pub use model::{Model, Passivity};
 pub use outcome::{Outcome, OutcomeKind};
 pub use outputs::OutputInfo;
 pub use plant::Plant;

@@ -1,6 +1,6 @@
 //! Joint limits from strokes: the nearest of stroke end, rod contact and dead centre.
 
-use crate::build::BuildError;
+use crate::errors::BuildError;
 use hydrocrane_machine::model as file;
 use hydrocrane_physics::geometry::frames::Joint;
 use hydrocrane_physics::geometry::stroke::Actuation;

@@ -4,8 +4,8 @@
 //! Slices of joints, cylinders and states have the lengths that [`Model::layout`] tells; SI units throughout.
 
 use crate::drawing::Shape;
-use crate::equilibrium::PoseError;
-use crate::inverse::StrokeError;
+use crate::equilibrium::EquilibriumMode;
+use crate::errors::{PoseError, StrokeError};
 use crate::layout::Layout;
 use crate::limits::JointLimits;
 use crate::outputs::OutputInfo;
@@ -14,15 +14,6 @@ use hydrocrane_machine::Machine;
 
 /// Most joints a chain can have here.
 pub const MAX_JOINTS: usize = 6;
-
-/// Which equilibrium is meant.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum EquilibriumMode {
-    /// Valves closed; pressures balance the load and then creep by leakage.
-    Hold,
-    /// Spools opened just enough to feed the leakage: pressures stay.
-    Steady,
-}
 
 /// The passivity condition of one LuGre cylinder.
 #[derive(Debug, Clone, PartialEq)]

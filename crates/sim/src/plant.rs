@@ -35,4 +35,12 @@ impl<T: Real, const N: usize> Plant<T, N> {
     pub fn strokes(&self, pose: &ChainPose<T, N>) -> [(T, T); N] {
         std::array::from_fn(|c| self.actuations[c].stroke(&pose.joints[c]))
     }
+
+    /// Net cylinder forces that hold the crane at rest, N.
+    pub fn static_force(&self, q: &[T; N], payload: T) -> [T; N] {
+        let pose = self.mechanics.pose(q);
+        let bias = self.mechanics.equations(&pose, &[T::c(0.0); N], payload).bias;
+        let strokes = self.strokes(&pose);
+        std::array::from_fn(|j| bias[j] / strokes[j].1)
+    }
 }

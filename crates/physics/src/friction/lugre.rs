@@ -75,34 +75,17 @@ impl LuGre<f64> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::rottne;
     use super::*;
-
-    fn statics() -> StaticParameters<f64> {
-        StaticParameters {
-            coulomb_extending: 160.0,
-            coulomb_retracting: 280.0,
-            breakaway_extending: 340.0,
-            breakaway_retracting: 400.0,
-            stribeck_velocity_extending: 0.002,
-            stribeck_velocity_retracting: 0.002,
-            stribeck_exponent_extending: 2.0,
-            stribeck_exponent_retracting: 2.0,
-            viscous_extending: 8000.0,
-            viscous_retracting: 12000.0,
-            viscous_exponent_extending: 1.5,
-            viscous_exponent_retracting: 1.5,
-            gaussian: true,
-        }
-    }
 
     #[test]
     fn steady_state_is_the_static_map() {
         let lugre = LuGre { stiffness: 1.1e5, damping: 1500.0, fading: 100.0 };
         for v in [-0.08f64, -0.001, 0.0005, 0.02] {
-            let z = statics().stribeck(v) * v.signum() / 1.1e5;
-            let f = lugre.evaluate(&statics(), v, z);
+            let z = rottne().stribeck(v) * v.signum() / 1.1e5;
+            let f = lugre.evaluate(&rottne(), v, z);
             assert!(f.deflection_rate.abs() < 1e-15);
-            assert!((f.force - v.signum() * statics().stribeck(v) - statics().viscous(v)).abs() < 1e-9);
+            assert!((f.force - v.signum() * rottne().stribeck(v) - rottne().viscous(v)).abs() < 1e-9);
         }
     }
 
@@ -111,9 +94,9 @@ mod tests {
         // Dissipation is a quadratic form in (z, v); its smallest value over z is negative iff the margin is.
         let lugre = LuGre { stiffness: 1.1e5, damping: 5000.0, fading: 0.0 };
         for v in [0.01f64, 0.1, 0.2, 0.5, 1.0, 3.0] {
-            let margin = lugre.passivity_margin(&statics(), v);
+            let margin = lugre.passivity_margin(&rottne(), v);
             let dissipation = |z: f64| {
-                let f = lugre.evaluate(&statics(), v, z);
+                let f = lugre.evaluate(&rottne(), v, z);
                 f.force * v - 1.1e5 * z * f.deflection_rate
             };
             let least = (-4000..4000).map(|i| dissipation(f64::from(i) * 1e-5)).fold(f64::MAX, f64::min);
@@ -124,10 +107,10 @@ mod tests {
     #[test]
     fn constant_damping_loses_passivity_at_speed_and_fading_damping_keeps_it() {
         let constant = LuGre { stiffness: 1.1e5, damping: 5000.0, fading: 0.0 };
-        let limit = constant.passivity_limit(&statics(), 2.0).expect("constant damping is not passive at 2 m/s");
+        let limit = constant.passivity_limit(&rottne(), 2.0).expect("constant damping is not passive at 2 m/s");
         assert!(
-            constant.passivity_margin(&statics(), limit) < 0.0 || constant.passivity_margin(&statics(), -limit) < 0.0
+            constant.passivity_margin(&rottne(), limit) < 0.0 || constant.passivity_margin(&rottne(), -limit) < 0.0
         );
-        assert_eq!(LuGre { fading: 100.0, ..constant }.passivity_limit(&statics(), 2.0), None);
+        assert_eq!(LuGre { fading: 100.0, ..constant }.passivity_limit(&rottne(), 2.0), None);
     }
 }

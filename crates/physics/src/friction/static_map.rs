@@ -25,25 +25,8 @@ pub fn printed<T: Real>(p: &StaticParameters<T>, v: T) -> T {
 
 #[cfg(test)]
 mod tests {
+    use super::super::rottne;
     use super::*;
-
-    pub fn rottne() -> StaticParameters<f64> {
-        StaticParameters {
-            coulomb_extending: 160.0,
-            coulomb_retracting: 280.0,
-            breakaway_extending: 340.0,
-            breakaway_retracting: 400.0,
-            stribeck_velocity_extending: 0.002,
-            stribeck_velocity_retracting: 0.002,
-            stribeck_exponent_extending: 2.0,
-            stribeck_exponent_retracting: 2.0,
-            viscous_extending: 8000.0,
-            viscous_retracting: 12000.0,
-            viscous_exponent_extending: 1.5,
-            viscous_exponent_retracting: 1.5,
-            gaussian: true,
-        }
-    }
 
     #[test]
     fn static_friction_never_drives() {

@@ -1,0 +1,43 @@
+//! What can be wrong with a machine, a pose or a stroke.
+
+/// A machine that is described well but cannot be simulated here.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum BuildError {
+    #[error("the machine has {0} joints; chains of 1 to 6 joints can be simulated")]
+    TooManyJoints(usize),
+    #[error("machine.tip lies on link `{0}`; it must lie on the last link of the chain, `{1}`")]
+    TipNotOnLastLink(String, String),
+    #[error("cylinder.{0}.linkage: the barrel must be pinned to the parent link `{1}` of its joint")]
+    BarrelOnChild(String, String),
+    #[error("cylinder.{0}: no joint coordinate between the ends of its stroke was found; the linkage cannot close")]
+    NoStroke(String),
+    #[error("joint.{0}.limits: the cylinder `{1}` turns back inside these limits, so a stroke would mean two joint coordinates; narrow them")]
+    DeadCentreInside(String, String),
+}
+
+/// A stroke that no joint coordinate inside the limits gives.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error(
+    "cylinder `{cylinder}`: stroke {stroke} m is outside {lower:.6} to {upper:.6} m, its range inside the joint limits"
+)]
+pub struct StrokeError {
+    pub cylinder: String,
+    pub stroke: f64,
+    pub lower: f64,
+    pub upper: f64,
+}
+
+/// A pose in which the crane cannot rest.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error(
+    "joint `{joint}` at {coordinate:.6}: the piston of `{cylinder}` would be at {position:.4} m, \
+     its ends are at {lower:.4} and {upper:.4} m; choose a pose inside the joint limits"
+)]
+pub struct PoseError {
+    pub joint: String,
+    pub coordinate: f64,
+    pub cylinder: String,
+    pub position: f64,
+    pub lower: f64,
+    pub upper: f64,
+}

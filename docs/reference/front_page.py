@@ -1,0 +1,35 @@
+"""Write the evidence of ``README.md`` from the files that hold it: ``python docs/reference/front_page.py``.
+
+The counts come from the validation page, the speeds from the last benchmark. Nothing between the two marks is typed.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = ROOT / "README.md"
+BEGIN, END = "<!-- evidence: begin -->", "<!-- evidence: end -->"
+
+
+def reproduction() -> str:
+    """The headline of the validation page."""
+    text = (ROOT / "docs/validation/heinze-2007.md").read_text(encoding="utf-8")
+    found = re.search(r"^Of \d+ figures and tables .*$", text, re.MULTILINE)
+    if found is None:
+        raise SystemExit("the validation page has lost its headline; run `make docs`")
+    return f"* Reproduction of the thesis: {found[0]} [Details](docs/validation/heinze-2007.md)"
+
+
+def page() -> str:
+    """README.md with its evidence brought up to date."""
+    text = PAGE.read_text(encoding="utf-8")
+    head, rest = text.split(BEGIN)
+    tail = rest.split(END)[1]
+    return f"{head}{BEGIN}\n{reproduction()}\n{END}{tail}"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")

@@ -1,0 +1,168 @@
+"""The documentation says what is so: its code runs, its files load, its references are complete, its links lead somewhere."""
+
+from __future__ import annotations
+
+import re
+import runpy
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import hydrocrane as hc
+
+ROOT = Path(__file__).resolve().parents[2]
+TOP = ("README.md", "NOTATION.md", "ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md")
+PAGES = [*(ROOT / name for name in TOP), *sorted((ROOT / "docs").rglob("*.md"))]
+BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+NAMED = re.compile(r"# (machine|scenario): (\S+\.toml)\n")
+SECTIONS = ROOT / "crates/machine/src/sections"
+
+
+def name_of(path: Path) -> str:
+    return str(path.relative_to(ROOT))
+
+
+def text_of(path: str) -> str:
+    return (ROOT / path).read_text(encoding="utf-8")
+
+
+def blocks(page: Path) -> list[tuple[str, str]]:
+    """(language, text) of each fenced block that is meant to be run, in order."""
+    found = BLOCK.findall(page.read_text(encoding="utf-8"))
+    return [(language, text) for language, text in found if language in ("python", "console", "toml")]
+
+
+@pytest.mark.parametrize("page", [p for p in PAGES if blocks(p)], ids=name_of)
+def test_every_block_of_a_page_runs(page, tmp_path, monkeypatch):
+    """Top to bottom in an empty folder, as a reader would: files are written, commands run, Python shares its names."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    names: dict[str, Any] = {"__name__": "page"}
+    for language, text in blocks(page):
+        if language == "python":
+            exec(compile(text, name_of(page), "exec"), names)
+        elif language == "toml":
+            load_complete_file(text)
+        else:
+            for line in text.splitlines():
+                run_command(line)
+
+
+def load_complete_file(text: str) -> None:
+    """A file that says its name in its first line is complete; others are excerpts."""
+    named = NAMED.match(text)
+    if not named:
+        return
+    kind, name = named.groups()
+    Path(name).write_text(text, encoding="utf-8")
+    if kind == "machine":
+        hc.load_machine(name)
+    else:
+        plan = hc.load_scenario(name)
+        assert plan.initial_state(plan.load_machine()).size
+
+
+def run_command(line: str) -> None:
+    prompt, program, *arguments = shlex.split(line)
+    assert (prompt, program) == ("$", "hydrocrane"), f"a console block holds `$ hydrocrane ...` lines, not {line!r}"
+    done = subprocess.run([sys.executable, "-m", "hydrocrane", *arguments], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f"{line}\n{done.stderr}"
+
+
+def headings(page: Path) -> set[str]:
+    """Anchors of a page, as GitHub makes them."""
+    titles = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", title).strip().lower().replace(" ", "-") for title in titles}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_links_lead_somewhere(page):
+    text = BLOCK.sub("", page.read_text(encoding="utf-8"))
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if "://" in target:
+            continue
+        path, _, anchor = target.partition("#")
+        there = (page.parent / path).resolve() if path else page
+        assert there.exists(), f"{name_of(page)} links to {target}"
+        assert not anchor or anchor in headings(there), f"{name_of(page)} links to {target}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_named_paths_exist(page):
+    """A path in backticks that begins with a folder of the project is one that exists; braces and stars stand for sets."""
+    text = BLOCK.sub("", page.read_text(encoding="utf-8"))
+    rooms = r"crates|docs|python|tests|machines|scenarios|reproductions|benches"
+    for path in re.findall(rf"`((?:{rooms})/[\w./*<>-]*)`", text):
+        assert list(ROOT.glob(path.replace("<crate>", "*").rstrip("/"))), f"{name_of(page)} names `{path}`"
+
+
+def words_in_backticks(text: str) -> set[str]:
+    """Every key-like word inside backticks; `a.b = "c"` holds a, b and c."""
+    return {word for span in re.findall(r"`([^`]+)`", text) for word in re.findall(r"[\w/-]+", span)}
+
+
+def known_to_the_loader() -> set[str]:
+    """Keys and choices of machine and scenario files, from the lists in the loader's sources."""
+    sources = [*SECTIONS.glob("*.rs"), SECTIONS.parent / "scenario.rs"]
+    words = set()
+    for source in sources:
+        text = source.read_text(encoding="utf-8")
+        lists = re.findall(r'\[\s*((?:"[\w-]+",?\s*)+)\]', text)
+        words |= {word for names in lists for word in re.findall(r'"([\w-]+)"', names)}
+        words |= set(re.findall(r'\("([\w/-]+)", (?:\w+::\w+|true|false|-?1\.0)\)', text))
+    return words
+
+
+def test_the_reference_names_every_key_of_the_files():
+    known = known_to_the_loader()
+    assert {"bore", "rocker-pivot", "record-interval", "regenerative", "bulk-c1"} <= known and len(known) > 130
+    missing = known - words_in_backticks(text_of("docs/reference/machine-file.md"))
+    assert not missing, sorted(missing)
+
+
+def test_the_reference_names_every_error():
+    slugs = set(re.findall(r'^ {4}\w+ = "([\w-]+)",', text_of("crates/machine/src/errors.rs"), re.MULTILINE))
+    slugs |= set(re.findall(r"\[(cannot-[\w-]+)\]", text_of("crates/python/src/files.rs")))
+    rows = re.findall(r"^\| `([\w-]+)` \|", text_of("docs/reference/errors.md"), re.MULTILINE)
+    assert len(slugs) > 20 and slugs == set(rows)
+
+
+def test_the_reference_names_every_exception():
+    exceptions = re.findall(r"^class (\w+)\(", text_of("python/hydrocrane/errors.py"), re.MULTILINE)
+    page = text_of("docs/reference/errors.md")
+    assert exceptions and all(name in page for name in exceptions)
+
+
+def test_the_reference_shows_every_command():
+    from hydrocrane.app.cli import app
+
+    commands = {command.name or command.callback.__name__ for command in app.registered_commands}
+    page = text_of("docs/reference/command-line.md")
+    assert commands == set(re.findall(r"^## (\w+)$", page, re.MULTILINE))
+    assert all(f"hydrocrane {name}" in page for name in commands)
+
+
+def test_states_and_outputs_are_current():
+    written = runpy.run_path(str(ROOT / "docs/reference/states_and_outputs.py"))
+    assert written["page"]() == written["PAGE"].read_text(encoding="utf-8"), "run docs/reference/states_and_outputs.py"
+
+
+def test_every_page_is_reachable_from_the_front_page():
+    seen, todo = set(), [ROOT / "README.md"]
+    while todo:
+        page = todo.pop()
+        if page in seen or page.suffix != ".md":
+            continue
+        seen.add(page)
+        links = re.findall(r"\]\(([^)\s#]+)", page.read_text(encoding="utf-8"))
+        todo += [(page.parent / link).resolve() for link in links if "://" not in link]
+    assert not {name_of(page) for page in PAGES} - {name_of(page) for page in seen}
+
+
+def test_the_evidence_on_the_front_page_is_current():
+    written = runpy.run_path(str(ROOT / "docs/reference/front_page.py"))
+    assert written["page"]() == written["PAGE"].read_text(encoding="utf-8"), "run docs/reference/front_page.py"
