@@ -127,3 +127,41 @@ fn both_methods_agree() {
         assert!((a - b).abs() < 1e-5 * scale, "{a} {b}");
     }
 }
+
+#[test]
+fn a_delayed_valve_moves_later_by_its_delay() {
+    let commands =
+        |at: f64| Commands { times: vec![0.0, at], values: vec![0.0, 0.0, 0.0, 0.02, 0.0, 0.0], linear: false };
+    let end = |m: &dyn Model, at: f64| {
+        let tight = Tolerances { relative: 1e-9, absolute: 1e-9, max_step: 0.05 };
+        let run = run(
+            m,
+            &start(m, [100.0, 100.0]),
+            1.0,
+            &commands(at),
+            &RunOptions { tolerances: tight, ..options("rodas5p") },
+        );
+        run.states[run.states.len() - m.layout().len()..].to_vec()
+    };
+    let (prompt, delayed) = (model("rottne-f9-lab", &[]), model("rottne-f9-lab", &[("valve.lift.delay", "50 ms")]));
+    let (a, b) = (end(prompt.as_ref(), 0.25), end(delayed.as_ref(), 0.2));
+    for ((a, b), scale) in a.iter().zip(&b).zip(&prompt.layout().scales) {
+        assert!((a - b).abs() < 1e-5 * scale, "{a} {b}");
+    }
+}
+
+#[test]
+fn spool_speed_limit_slows_the_opening() {
+    let limited = model("rottne-f9-lab", &[("valve.lift.velocity-limit", "0.1 m/s")]);
+    let opening = run(
+        limited.as_ref(),
+        &start(limited.as_ref(), [100.0, 100.0]),
+        0.2,
+        &hold([0.05, 0.0, 0.0]),
+        &options("rodas5p"),
+    );
+    let xs = limited.layout().xs(0);
+    let at = |i: usize| opening.states[i * limited.layout().len() + xs];
+    // At 0.1 m/s the spool needs half a second for its 50 mm.
+    assert!((at(10) - 0.01).abs() < 1e-3 && at(20) < 0.021, "{} {}", at(10), at(20));
+}
