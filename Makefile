@@ -20,9 +20,12 @@ test-rust:
 test-python: $(VENV)/.tested
 	$(BIN)/python -m pytest
 
-# The validation pages and the figures of the reproduction, from the code as it stands.
+# Everything in the documentation that is generated: validation pages and their figures, reference, front page, pictures.
 docs: $(VENV)/.tested
 	$(BIN)/python reproductions/heinze-2007/make.py
+	$(BIN)/python docs/reference/states_and_outputs.py
+	$(BIN)/python docs/reference/front_page.py
+	$(BIN)/python docs/pictures/make.py
 
 bench: $(VENV)/.tested
 	$(BIN)/python benches/run.py

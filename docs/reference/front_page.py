@@ -1,11 +1,10 @@
 """Write the evidence of ``README.md`` from the files that hold it: ``python docs/reference/front_page.py``.
 
-The counts come from the validation page, the speeds from the last benchmark. Nothing between the two marks is typed.
+Nothing between the two marks is typed.
 """
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
 

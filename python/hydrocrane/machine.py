@@ -338,7 +338,7 @@ class Machine:
         if mode not in ("hold", "steady"):
             raise unknown("equilibrium mode", mode, ("hold", "steady"))
         lead, (table,) = rows(self._joints(q))
-        mass = self._payload(payload)
+        mass = self.payload(payload)
         with translated(OutOfReachError):
             found = [self.core.equilibrium(np.ascontiguousarray(pose), mode, mass) for pose in table]
         return np.array(found, dtype=np.float64).reshape(*lead, len(self.state_names))
@@ -367,7 +367,8 @@ class Machine:
     def _plant(self, state: ArrayLike, spool_command: ArrayLike) -> tuple[Array, Array]:
         return vectors(state, "state", self.state_names), vectors(spool_command, "spool_command", self.cylinder_names)
 
-    def _payload(self, payload: float | None) -> float:
+    def payload(self, payload: float | None = None) -> float:
+        """A mass at the tip in kg, checked; the machine's own where none is given."""
         if payload is None:
             return self.payload_mass
         mass = real_array(payload, "payload")
@@ -377,7 +378,7 @@ class Machine:
 
     def _over(self, function: Any, *arrays: Array, error: type[HydrocraneError] = InputError, **options: Any) -> Array:
         """Call a core function row by row over the broadcast leading axes."""
-        extra = [self._payload(options["payload"])] if "payload" in options else []
+        extra = [self.payload(options["payload"])] if "payload" in options else []
         lead, tables = rows(*arrays)
         with translated(error):
             result = np.asarray(function(*tables, *extra))

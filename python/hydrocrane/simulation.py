@@ -47,7 +47,7 @@ def simulate(
     plan = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     plan = plan.changed(**changes)
     crane = _machine_for(plan, machine)
-    payload = crane.payload_mass if plan.payload is None else float(plan.payload)
+    payload = crane.payload(plan.payload)
     began = time.perf_counter()
     raw = _integrate(crane, plan, payload, ledger)
     wall = time.perf_counter() - began

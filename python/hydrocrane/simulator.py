@@ -72,7 +72,7 @@ class Simulator:
         solver = Solver(method=method, rtol=rtol)
         self.crane = crane
         self.sample_time = float(period)
-        self.payload = crane.payload_mass if payload is None else float(payload)
+        self.payload = crane.payload(payload)
         self.outcome: str | None = None
         names = crane.state_names
         self._q = [names.index(f"joint.{j}.q") for j in crane.joint_names]

@@ -1,4 +1,4 @@
-"""The documentation says what is so: its code runs, its files load, its references are complete, its links lead somewhere."""
+"""The documentation says what is so: code runs, files load, references are complete, links lead somewhere."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ import shlex
 from pathlib import Path
 from typing import Any
 
-import hydrocrane as hc
 import matplotlib.pyplot as plt
 import pytest
+
+import hydrocrane as hc
 from hydrocrane.app.cli import app, main
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -94,7 +95,7 @@ def test_links_lead_somewhere(page):
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_named_paths_exist(page):
-    """A path in backticks that begins with a folder of the project is one that exists; braces and stars stand for sets."""
+    """A path in backticks that begins with a folder of the project is one that exists; a star stands for any."""
     text = BLOCK.sub("", page.read_text(encoding="utf-8"))
     rooms = r"crates|docs|python|tests|machines|scenarios|reproductions|benches"
     for path in re.findall(rf"`((?:{rooms})/[\w./*<>-]*)`", text):
@@ -165,3 +166,13 @@ def test_every_page_is_reachable_from_the_front_page():
 def test_the_evidence_on_the_front_page_is_current():
     written = runpy.run_path(str(ROOT / "docs/reference/front_page.py"))
     assert written["page"]() == written["PAGE"].read_text(encoding="utf-8"), "run docs/reference/front_page.py"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_tables_are_whole(page):
+    """Every row of a table has as many cells as its head: a bar inside a formula would cut it."""
+    cells = 0
+    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
+        bars = len(re.findall(r"(?<!\\)\|", line)) if line.startswith("|") else 0
+        assert not (bars and cells) or bars == cells, f"{name_of(page)}:{number}"
+        cells = bars

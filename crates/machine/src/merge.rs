@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use crate::document::{join, Entry, Node, NodeKind, Origin, Place, Scalar};
 use crate::errors::{ErrorKind, MachineError};
+use crate::nearest::suggestion;
 
 /// A value given by a caller in place of the one in a file. Numbers are SI, texts carry units.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,6 +49,9 @@ impl Override {
     }
 }
 
+/// Tables of named parts. An override changes a part that is there; a new name is a slip of the pen.
+const COLLECTIONS: [&str; 6] = ["link", "joint", "cylinder", "valve", "friction", "sensor"];
+
 /// Puts the override's value at its key; missing tables on the way are made, so that a slip is found by the check for
 /// unknown keys.
 pub fn apply_override(root: &mut Node, change: &Override) -> Result<(), MachineError> {
@@ -60,12 +64,18 @@ pub fn apply_override(root: &mut Node, change: &Override) -> Result<(), MachineE
             .error(ErrorKind::UnknownKey, key, "this is no dotted key")
             .help("write it like `supply.pressure`"));
     }
-    for segment in segments {
+    for (depth, segment) in segments.iter().copied().enumerate() {
         let NodeKind::Table(entries) = &mut node.kind else {
             return Err(place
                 .error(ErrorKind::WrongType, &path, "a value, not a table: nothing lies below it")
                 .help(format!("override `{path}` itself")));
         };
+        if depth == 1 && COLLECTIONS.contains(&segments[0]) && !entries.iter().any(|entry| entry.key == segment) {
+            let names = entries.iter().map(|entry| entry.key.as_str());
+            return Err(place
+                .error(ErrorKind::UnknownReference, key, format!("there is no {path} `{segment}`"))
+                .help(suggestion(segment, names)));
+        }
         path = join(&path, segment);
         let index = entries.iter().position(|entry| entry.key == segment).unwrap_or_else(|| {
             let node = Node { place: place.clone(), kind: NodeKind::Table(Vec::new()) };

@@ -62,7 +62,7 @@ fn overrides_that_miss_the_tree_are_errors() {
         ("supply.pressure.pump", "wrong-type"),
         ("", "unknown-key"),
         ("supply..pressure", "unknown-key"),
-        ("cylinder.fourth.bore", "missing-key"),
+        ("cylinder.fourth.bore", "unknown-reference"),
     ] {
         assert_eq!(with(key, OverrideValue::Number(1.0)).unwrap_err().slug(), slug, "{key}");
     }

@@ -3,9 +3,10 @@
 
 use crate::Real;
 
-/// `max(x, 0)`; slope 0 at zero.
+/// `max(x, 0)`; slope 1/2 at zero, the mean of both sides, so that two opposed edges that meet there leave a slope.
 pub fn positive_part<T: Real>(x: T) -> T {
-    T::select(T::c(0.0).lt(x), x, T::c(0.0))
+    let zero = T::c(0.0);
+    T::select(zero.lt(x), x, T::select(x.lt(zero), zero, x * 0.5))
 }
 
 /// `|x|^exponent` for `exponent >= 1`, rounded off within `scale` of zero (there it is about `scale^exponent`).

@@ -6,6 +6,7 @@ use crate::layout::Layout;
 use crate::plant::Plant;
 use hydrocrane_machine::Machine;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
+use std::f64::consts::PI;
 
 /// Which equilibrium is meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,8 +38,12 @@ impl<const N: usize> Plant<f64, N> {
             let (p1, p2) = hold_pressures(unit, force, machine.equilibrium.back_pressure);
             let balance = Balance { unit, fluid: &self.fluid, mains: &self.mains, position, force };
             let (p1, p2, spool) = match mode {
-                EquilibriumMode::Hold => (p1, p2, 0.0),
-                EquilibriumMode::Steady => balance.solve().unwrap_or((p1, p2, 0.0)),
+                EquilibriumMode::Steady if balance.rates(p1, p2, 0.0) != (0.0, 0.0) => {
+                    let cylinder = &machine.cylinders[c].name;
+                    let none = || PoseError::NotSteady { cylinder: cylinder.clone(), force };
+                    balance.solve().ok_or_else(none)?
+                }
+                _ => (p1, p2, 0.0),
             };
             x[layout.q(c)] = q[c];
             x[layout.p1(c)] = p1;
@@ -61,7 +66,7 @@ fn require_inside(
         return Ok(());
     }
     let (joint, cylinder) = (machine.joints[c].name.clone(), machine.cylinders[c].name.clone());
-    Err(PoseError { joint, coordinate, cylinder, position, lower, upper })
+    Err(PoseError::OutsideStroke { joint, coordinate, cylinder, position, lower, upper })
 }
 
 /// p1 A1 - p2 A2 = force with the chamber that carries less at the back pressure.
@@ -84,11 +89,15 @@ struct Balance<'a> {
 }
 
 impl Balance<'_> {
-    /// (p1, p2, spool), or `None` where no opening balances the leakage (as without any leakage).
+    /// (p1, p2, spool), or `None` where no opening balances the leakage.
     fn solve(&self) -> Option<(f64, f64, f64)> {
         const SAMPLES: usize = 400;
         let (low, high) = (self.mains.tank, self.mains.supply);
-        let at = |i: usize| low + (high - low) * (i as f64 + 0.5) / SAMPLES as f64;
+        // Crowded at both ends: light loads balance within a fraction of a bar of the tank.
+        let at = |i: usize| {
+            let share = 0.5 - 0.5 * (PI * (i as f64 + 0.5) / SAMPLES as f64).cos();
+            low + (high - low) * share
+        };
         let mut previous: Option<(f64, f64)> = None;
         for i in 0..SAMPLES {
             let p2 = at(i);

@@ -29,15 +29,15 @@ pub struct StrokeError {
 
 /// A pose in which the crane cannot rest.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error(
-    "joint `{joint}` at {coordinate:.6}: the piston of `{cylinder}` would be at {position:.4} m, \
-     its ends are at {lower:.4} and {upper:.4} m; choose a pose inside the joint limits"
-)]
-pub struct PoseError {
-    pub joint: String,
-    pub coordinate: f64,
-    pub cylinder: String,
-    pub position: f64,
-    pub lower: f64,
-    pub upper: f64,
+pub enum PoseError {
+    #[error(
+        "joint `{joint}` at {coordinate:.6}: the piston of `{cylinder}` would be at {position:.4} m, \
+         its ends are at {lower:.4} and {upper:.4} m; choose a pose inside the joint limits"
+    )]
+    OutsideStroke { joint: String, coordinate: f64, cylinder: String, position: f64, lower: f64, upper: f64 },
+    #[error(
+        "cylinder `{cylinder}` cannot keep its pressures in this pose: it has to carry {force:.0} N, and no spool \
+         opening balances its leakage between tank and supply pressure; lower the payload or choose mode \"hold\""
+    )]
+    NotSteady { cylinder: String, force: f64 },
 }
