@@ -14,9 +14,10 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
-import hydrocrane as hc
 import numpy as np
 from scipy.integrate import odeint, solve_ivp
+
+import hydrocrane as hc
 
 SCENARIO = "vertical-lift-open-loop"
 REPEATS = 5

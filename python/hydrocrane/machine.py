@@ -200,6 +200,14 @@ class Machine:
         """d(strokes)/d(q), (..., n_cyl, n)."""
         return self._over(self.core.stroke_jacobian, self._joints(q))
 
+    def cylinder_slopes(self, q: ArrayLike) -> Array:
+        """Direction of each cylinder from barrel to rod (..., n_cyl), rad from x towards z; thesis (15), (28)."""
+        return self._over(self.core.cylinder_slopes, self._joints(q))
+
+    def centres_of_gravity(self, q: ArrayLike) -> Array:
+        """Centre of gravity of each moving link (..., n, 2) in the inertial frame, m; thesis (31)-(33)."""
+        return self._over(self.core.centres_of_gravity, self._joints(q))
+
     def tip(self, q: ArrayLike) -> Array:
         """Crane tip in the inertial frame (..., 2): x forward, z up, m   (30)-(34)."""
         return self._over(self.core.tip, self._joints(q))

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import hydrocrane as hc
 import numpy as np
 import pytest
+
+import hydrocrane as hc
 
 CORRECTED = ("rottne-f9-lab", "hiab-xs031", "single-cylinder")
 
@@ -33,22 +34,30 @@ def random_states(random_poses):
 
     def draw(crane, count, seed):
         rng = np.random.default_rng(seed)
-        stroke = dict(zip(crane.cylinder_names, crane.spool_strokes, strict=True))
-        states = np.empty((count, len(crane.state_names)))
         poses = random_poses(crane, count, seed + 1, margin=0.002)
-        for i, name in enumerate(crane.state_names):
-            _, owner, kind = name.split(".")
-            states[:, i] = {
-                "q": lambda: poses[:, crane.joint_names.index(owner)],
-                # Not slower than 1e-3, so that differences do not step over the change of sign of friction.
-                "qd": lambda: rng.choice([-1.0, 1.0], count) * 10.0 ** rng.uniform(-3, 0, count),
-                "p1": lambda: rng.uniform(-0.95e5, 200e5, count),
-                # Every fifth rod side near or below tank pressure.
-                "p2": lambda: rng.uniform(-0.95e5, np.where(rng.random(count) < 0.2, 3e5, 200e5)),
-                "xs": lambda: rng.uniform(-1, 1, count) * stroke[owner],
-                "vs": lambda: rng.normal(size=count) * 0.2,
-                "z": lambda: rng.normal(size=count) * 1e-3,
-            }[kind]()
-        return states, rng.uniform(-1, 1, (count, len(crane.cylinder_names))) * crane.spool_strokes
+        strokes = dict(zip(crane.cylinder_names, crane.spool_strokes, strict=True))
+
+        def column(owner, kind):
+            match kind:
+                case "q":
+                    return poses[:, crane.joint_names.index(owner)]
+                case "qd":
+                    # Not slower than 1e-3, so that differences do not step over the change of sign of friction.
+                    return rng.choice([-1.0, 1.0], count) * 10.0 ** rng.uniform(-3, 0, count)
+                case "p1":
+                    return rng.uniform(-0.95e5, 200e5, count)
+                case "p2":
+                    # Every fifth one near or below tank pressure.
+                    return rng.uniform(-0.95e5, np.where(rng.random(count) < 0.2, 3e5, 200e5))
+                case "xs":
+                    return rng.uniform(-1, 1, count) * strokes[owner]
+                case "vs":
+                    return rng.normal(size=count) * 0.2
+                case "z":
+                    return rng.normal(size=count) * 1e-3
+            raise ValueError(kind)
+
+        states = np.stack([column(*name.split(".")[1:]) for name in crane.state_names], axis=-1)
+        return states, rng.uniform(-1, 1, (count, len(strokes))) * crane.spool_strokes
 
     return draw

@@ -1,17 +1,27 @@
 """Where the pump's work goes: the ledger of a run against the energies computed from its states.
 
-stored(t) - stored(0) = sum of sign x ledger, with stored = kinetic + potential + oil + end stops + bristles. The two sides
-share no formula: the left comes from the states, the right is integrated by the method along with them.
+stored(t) - stored(0) = sum of sign x ledger, with stored = kinetic + potential + oil + end stops + bristles. The left
+side comes from the states alone, the right one is integrated by the method along with them.
 """
 
 from __future__ import annotations
 
-import hydrocrane as hc
 import numpy as np
 import pytest
 
+import hydrocrane as hc
+
 METHODS = ("rodas5p", "tsit5")
-DISSIPATED = ("edge_pa", "edge_at", "edge_pb", "edge_bt", "internal_leakage", "external_leakage", "friction", "end_stop")
+DISSIPATED = (
+    "edge_pa",
+    "edge_at",
+    "edge_pb",
+    "edge_bt",
+    "internal_leakage",
+    "external_leakage",
+    "friction",
+    "end_stop",
+)
 
 
 def with_static_friction(machine):
@@ -37,7 +47,9 @@ def bundled_with_static_friction(name, machine):
 
 RUNS = {
     "laboratory crane": lambda: hc.load_scenario("vertical-lift-open-loop"),
-    "laboratory crane, static friction": lambda: bundled_with_static_friction("vertical-lift-open-loop", "rottne-f9-lab"),
+    "laboratory crane, static friction": lambda: bundled_with_static_friction(
+        "vertical-lift-open-loop", "rottne-f9-lab"
+    ),
     "laboratory crane, payload": lambda: hc.load_scenario("vertical-lift-open-loop").changed(payload=200.0),
     "laboratory crane, into the stops": into_every_stop,
     "loader crane": lambda: hc.load_scenario("hiab-lift"),

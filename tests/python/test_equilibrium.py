@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import hydrocrane as hc
 import numpy as np
 import pytest
+
+import hydrocrane as hc
 
 BACK_PRESSURE = {"rottne-f9-lab": 10e5, "hiab-xs031": 20e5, "single-cylinder": 10e5}
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import hydrocrane as hc
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+
+import hydrocrane as hc
 
 COUNT = 300
 # Central difference of eighth order: weights of f(x + k h) - f(x - k h), k = 1..4.
@@ -33,7 +34,11 @@ def motions(corrected, random_poses):
 def test_generalized_force_is_the_stroke_jacobian_transposed_times_the_force(corrected, random_states):
     """Virtual work on whole states: what M q'' + h leaves to the cylinders is J_l^T f."""
     x, u = random_states(corrected, COUNT, seed=23)
-    q, qd, qdd = joints(corrected, x, "q"), joints(corrected, x, "qd"), joints(corrected, corrected.state_derivative(x, u), "qd")
+    q, qd, qdd = (
+        joints(corrected, x, "q"),
+        joints(corrected, x, "qd"),
+        joints(corrected, corrected.state_derivative(x, u), "qd"),
+    )
     outputs = corrected.outputs(x, u)
     force = np.stack([outputs[f"cylinder.{c}.force"] for c in corrected.cylinder_names], axis=-1)
     inertial = np.einsum("mij,mj->mi", corrected.mass_matrix(q), qdd)

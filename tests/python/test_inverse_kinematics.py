@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import hydrocrane as hc
 import numpy as np
 import pytest
+
+import hydrocrane as hc
 
 CRANES = ("rottne-f9-lab", "hiab-xs031")
 
@@ -66,7 +67,7 @@ def test_nothing_reaches_with_the_telescope_beyond_its_limit(crane):
 
 
 def test_joints_from_strokes_undo_strokes(corrected, random_poses):
-    """Over the whole limits, dead centres included: there the stroke hardly changes, and nor does its inverse's error."""
+    """Over the whole limits, dead centres included: and with them poses where the stroke hardly changes."""
     poses = random_poses(corrected, 500, seed=64, margin=0.0)
     np.testing.assert_allclose(corrected.joints_from_strokes(corrected.strokes(poses)), poses, rtol=0, atol=1e-9)
 

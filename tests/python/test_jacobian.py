@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import hydrocrane as hc
 import numpy as np
 import pytest
+
+import hydrocrane as hc
 
 # A change of each kind of state that matters to the crane: makes the columns of the Jacobian comparable.
 SCALES = {"q": 1.0, "qd": 1.0, "p1": 1e6, "p2": 1e6, "xs": 1e-2, "vs": 1.0, "z": 1e-3}
@@ -42,7 +43,9 @@ def test_jacobian_at_random_states(corrected, random_states):
 def test_jacobian_deep_in_the_end_stops(corrected):
     """Every piston in turn in either stop, 1 % of the joint's range from its end, fast and slow."""
     kinds = [name.rsplit(".", 1)[1] for name in corrected.state_names]
-    usual = np.array([{"qd": 2e-3, "p1": 100e5, "p2": 60e5, "xs": 2e-3, "vs": 0.0, "z": 1e-4}.get(k, 0.0) for k in kinds])
+    usual = np.array(
+        [{"qd": 2e-3, "p1": 100e5, "p2": 60e5, "xs": 2e-3, "vs": 0.0, "z": 1e-4}.get(k, 0.0) for k in kinds]
+    )
     states = []
     for i, (low, high) in enumerate(corrected.joint_limits):
         for near_the_end in (low + 0.01 * (high - low), high - 0.01 * (high - low)):
@@ -60,6 +63,21 @@ def test_jacobian_with_static_friction(random_states):
     crane = hc.load_machine("rottne-f9-lab", STATIC)
     x, u = random_states(crane, 300, seed=42)
     assert error(crane, x, u).max() < 1e-6
+
+
+def test_jacobian_at_the_centred_spool_lies_between_both_sides(corrected):
+    """Where the edges change over the law has a corner; its slope there must be that of a side or in between."""
+    x, u = corrected.equilibrium(corrected.home), np.zeros(len(corrected.cylinder_names))
+    step = 1e-7
+    for cylinder in corrected.cylinder_names:
+        spool = corrected.state_names.index(f"cylinder.{cylinder}.xs")
+        move = step * (np.arange(x.size) == spool)
+        at = [corrected.state_derivative(x + k * move, u) for k in (-1, 0, 1)]
+        for chamber in ("p1", "p2"):
+            row = corrected.state_names.index(f"cylinder.{cylinder}.{chamber}")
+            sides = sorted([(at[1][row] - at[0][row]) / step, (at[2][row] - at[1][row]) / step])
+            slack = 1e-5 * np.abs(sides).max()
+            assert sides[0] - slack <= corrected.jacobian(x, u)[row, spool] <= sides[1] + slack
 
 
 def test_reference_model_equals_the_right_hand_side(corrected, random_states):

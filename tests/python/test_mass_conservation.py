@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import hydrocrane as hc
 import numpy as np
 import pytest
+
+import hydrocrane as hc
 
 TIGHT = "1e-12 m"  # leakage gap through which nothing passes: conductance goes with its cube
 
@@ -113,4 +114,6 @@ def leakage(name, cylinder):
         return 1e-16, 0.0
     bore, rod, piston = {"lift": (0.1, 0.04, 0.1), "jib": (0.09, 0.045, 0.1)}.get(cylinder, (0.05, 0.03, 0.08))
     gap, viscosity, gland = 10e-6, 0.04, 0.01
-    return tuple(np.pi * (d / 2 + gap) * gap**3 / (6 * viscosity * length) for d, length in ((bore, piston), (rod, gland)))
+    return tuple(
+        np.pi * (d / 2 + gap) * gap**3 / (6 * viscosity * length) for d, length in ((bore, piston), (rod, gland))
+    )

@@ -6,9 +6,10 @@ x forward, z up, and angles run from x towards z, so that revolute joints turn a
 
 from __future__ import annotations
 
-import hydrocrane as hc
 import numpy as np
 import pytest
+
+import hydrocrane as hc
 
 pin = pytest.importorskip("pinocchio")
 
@@ -54,7 +55,9 @@ class Chain:
             for inertia in bodies[i]:
                 self.model.appendBodyToJoint(parent, inertia, pin.SE3.Identity())
         self.tip_on_link = in_plane(*tip)
-        self.model.appendBodyToJoint(parent, pin.Inertia(payload, self.tip_on_link, np.zeros((3, 3))), pin.SE3.Identity())
+        self.model.appendBodyToJoint(
+            parent, pin.Inertia(payload, self.tip_on_link, np.zeros((3, 3))), pin.SE3.Identity()
+        )
         self.data = self.model.createData()
         self.last = parent
 
@@ -80,7 +83,10 @@ class Chain:
 
 
 def laboratory_crane(payload):
-    """Heinze (2007), program DIMENSION; inertias about the link frames; boom at alpha - 90 deg, jib at beta - 180 deg."""
+    """Heinze (2007), program DIMENSION: inertias about the link frames.
+
+    The boom stands at the angle alpha - 90 deg, the jib at beta - 180 deg from it.
+    """
     return Chain(
         gravity=9.81,
         joints=[

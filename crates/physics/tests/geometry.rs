@@ -29,7 +29,8 @@ fn jib() -> (Joint<f64>, Actuation<f64>) {
 }
 
 fn boom() -> (Joint<f64>, Actuation<f64>) {
-    let drive = Drive::Pins { on_parent: Vec2::c([0.115, 0.033]), on_child: Vec2::c([0.199, -0.061]) };
+    let drive =
+        Drive::Pins { on_parent: Vec2::c([0.115, 0.033]), on_child: Vec2::c([0.199, -0.061]), barrel_on_child: true };
     (joint([0.0, 0.73], -PI / 2.0), Actuation { drive, mid_length: 0.05 + 0.215 + 0.05 + 0.31 + 0.01 })
 }
 
@@ -115,4 +116,16 @@ fn torn_linkage_keeps_finite_value_and_slope() {
     let pin = far.common_pin(away);
     assert!(far.closure(away.position).value() < 0.0);
     assert!(pin.position.x.derivative[0].is_finite() && pin.rate.z.value.is_finite());
+}
+
+#[test]
+fn slope_angles_swing_as_erratum_41_says() {
+    // Over the ranges of Table 1: 9.7 deg for the lift cylinder, 8.6 deg for the jib cylinder.
+    let swing = |(joint, actuation): (Joint<f64>, Actuation<f64>), from: i32, to: i32| {
+        let slopes: Vec<f64> =
+            (from..=to).map(|d| actuation.slope(&joint.pose(f64::from(d).to_radians())).to_degrees()).collect();
+        slopes.iter().fold(f64::MIN, |a, b| a.max(*b)) - slopes.iter().fold(f64::MAX, |a, b| a.min(*b))
+    };
+    assert!((swing(boom(), 45, 172) - 9.7).abs() < 0.05);
+    assert!((swing(jib(), 5, 178) - 8.6).abs() < 0.05);
 }

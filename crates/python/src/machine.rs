@@ -210,6 +210,14 @@ impl Machine {
         }
         matrix(py, out, n)
     }
+    fn cylinder_slopes<'py>(&self, py: Python<'py>, q: Rows<'py>) -> Matrix<'py> {
+        let n = self.n();
+        matrix(py, self.over_q(py, &q, n, |m, q, out| m.cylinder_slopes(q, out))?, n)
+    }
+    fn centres_of_gravity<'py>(&self, py: Python<'py>, q: Rows<'py>) -> Tensor<'py> {
+        let n = self.n();
+        tensor(py, self.over_q(py, &q, 2 * n, |m, q, out| m.centres_of_gravity(q, out))?, (n, 2))
+    }
     fn tip<'py>(&self, py: Python<'py>, q: Rows<'py>) -> Matrix<'py> {
         matrix(py, self.over_q(py, &q, 2, |m, q, out| out.copy_from_slice(&m.tip(q)))?, 2)
     }

@@ -108,6 +108,23 @@ impl<const N: usize> Model for Crane<N> {
         Ok(())
     }
 
+    fn cylinder_slopes(&self, q: &[f64], slopes: &mut [f64]) {
+        let pose = self.plant.mechanics.pose(&array::<N>(q));
+        for c in 0..N {
+            let parent = pose.link(c);
+            let turned = parent.sin.atan2(parent.cos) + self.plant.actuations[c].slope(&pose.joints[c]);
+            slopes[c] = turned.sin().atan2(turned.cos());
+        }
+    }
+
+    fn centres_of_gravity(&self, q: &[f64], centres: &mut [f64]) {
+        let pose = self.plant.mechanics.pose(&array::<N>(q));
+        for (i, body) in self.plant.mechanics.bodies.iter().enumerate() {
+            let r = pose.links[i].point(body.centre_of_gravity());
+            centres[2 * i..2 * i + 2].copy_from_slice(&[r.x, r.z]);
+        }
+    }
+
     fn tip(&self, q: &[f64]) -> [f64; 2] {
         let tip = self.plant.mechanics.tip_position(&self.plant.mechanics.pose(&array::<N>(q)));
         [tip.x, tip.z]

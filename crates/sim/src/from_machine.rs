@@ -76,8 +76,9 @@ fn actuation(m: &file::Machine, c: &file::Cylinder) -> Result<Actuation<f64>, Bu
     let drive = match &c.rod_pin {
         file::RodPin::Point(rod) => {
             let rod = Vec2::c(rod.position);
-            let (on_parent, on_child) = if c.barrel_pin.link == parent { (barrel, rod) } else { (rod, barrel) };
-            Drive::Pins { on_parent, on_child }
+            let barrel_on_child = c.barrel_pin.link != parent;
+            let (on_parent, on_child) = if barrel_on_child { (rod, barrel) } else { (barrel, rod) };
+            Drive::Pins { on_parent, on_child, barrel_on_child }
         }
         file::RodPin::FourBar(l) => {
             if c.barrel_pin.link != parent {

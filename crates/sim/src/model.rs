@@ -34,7 +34,11 @@ pub trait Model: Send + Sync {
     /// Piston positions and their derivatives with respect to the own joint.
     fn strokes(&self, q: &[f64], x: &mut [f64], gain: &mut [f64]);
     fn joints_from_strokes(&self, x: &[f64], q: &mut [f64]) -> Result<(), StrokeError>;
+    /// Direction of each cylinder from its barrel pin to its rod pin, rad from x towards z in the inertial frame.
+    fn cylinder_slopes(&self, q: &[f64], slopes: &mut [f64]);
     fn tip(&self, q: &[f64]) -> [f64; 2];
+    /// Centre of gravity of each moving link, (x, z) pairs in the inertial frame.
+    fn centres_of_gravity(&self, q: &[f64], centres: &mut [f64]);
     /// Row-major `2 x n`.
     fn tip_jacobian(&self, q: &[f64], jacobian: &mut [f64]);
     /// `held`: coordinate given to every prismatic joint.

@@ -6,8 +6,9 @@ use hydrocrane_physics::dynamics::Mechanics;
 const POINTS: usize = 120;
 
 /// Closed curves of the tip around the rectangle of the first two revolute joints, one for each combination of
-/// end positions of the other joints; where the chain can stretch straight inside the limits, also the arc of
-/// full reach. A chain without two revolute joints gives the tip's path along each of its joints.
+/// end positions of the other joints, and the paths of the other joints that join their corners; where the chain
+/// can stretch straight inside the limits, also the arc of full reach. A chain without two revolute joints gives
+/// the tip's path along each of its joints.
 pub fn boundary<const N: usize>(m: &Mechanics<f64, N>, limits: &[[f64; 2]; N]) -> Vec<Vec<[f64; 2]>> {
     let revolute: Vec<usize> = (0..N).filter(|&i| m.joints[i].revolute).take(2).collect();
     let tip = |q: &[f64; N]| {
@@ -26,6 +27,14 @@ pub fn boundary<const N: usize>(m: &Mechanics<f64, N>, limits: &[[f64; 2]; N]) -
         if let Some(straight) = stretched(m, q, first, second, limits[second]) {
             q[second] = straight;
             curves.push(sweep(&mut q, first, limits[first], tip));
+        }
+    }
+    for &joint in &others {
+        for corner in 0..4 {
+            let mut q: [f64; N] = std::array::from_fn(|i| limits[i][0]);
+            q[first] = limits[first][corner & 1];
+            q[second] = limits[second][corner >> 1];
+            curves.push(sweep(&mut q, joint, limits[joint], tip));
         }
     }
     curves

@@ -3,7 +3,9 @@
 //! length^2 = |r_moving - r_fixed|^2, the law of cosines of the triangle joint - pin - pin      thesis (9), (12)
 //! d length / dq = u . d r_moving / dq, with u the unit vector from the fixed to the moving pin
 //!
-//! The thesis's slope angles (10)-(16) and (28) are the direction of u; forces need only u itself.
+//! slope = atan2(u_z, u_x)                                                                   thesis (15), (28)
+//!
+//! The thesis builds its cylinder frames (13), (16), (29) on the slope angles; forces here need only u itself.
 
 use super::MovingPoint;
 use hydrocrane_num::{Real, Vec2};
@@ -13,6 +15,12 @@ pub fn pin_distance<T: Real>(fixed: Vec2<T>, moving: MovingPoint<T>) -> (T, T) {
     let d = moving.position - fixed;
     let length = d.norm();
     (length, d.dot(moving.rate) / length)
+}
+
+/// Direction from one pin to the other, rad from x towards z.
+pub fn slope_angle(from: Vec2<f64>, to: Vec2<f64>) -> f64 {
+    let d = to - from;
+    d.z.atan2(d.x)
 }
 
 /// Angle at the joint between the two pins, from the two arms and the cylinder length: psi_0 of thesis (9).

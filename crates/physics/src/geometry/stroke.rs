@@ -3,7 +3,7 @@
 //! x = pin-to-pin length - length at mid-stroke                              thesis (2), (40), (42)
 //! g = dx/dq: piston velocity v = g q', generalized force Q = g f            thesis (53), (54)
 
-use super::cylinder_triangle::pin_distance;
+use super::cylinder_triangle::{pin_distance, slope_angle};
 use super::four_bar::FourBar;
 use super::frames::JointPose;
 use super::{lift_vec, MovingPoint};
@@ -12,8 +12,8 @@ use hydrocrane_num::{Real, Vec2};
 /// What the rod is pinned to.
 #[derive(Debug, Clone, Copy)]
 pub enum Drive<T> {
-    /// Pins on the parent and on the child link.
-    Pins { on_parent: Vec2<T>, on_child: Vec2<T> },
+    /// Pins on the parent and on the child link; the barrel hangs on one of them.
+    Pins { on_parent: Vec2<T>, on_child: Vec2<T>, barrel_on_child: bool },
     /// Barrel on the parent link, rod on the common pin of a torque linkage.
     FourBar { barrel: Vec2<T>, linkage: FourBar<T> },
 }
@@ -27,10 +27,19 @@ pub struct Actuation<T> {
 }
 
 impl Actuation<f64> {
+    /// Direction of the cylinder from its barrel pin to its rod pin, rad from x towards z in the parent frame.
+    pub fn slope(&self, pose: &JointPose<f64>) -> f64 {
+        let (fixed, moving) = self.pins(pose);
+        match self.drive {
+            Drive::Pins { barrel_on_child: true, .. } => slope_angle(moving.position, fixed),
+            _ => slope_angle(fixed, moving.position),
+        }
+    }
+
     pub fn lift<U: Real>(&self) -> Actuation<U> {
         let drive = match self.drive {
-            Drive::Pins { on_parent, on_child } => {
-                Drive::Pins { on_parent: lift_vec(on_parent), on_child: lift_vec(on_child) }
+            Drive::Pins { on_parent, on_child, barrel_on_child } => {
+                Drive::Pins { on_parent: lift_vec(on_parent), on_child: lift_vec(on_child), barrel_on_child }
             }
             Drive::FourBar { barrel, linkage } => Drive::FourBar { barrel: lift_vec(barrel), linkage: linkage.lift() },
         };
@@ -53,7 +62,7 @@ impl<T: Real> Actuation<T> {
 
     fn pins(&self, pose: &JointPose<T>) -> (Vec2<T>, MovingPoint<T>) {
         match &self.drive {
-            Drive::Pins { on_parent, on_child } => (*on_parent, pose.carry(*on_child)),
+            Drive::Pins { on_parent, on_child, .. } => (*on_parent, pose.carry(*on_child)),
             Drive::FourBar { barrel, linkage } => (*barrel, linkage.common_pin(pose.carry(linkage.coupler_pivot))),
         }
     }
