@@ -1,0 +1,48 @@
+//! What every controller is: something that, once per period, turns measurements and a stick into spool commands.
+//!
+//! A controller knows the crane's geometry and nominal parameters, never the plant's state.
+
+/// Measurements at one sample, as the sensors deliver them. SI units; pressures gauge.
+#[derive(Debug, Clone, Copy)]
+pub struct Measurement<'a> {
+    /// s
+    pub t: f64,
+    /// Joint coordinates, rad or m.
+    pub q: &'a [f64],
+    /// Chamber pressures (p1, p2) per cylinder, Pa.
+    pub p: &'a [[f64; 2]],
+}
+
+/// Deflection of the operator's sticks, each axis in -1 to 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Stick<'a> {
+    /// One stick: the tip's velocity, forward and up, as a share of the full speed (thesis Figure 77).
+    Tip([f64; 2]),
+    /// One axis per cylinder (thesis Figure 76).
+    Lever(&'a [f64]),
+}
+
+/// Why a controller gave no usable command. The loop closes the valves and records it.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Fault {
+    #[error("measurement `{0}` is not a finite number")]
+    BadMeasurement(String),
+    #[error("the stick is not a finite number between -1 and 1")]
+    BadStick,
+    #[error("this controller takes the {0} stick mode only")]
+    WrongStick(&'static str),
+    #[error("{0}")]
+    Failed(String),
+}
+
+/// A sampled controller.
+pub trait Controller: Send {
+    /// Fixed time between samples, s.
+    fn period(&self) -> f64;
+    /// Starts anew from a first measurement.
+    fn reset(&mut self, first: &Measurement);
+    /// Writes one spool command per cylinder, m, positive extends.
+    fn step(&mut self, measured: &Measurement, stick: Stick, spool: &mut [f64]) -> Result<(), Fault>;
+    /// The set-point of the tip (x, z) after the last step, m, where the controller has one.
+    fn set_point(&self) -> Option<[f64; 2]>;
+}
