@@ -50,7 +50,7 @@ impl Override {
 }
 
 /// Tables of named parts. An override changes a part that is there; a new name is a slip of the pen.
-const COLLECTIONS: [&str; 6] = ["link", "joint", "cylinder", "valve", "friction", "sensor"];
+const COLLECTIONS: [&str; 7] = ["link", "joint", "cylinder", "valve", "friction", "sensor", "keep-out"];
 
 /// Puts the override's value at its key; missing tables on the way are made, so that a slip is found by the check for
 /// unknown keys.

@@ -25,6 +25,9 @@ pub struct Machine {
     pub equilibrium: Equilibrium,
     pub errata: Errata,
     pub sensors: Vec<Sensor>,
+    /// Polygons in the inertial frame that no part of the crane may enter: name and corners (x, z), m.
+    pub keep_out: Vec<(String, Vec<[f64; 2]>)>,
+    pub control: Control,
     /// One entry per value of the file, in file order.
     pub provenance: Vec<Provenance>,
 }
@@ -183,6 +186,24 @@ pub struct Valve {
     pub acceleration_limit: Option<f64>,
     /// s
     pub delay: f64,
+    /// What becomes of a controller's command on its way to the spool.
+    pub command: SignalChain,
+}
+
+/// Signal chain between a controller's command u and the spool command (thesis Figures 18 and 60):
+/// limited(offset + gain * u beyond the dead band), `delay` later. Identity by default.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SignalChain {
+    /// m of spool stroke
+    pub offset: f64,
+    pub gain: f64,
+    /// Commands up to this size do nothing; larger ones count from here, m.
+    pub dead_band: f64,
+    /// Limits of the spool command, m.
+    pub low: f64,
+    pub high: f64,
+    /// s
+    pub delay: f64,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -275,6 +296,15 @@ pub struct Sensor {
     pub kind: String,
     /// Numeric properties by key, SI.
     pub properties: Vec<(String, f64)>,
+}
+
+/// Defaults of the sampled controllers.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Control {
+    /// Time between samples, s.
+    pub period: Option<f64>,
+    /// Per controller its gains by key, SI.
+    pub gains: Vec<(String, Vec<(String, f64)>)>,
 }
 
 /// Each correction of the thesis as a switch: `true` = corrected.

@@ -1,5 +1,9 @@
 //! Scenario files: which machine does what, from where, for how long.
 
+mod closed_loop;
+
+pub use closed_loop::{ControllerChoice, Joystick, SensorQuality, StickMode};
+
 use crate::bundled::{bundled_machines, bundled_scenarios};
 use crate::document::{self, Node, NodeKind, Scalar, SourceFile};
 use crate::errors::{ErrorKind, MachineError};
@@ -29,6 +33,8 @@ pub struct Scenario {
     pub record_interval: f64,
     pub initial: Initial,
     pub commands: Vec<SpoolCommand>,
+    pub controller: Option<ControllerChoice>,
+    pub joystick: Option<Joystick>,
     pub solver: Solver,
     pub seed: u64,
 }
@@ -75,7 +81,7 @@ pub struct Solver {
     pub max_step: f64,
 }
 
-const ROOT_KEYS: [&str; 5] = ["scenario", "overrides", "initial", "command", "solver"];
+const ROOT_KEYS: [&str; 7] = ["scenario", "overrides", "initial", "command", "controller", "joystick", "solver"];
 const SCENARIO_KEYS: [&str; 7] = ["name", "title", "machine", "duration", "record-interval", "payload", "seed"];
 const METHODS: [(&str, &str); 2] = [("rodas5p", "rodas5p"), ("tsit5", "tsit5")];
 const DEFAULT_RECORD_INTERVAL: f64 = 0.01;
@@ -115,6 +121,7 @@ fn build(source: &Source, overrides: &[(String, OverrideValue)]) -> Result<Scena
     let machine_overrides = machine_overrides(&root)?;
     let machine_source = machine_source(source, head.text("machine")?);
     let machine = machine(&head, &machine_source, &machine_overrides)?;
+    let joystick = closed_loop::joystick(&root, &machine, source)?;
     let positive = |key: &str| head.quantity(key, &time(), Sign::Positive);
     Ok(Scenario {
         name: head.text("name")?.into(),
@@ -126,6 +133,8 @@ fn build(source: &Source, overrides: &[(String, OverrideValue)]) -> Result<Scena
         record_interval: head.quantity_or("record-interval", &time(), Sign::Positive, DEFAULT_RECORD_INTERVAL)?,
         initial: initial(&root, &machine)?,
         commands: commands(&root, &machine)?,
+        controller: closed_loop::controller(&root, joystick.as_ref())?,
+        joystick,
         solver: solver(&root)?,
         seed: seed(&head)?,
     })
@@ -263,7 +272,7 @@ fn command(name: &str, table: &Reader, stroke: f64) -> Result<SpoolCommand> {
             Interpolation::Hold,
         )?,
     };
-    check_series(&command, &time_field, &spool_field)?;
+    check_series(&command.time, &command.spool, &time_field, &spool_field)?;
     match command.spool.iter().find(|spool| spool.abs() > stroke * (1.0 + 1e-9)) {
         Some(spool) => {
             let message = format!("{spool} m exceeds the spool stroke of {stroke} m");
@@ -273,16 +282,16 @@ fn command(name: &str, table: &Reader, stroke: f64) -> Result<SpoolCommand> {
     }
 }
 
-fn check_series(command: &SpoolCommand, time: &Field, spool: &Field) -> Result<()> {
-    let [times, values] = [command.time.len(), command.spool.len()];
+fn check_series(at: &[f64], values: &[f64], time: &Field, series: &Field) -> Result<()> {
+    let [times, values] = [at.len(), values.len()];
     if times != values {
         let message = format!("{values} values for {times} times");
-        return Err(spool.error(ErrorKind::BadSeries, message).help("give one value for each time"));
+        return Err(series.error(ErrorKind::BadSeries, message).help("give one value for each time"));
     }
     if times == 0 {
         return Err(time.error(ErrorKind::BadSeries, "the series is empty").help("give at least one time and value"));
     }
-    match command.time.windows(2).find(|pair| pair[1] <= pair[0]) {
+    match at.windows(2).find(|pair| pair[1] <= pair[0]) {
         Some(pair) => {
             let message = format!("the times do not grow: {} s follows {} s", pair[1], pair[0]);
             Err(time.error(ErrorKind::BadSeries, message).help("sort the times, each once"))

@@ -3,6 +3,7 @@
 
 pub mod dense;
 mod dual;
+mod random;
 mod real;
 pub mod small;
 pub mod smooth;
@@ -10,5 +11,6 @@ pub mod table;
 mod vec2;
 
 pub use dual::Dual;
+pub use random::Draws;
 pub use real::{Mask, Real};
 pub use vec2::Vec2;

@@ -9,3 +9,4 @@ pub mod dynamics;
 pub mod friction;
 pub mod geometry;
 pub mod hydraulics;
+pub mod sensor;

@@ -2,6 +2,7 @@
 //! and the system a run with a record, an energy ledger and an outcome.
 
 mod build;
+pub mod controllers;
 mod crane;
 mod cylinder_unit;
 mod drawing;
@@ -18,10 +19,15 @@ mod model;
 mod outcome;
 mod outputs;
 mod plant;
+mod recorder;
 mod rhs;
 mod run;
+mod sampled;
+mod sensing;
 mod simulator;
+mod stick;
 pub mod system;
+mod valve_line;
 mod workspace;
 
 pub mod reference;
@@ -39,4 +45,7 @@ pub use outcome::{Outcome, OutcomeKind};
 pub use outputs::OutputInfo;
 pub use plant::Plant;
 pub use run::{simulate, Commands, Run, RunOptions};
+pub use sampled::{simulate_sampled, Event, SampledPlan, SampledRun, Samples, FAILURES_IN_A_ROW};
+pub use sensing::{FaultKind, SensorFault, SensorMode, Sensors};
 pub use simulator::Simulator;
+pub use stick::{StickKind, Sticks};

@@ -4,6 +4,7 @@ use crate::integrator::{method, Effort, StepFailure, Stepper, Tolerances, METHOD
 use crate::ledger::LEDGER_PER_CYLINDER;
 use crate::model::{Model, MAX_JOINTS};
 use crate::outcome::{Outcome, OutcomeKind};
+use crate::recorder::Recorder;
 use crate::system::System;
 
 /// Spool commands against time: one row per time, one column per cylinder, m.
@@ -28,6 +29,17 @@ pub struct RunOptions {
     pub ledger: bool,
     /// Accepted steps after which a run is given up.
     pub max_steps: u64,
+}
+
+impl RunOptions {
+    /// Number of energies integrated along.
+    pub(crate) fn quadratures(&self, model: &dyn Model) -> usize {
+        if self.ledger {
+            LEDGER_PER_CYLINDER * model.layout().joints()
+        } else {
+            0
+        }
+    }
 }
 
 /// What a run computed, up to wherever it got.
@@ -57,8 +69,20 @@ pub(crate) struct Driven<'a> {
     pub since: f64,
 }
 
-impl Driven<'_> {
-    fn command(&self, t: f64) -> [f64; MAX_JOINTS] {
+impl<'a> Driven<'a> {
+    /// The model with its spools centred.
+    pub fn new(model: &'a dyn Model, options: &RunOptions, since: f64) -> Self {
+        Driven {
+            model,
+            payload: options.payload,
+            quadratures: options.quadratures(model),
+            base: [0.0; MAX_JOINTS],
+            slope: [0.0; MAX_JOINTS],
+            since,
+        }
+    }
+
+    pub fn command(&self, t: f64) -> [f64; MAX_JOINTS] {
         std::array::from_fn(|c| self.base[c] + self.slope[c] * (t - self.since))
     }
 }
@@ -177,28 +201,24 @@ pub fn simulate(
     options: &RunOptions,
     keep_going: &mut dyn FnMut(f64) -> bool,
 ) -> Run {
-    let mut recorder = Recorder::new(model, record, options.ledger);
+    let mut recorder = Recorder::new(model, record, options);
     if let Some(message) = start_fault(model, x0, options) {
         return recorder.finish(Outcome { kind: OutcomeKind::BadState, time: 0.0, message }, None);
     }
-    let quadratures = if options.ledger { LEDGER_PER_CYLINDER * model.layout().joints() } else { 0 };
     let schedule = Schedule::new(commands, model);
-    let mut driven = Driven {
-        model,
-        payload: options.payload,
-        quadratures,
-        base: [0.0; MAX_JOINTS],
-        slope: [0.0; MAX_JOINTS],
-        since: 0.0,
-    };
-    // `start_fault` has checked the name.
-    let Some(method) = method(&options.method, x0.len(), quadratures) else {
+    let mut driven = Driven::new(model, options, 0.0);
+    let Some(mut stepper) = stepper(x0, &driven, options) else {
         let message = format!("no method `{}`", options.method);
         return recorder.finish(Outcome { kind: OutcomeKind::BadState, time: 0.0, message }, None);
     };
-    let mut stepper = Stepper::new(method, options.tolerances, 0.0, x0, quadratures);
     let outcome = drive(&mut stepper, &mut driven, &schedule, end, options, &mut recorder, keep_going);
     recorder.finish(outcome, Some(&stepper))
+}
+
+/// A stepper at time zero; `None` where there is no such method, which [`start_fault`] finds first.
+pub(crate) fn stepper(x0: &[f64], driven: &Driven, options: &RunOptions) -> Option<Stepper> {
+    let method = method(&options.method, x0.len(), driven.quadratures)?;
+    Some(Stepper::new(method, options.tolerances, 0.0, x0, driven.quadratures))
 }
 
 /// Steps from break to break until the end or until something stops it.
@@ -223,16 +243,28 @@ fn drive(
             schedule.apply(limit, driven);
             stepper.restart();
         }
-        if stepper.accepted >= options.max_steps {
-            let message = format!("gave up after {} steps; loosen the tolerance or shorten the run", stepper.accepted);
-            return Outcome { kind: OutcomeKind::SolverFailed, time: stepper.t, message };
-        }
-        if stepper.accepted % 256 == 0 && !keep_going(stepper.t) {
-            let message = "stopped from outside".to_string();
-            return Outcome { kind: OutcomeKind::Interrupted, time: stepper.t, message };
+        if let Some(outcome) = given_up(stepper, options, keep_going) {
+            return outcome;
         }
     }
     Outcome { kind: OutcomeKind::Completed, time: stepper.t, message: "reached the end".to_string() }
+}
+
+/// Why a run ends early though every step so far was good.
+pub(crate) fn given_up(
+    stepper: &Stepper,
+    options: &RunOptions,
+    keep_going: &mut dyn FnMut(f64) -> bool,
+) -> Option<Outcome> {
+    if stepper.accepted >= options.max_steps {
+        let message = format!("gave up after {} steps; loosen the tolerance or shorten the run", stepper.accepted);
+        return Some(Outcome { kind: OutcomeKind::SolverFailed, time: stepper.t, message });
+    }
+    if stepper.accepted % 256 == 0 && !keep_going(stepper.t) {
+        let message = "stopped from outside".to_string();
+        return Some(Outcome { kind: OutcomeKind::Interrupted, time: stepper.t, message });
+    }
+    None
 }
 
 /// Why a state cannot be started from, if it cannot.
@@ -280,73 +312,4 @@ pub(crate) fn failed(model: &dyn Model, stepper: &Stepper, failure: StepFailure)
         (OutcomeKind::SolverFailed, message.to_string())
     };
     Outcome { kind, time: stepper.t, message }
-}
-
-/// Collects rows at the record times.
-struct Recorder<'a> {
-    record: &'a [f64],
-    next: usize,
-    state: Vec<f64>,
-    energies: Vec<f64>,
-    run: Run,
-}
-
-impl<'a> Recorder<'a> {
-    fn new(model: &dyn Model, record: &'a [f64], ledger: bool) -> Self {
-        let n = model.layout().joints();
-        let quadratures = if ledger { LEDGER_PER_CYLINDER * n } else { 0 };
-        let outcome = Outcome { kind: OutcomeKind::Completed, time: 0.0, message: String::new() };
-        Recorder {
-            record,
-            next: 0,
-            state: vec![0.0; model.layout().len()],
-            energies: vec![0.0; quadratures],
-            run: Run {
-                times: Vec::with_capacity(record.len()),
-                states: Vec::with_capacity(record.len() * model.layout().len()),
-                ledger: Vec::with_capacity(record.len() * quadratures),
-                commands: Vec::with_capacity(record.len() * n),
-                outcome,
-                accepted: 0,
-                rejected: 0,
-                effort: Effort::default(),
-            },
-        }
-    }
-
-    /// Every record time up to the stepper's.
-    fn take(&mut self, stepper: &Stepper, driven: &Driven) {
-        while self.next < self.record.len() && self.record[self.next] <= stepper.t + 1e-12 {
-            let t = self.record[self.next];
-            stepper.interpolate(t, &mut self.state, &mut self.energies);
-            self.push(t, &driven.command(t)[..driven.model.layout().joints()]);
-            self.next += 1;
-        }
-    }
-
-    fn push(&mut self, t: f64, command: &[f64]) {
-        self.run.times.push(t);
-        self.run.states.extend_from_slice(&self.state);
-        self.run.ledger.extend_from_slice(&self.energies);
-        self.run.commands.extend_from_slice(command);
-    }
-
-    /// The run so far. One that broke off also gets its last state.
-    fn finish(mut self, outcome: Outcome, stepper: Option<&Stepper>) -> Run {
-        if let Some(stepper) = stepper {
-            let last = self.run.times.last().copied().unwrap_or(-1.0);
-            if outcome.kind != OutcomeKind::Completed && stepper.t > last {
-                self.state.copy_from_slice(&stepper.x);
-                self.energies.copy_from_slice(&stepper.w);
-                let n = self.run.commands.len() / self.run.times.len().max(1);
-                let command = self.run.commands[self.run.commands.len() - n..].to_vec();
-                self.push(stepper.t, &command);
-            }
-            self.run.accepted = stepper.accepted;
-            self.run.rejected = stepper.rejected;
-            self.run.effort = stepper.effort();
-        }
-        self.run.outcome = outcome;
-        self.run
-    }
 }

@@ -2,16 +2,20 @@
 
 mod chain;
 mod closure;
+mod control;
 mod cylinder;
 mod errata;
 mod fluid;
 mod friction;
 mod joint;
+mod keep_out;
 mod link;
 mod reference;
 mod sensor;
+mod signal_chain;
 mod valve;
 
+pub use control::CONTROLLERS;
 pub use joint::coordinate;
 
 use crate::document::Node;
@@ -22,7 +26,7 @@ use crate::reader::{Log, Reader, Sign};
 
 type Result<T> = std::result::Result<T, MachineError>;
 
-const ROOT_KEYS: [&str; 14] = [
+const ROOT_KEYS: [&str; 16] = [
     "extends",
     "machine",
     "environment",
@@ -36,6 +40,8 @@ const ROOT_KEYS: [&str; 14] = [
     "payload",
     "equilibrium",
     "sensor",
+    "keep-out",
+    "control",
     "errata",
 ];
 
@@ -66,6 +72,8 @@ pub fn machine(tree: &Node) -> Result<Machine> {
         equilibrium: equilibrium(&root)?,
         errata: errata::read(&root, &cylinders)?,
         sensors: sensor::read(&root, &joints, &cylinders)?,
+        keep_out: keep_out::read(&root)?,
+        control: control::read(&root)?,
         links,
         joints,
         cylinders,

@@ -9,7 +9,7 @@ use crate::reader::{Field, Reader, Sign};
 use crate::sections::Result;
 use crate::units::Quantity;
 
-const KEYS: [&str; 13] = [
+const KEYS: [&str; 16] = [
     "measures",
     "kind",
     "range",
@@ -17,19 +17,22 @@ const KEYS: [&str; 13] = [
     "span",
     "pulses",
     "resolution",
+    "division-error",
     "accuracy",
     "linearity",
     "repeatability",
+    "noise",
+    "bits",
     "sensitivity",
     "rise-time",
     "supply-voltage",
 ];
 /// Kinds, and the property keys of each beside the common ones.
 const KINDS: [(&str, &[&str]); 4] = [
-    ("incremental-encoder", &["pulses", "resolution"]),
-    ("pressure-transmitter", &["range", "full-scale", "span"]),
-    ("load-cell", &["range", "full-scale", "span", "sensitivity"]),
-    ("wire-potentiometer", &["range", "full-scale", "span", "sensitivity"]),
+    ("incremental-encoder", &["pulses", "resolution", "division-error"]),
+    ("pressure-transmitter", &["range", "full-scale", "span", "noise", "bits"]),
+    ("load-cell", &["range", "full-scale", "span", "sensitivity", "noise", "bits"]),
+    ("wire-potentiometer", &["range", "full-scale", "span", "sensitivity", "noise", "bits"]),
 ];
 const COMMON: [&str; 5] = ["accuracy", "linearity", "repeatability", "rise-time", "supply-voltage"];
 const JOINT_SIGNALS: [&str; 2] = ["q", "qd"];
@@ -55,8 +58,29 @@ fn properties(table: &Reader, kind: &str, own: &[&str]) -> Result<Vec<(String, f
         }
         properties.push((key.to_string(), table.quantity(key, &property(kind, key), Sign::Positive)?));
     }
+    check_complete(table, kind)?;
     Ok(properties)
 }
+
+/// What a sensor cannot do without, and what a converter can have.
+fn check_complete(table: &Reader, kind: &str) -> Result<()> {
+    if kind == "incremental-encoder" {
+        if !table.has("pulses") && !table.has("resolution") {
+            return Err(table.missing("pulses", "give the pulses per turn, for example 1000"));
+        }
+    } else if !["range", "full-scale", "span"].iter().any(|key| table.has(key)) {
+        return Err(table.missing("range", format!("give {}", property(kind, "range").example())));
+    }
+    let bits = table.quantity_or("bits", &Quantity::number(), Sign::Positive, 1.0)?;
+    if bits.fract() == 0.0 && bits <= MOST_BITS {
+        return Ok(());
+    }
+    let message = format!("must be a whole number of bits up to {MOST_BITS}, found {bits}");
+    Err(table.error(ErrorKind::OutOfRange, "bits", message).help("give for example 12"))
+}
+
+/// Finer than any converter.
+const MOST_BITS: f64 = 32.0;
 
 fn property(kind: &str, key: &str) -> Quantity {
     let measured = match kind {
@@ -67,6 +91,8 @@ fn property(kind: &str, key: &str) -> Quantity {
     };
     match key {
         "range" | "full-scale" | "span" | "resolution" => measured,
+        // Electrical degrees: 360 to a pulse.
+        "division-error" => angle(),
         "rise-time" => time(),
         "supply-voltage" => voltage(),
         // Output per supply voltage and unit of what is measured, for potentiometers; per full scale for load cells.

@@ -5,10 +5,10 @@ use crate::model::{PrintedBlend, Valve, ValveKind};
 use crate::nearest::suggestion;
 use crate::quantities::{acceleration, angular_frequency, conductance, flow, length, pressure, time, velocity};
 use crate::reader::{Reader, Sign};
-use crate::sections::Result;
+use crate::sections::{signal_chain, Result};
 use crate::units::Quantity;
 
-pub const KEYS: [&str; 15] = [
+pub const KEYS: [&str; 16] = [
     "cylinder",
     "type",
     "stroke",
@@ -23,14 +23,16 @@ pub const KEYS: [&str; 15] = [
     "velocity-limit",
     "acceleration-limit",
     "delay",
+    "command",
     "printed",
 ];
 
 pub fn read(name: &str, table: &Reader) -> Result<Valve> {
+    let stroke = table.quantity("stroke", &length(), Sign::Positive)?;
     let valve = Valve {
         name: name.into(),
         kind: table.choice("type", &[("4/3", ValveKind::FourThree), ("regenerative", ValveKind::Regenerative)])?,
-        stroke: table.quantity("stroke", &length(), Sign::Positive)?,
+        stroke,
         nominal_flow: table.quantity("nominal-flow", &flow(), Sign::Positive)?,
         edge_pressure_drop: edge_pressure_drop(table)?,
         transition_pressure: table.quantity("transition-pressure", &pressure(), Sign::Positive)?,
@@ -45,6 +47,7 @@ pub fn read(name: &str, table: &Reader) -> Result<Valve> {
         velocity_limit: table.optional_quantity("velocity-limit", &velocity(), Sign::Positive)?,
         acceleration_limit: table.optional_quantity("acceleration-limit", &acceleration(), Sign::Positive)?,
         delay: table.quantity_or("delay", &time(), Sign::NonNegative, 0.0)?,
+        command: signal_chain::read(table, stroke)?,
     };
     if valve.overlap < valve.stroke {
         return Ok(valve);

@@ -1,0 +1,180 @@
+//! `[controller]` and `[joystick]` of a scenario: who drives the spools, and what the operator wants.
+
+use super::{Interpolation, Result};
+use crate::errors::ErrorKind;
+use crate::load::Source;
+use crate::model::Machine;
+use crate::quantities::{time, velocity};
+use crate::reader::{Field, Reader, Sign};
+use crate::sections::CONTROLLERS;
+use crate::units::Quantity;
+
+/// A sampled controller and how it is connected to the crane.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ControllerChoice {
+    pub name: String,
+    /// Time between samples, s; `None`: the machine's or the controller's own.
+    pub period: Option<f64>,
+    /// Time that computing takes, s.
+    pub delay: f64,
+    pub sensors: SensorQuality,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SensorQuality {
+    Ideal,
+    /// As the machine file's sensors are.
+    DataSheet,
+}
+
+/// Deflections of the operator's sticks against time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joystick {
+    pub mode: StickMode,
+    pub time: Vec<f64>,
+    /// Deflections, -1 to 1: per axis (x, z; or the machine's cylinders) one per time.
+    pub axes: Vec<Vec<f64>>,
+    /// File with the deflections in place of the above.
+    pub log: Option<String>,
+    pub interpolation: Interpolation,
+    /// Share of the deflection around the centre that does nothing.
+    pub dead_zone: f64,
+    /// Speed of the tip at full deflection, m/s; `None`: the machine's or the controller's own.
+    pub full_speed: Option<f64>,
+    /// Time from the centre to full deflection, s.
+    pub ramp: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StickMode {
+    /// One stick: the tip's velocity.
+    Tip,
+    /// One axis per cylinder.
+    Lever,
+}
+
+/// Lever control stands beside the controllers that take gains.
+const LEVER: &str = "lever";
+const STICK_KEYS: [&str; 7] = ["mode", "time", "interpolation", "dead-zone", "full-speed", "ramp", "log"];
+
+/// The controller; a joystick alone calls for the one that fits its mode.
+pub fn controller(root: &Reader, stick: Option<&Joystick>) -> Result<Option<ControllerChoice>> {
+    let fitting = match stick {
+        Some(Joystick { mode: StickMode::Lever, .. }) => LEVER,
+        _ => CONTROLLERS[0].0,
+    };
+    let Some(table) = root.table("controller", &["name", "period", "delay", "sensors"])? else {
+        let alone = ControllerChoice { name: fitting.into(), period: None, delay: 0.0, sensors: SensorQuality::Ideal };
+        return Ok(stick.map(|_| alone));
+    };
+    if root.has("command") {
+        let message = "excludes `command`, which is given too";
+        return Err(root
+            .key_error(ErrorKind::ConflictingKeys, "controller", message)
+            .help("either a controller or spool commands move the crane"));
+    }
+    let names: Vec<(&str, &str)> = CONTROLLERS.iter().map(|(name, _)| (*name, *name)).chain([(LEVER, LEVER)]).collect();
+    let choice = ControllerChoice {
+        name: table.choice_or("name", &names, fitting)?.into(),
+        period: table.optional_quantity("period", &time(), Sign::Positive)?,
+        delay: table.quantity_or("delay", &time(), Sign::NonNegative, 0.0)?,
+        sensors: table.choice_or(
+            "sensors",
+            &[("ideal", SensorQuality::Ideal), ("data-sheet", SensorQuality::DataSheet)],
+            SensorQuality::Ideal,
+        )?,
+    };
+    check_mode(&table, &choice.name, stick)?;
+    Ok(Some(choice))
+}
+
+fn check_mode(table: &Reader, name: &str, stick: Option<&Joystick>) -> Result<()> {
+    let Some(stick) = stick else { return Ok(()) };
+    if (name == LEVER) == (stick.mode == StickMode::Lever) {
+        return Ok(());
+    }
+    let (wants, given) = if name == LEVER { ("lever", "tip") } else { ("tip", "lever") };
+    let message = format!("`{name}` takes the stick mode `{wants}`, the joystick's is `{given}`");
+    Err(table.error(ErrorKind::ConflictingKeys, "name", message).help(format!("set `mode = \"{wants}\"` in [joystick]")))
+}
+
+/// The joystick, if there is one.
+pub fn joystick(root: &Reader, machine: &Machine, source: &Source) -> Result<Option<Joystick>> {
+    let Some(open) = root.names("joystick")? else { return Ok(None) };
+    if root.has("command") {
+        let message = "excludes `command`, which is given too";
+        return Err(root
+            .key_error(ErrorKind::ConflictingKeys, "joystick", message)
+            .help("either sticks or spool commands move the crane"));
+    }
+    let mode = open.choice_or("mode", &[("tip", StickMode::Tip), ("lever", StickMode::Lever)], StickMode::Tip)?;
+    let axes: Vec<&str> = match mode {
+        StickMode::Tip => vec!["x", "z"],
+        StickMode::Lever => machine.cylinders.iter().map(|cylinder| cylinder.name.as_str()).collect(),
+    };
+    let known: Vec<&str> = STICK_KEYS.into_iter().chain(axes.iter().copied()).collect();
+    let Some(table) = root.table("joystick", &known)? else { return Ok(None) };
+    let (time_values, deflections) = series(&table, &axes)?;
+    let log = table.optional("log")?.map(|field| Ok(beside(source, field.text()?))).transpose()?;
+    let number = Quantity::number();
+    let dead_zone = table.quantity_or("dead-zone", &number, Sign::NonNegative, 0.0)?;
+    if dead_zone >= 1.0 {
+        let message = format!("a dead zone of {dead_zone} leaves nothing of the stick");
+        return Err(table.error(ErrorKind::OutOfRange, "dead-zone", message).help("give a share below 1, such as 0.05"));
+    }
+    let linear_or_held = [("hold", Interpolation::Hold), ("linear", Interpolation::Linear)];
+    Ok(Some(Joystick {
+        mode,
+        time: time_values,
+        axes: deflections,
+        log,
+        interpolation: table.choice_or("interpolation", &linear_or_held, Interpolation::Hold)?,
+        dead_zone,
+        full_speed: table.optional_quantity("full-speed", &velocity(), Sign::Positive)?,
+        ramp: table.quantity_or("ramp", &time(), Sign::NonNegative, 0.0)?,
+    }))
+}
+
+/// A path relative to the scenario file.
+fn beside(source: &Source, name: &str) -> String {
+    source.folder.as_ref().map_or_else(|| name.into(), |folder| folder.join(name).display().to_string())
+}
+
+/// Times and the deflections of each axis; an axis that is not given stays centred. Nothing where a log has them.
+fn series(table: &Reader, axes: &[&str]) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
+    if table.has("log") {
+        if let Some(key) = ["time"].iter().chain(axes).find(|key| table.has(key)) {
+            let message = "excludes `log`, which is given too";
+            return Err(table.error(ErrorKind::ConflictingKeys, key, message).help("keep one of the two"));
+        }
+        return Ok((Vec::new(), vec![Vec::new(); axes.len()]));
+    }
+    let time_field = table.required("time", "a list of times, for example [\"0 s\", \"1 s\"]")?;
+    let times = time_field.series(&time())?;
+    if !axes.iter().any(|axis| table.has(axis)) {
+        return Err(table.missing(axes[0], "give the deflection of one axis or more, for example [1, 0]"));
+    }
+    let mut deflections = Vec::new();
+    for axis in axes {
+        let values = match table.optional(axis)? {
+            None => vec![0.0; times.len()],
+            Some(field) => {
+                let values = field.series(&Quantity::number())?;
+                super::check_series(&times, &values, &time_field, &field)?;
+                check_range(&field, &values)?;
+                values
+            }
+        };
+        deflections.push(values);
+    }
+    Ok((times, deflections))
+}
+
+fn check_range(field: &Field, values: &[f64]) -> Result<()> {
+    match values.iter().find(|value| value.abs() > 1.0) {
+        Some(value) => Err(field
+            .error(ErrorKind::OutOfRange, format!("a deflection of {value} is beyond the end of the stick"))
+            .help("give shares from -1 to 1; `full-speed` says what they mean")),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,39 @@
+//! `[control]`: the sample period, and the gains of each controller in `[control.<controller>]`.
+
+use crate::model::Control;
+use crate::quantities::time;
+use crate::reader::{Reader, Sign};
+use crate::sections::Result;
+use crate::units::Quantity;
+
+/// A controller's name, and the key and SI unit of each of its gains; an empty unit is a plain number.
+type Known = (&'static str, &'static [(&'static str, &'static str)]);
+
+/// The controllers that a scenario can name, with the gains that a machine file can give them.
+pub const CONTROLLERS: [Known; 2] =
+    [("tip", &[("full-speed", "m/s")]), ("heinze-pid", &[("full-speed", "m/s")])];
+
+pub fn read(root: &Reader) -> Result<Control> {
+    let names = CONTROLLERS.map(|(name, _)| name);
+    let known: Vec<&str> = ["period"].into_iter().chain(names).collect();
+    let Some(table) = root.table("control", &known)? else { return Ok(Control::default()) };
+    let mut gains = Vec::new();
+    for (name, keys) in CONTROLLERS {
+        let known: Vec<&str> = keys.iter().map(|(key, _)| *key).collect();
+        if let Some(own) = table.table(name, &known)? {
+            gains.push((name.to_string(), read_gains(&own, keys)?));
+        }
+    }
+    Ok(Control { period: table.optional_quantity("period", &time(), Sign::Positive)?, gains })
+}
+
+fn read_gains(table: &Reader, known: &[(&'static str, &'static str)]) -> Result<Vec<(String, f64)>> {
+    let mut gains = Vec::new();
+    for (key, unit) in known {
+        let quantity = if unit.is_empty() { Quantity::number() } else { Quantity::new("gain", unit) };
+        if let Some(value) = table.optional_quantity(key, &quantity, Sign::NonNegative)? {
+            gains.push((key.to_string(), value));
+        }
+    }
+    Ok(gains)
+}

@@ -1,0 +1,28 @@
+//! `[keep-out.<name>]`: where no part of the crane may go.
+
+use crate::errors::ErrorKind;
+use crate::reader::Reader;
+use crate::sections::Result;
+
+/// Name and corners of each polygon.
+pub fn read(root: &Reader) -> Result<Vec<(String, Vec<[f64; 2]>)>> {
+    let read = |(name, table): (&str, Reader)| Ok((name.to_string(), polygon(&table)?));
+    root.named_tables("keep-out", &["outline"])?.into_iter().map(read).collect()
+}
+
+fn polygon(table: &Reader) -> Result<Vec<[f64; 2]>> {
+    let field = table.required("outline", "the corners, for example [\"(-3, -2) m\", \"(6, -2) m\", \"(0, -4) m\"]")?;
+    let corners = field.points()?;
+    // Twice the area, by the shoelace formula: a line has none.
+    let twice_the_area: f64 =
+        (0..corners.len()).map(|i| cross(corners[i], corners[(i + 1) % corners.len()])).sum();
+    if corners.len() >= 3 && twice_the_area.abs() > 1e-9 {
+        return Ok(corners);
+    }
+    let message = format!("{} corners enclose no area", corners.len());
+    Err(field.error(ErrorKind::OutOfRange, message).help("give three corners or more, not in one line"))
+}
+
+fn cross([ax, az]: [f64; 2], [bx, bz]: [f64; 2]) -> f64 {
+    ax * bz - az * bx
+}

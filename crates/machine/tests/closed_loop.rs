@@ -1,0 +1,117 @@
+//! Controllers, joysticks, signal chains and keep-out regions in files.
+
+use hydrocrane_machine::scenario::{Interpolation, SensorQuality, StickMode};
+use hydrocrane_machine::{load, parse, parse_scenario, MachineError, OverrideValue, Scenario};
+
+const HEAD: &str = "[scenario]\nname = \"t\"\nmachine = \"rottne-f9-lab\"\nduration = \"1 s\"\n";
+
+fn scenario(rest: &str) -> Result<Scenario, MachineError> {
+    parse_scenario(&format!("{HEAD}{rest}"), "t.toml", &[])
+}
+
+fn slug(rest: &str) -> &'static str {
+    scenario(rest).expect_err(rest).slug()
+}
+
+#[test]
+fn a_tip_stick_with_its_controller() {
+    let s = scenario(
+        "[controller]\nname = \"tip\"\nperiod = \"10 ms\"\ndelay = \"2 ms\"\nsensors = \"data-sheet\"\n\
+         [joystick]\ntime = [\"0 s\", \"0.5 s\"]\nz = [1, 0]\ninterpolation = \"linear\"\ndead-zone = 0.05\n\
+         full-speed = \"50 mm/s\"\nramp = \"0.2 s\"\n",
+    )
+    .unwrap();
+    let controller = s.controller.unwrap();
+    assert_eq!((controller.name.as_str(), controller.period, controller.delay), ("tip", Some(0.01), 0.002));
+    assert_eq!(controller.sensors, SensorQuality::DataSheet);
+    let stick = s.joystick.unwrap();
+    assert_eq!(stick.axes, [vec![0.0, 0.0], vec![1.0, 0.0]]);
+    assert_eq!((stick.mode, stick.interpolation), (StickMode::Tip, Interpolation::Linear));
+    assert_eq!((stick.dead_zone, stick.full_speed, stick.ramp), (0.05, Some(0.05), 0.2));
+}
+
+#[test]
+fn a_joystick_alone_brings_the_controller_of_its_mode() {
+    let tip = scenario("[joystick]\ntime = [\"0 s\"]\nx = [1]\n").unwrap();
+    assert_eq!(tip.controller.unwrap().name, "tip");
+    let lever = scenario("[joystick]\nmode = \"lever\"\ntime = [\"0 s\"]\nlift = [0.5]\n").unwrap();
+    assert_eq!(lever.controller.unwrap().name, "lever");
+    assert_eq!(lever.joystick.unwrap().axes, [vec![0.5], vec![0.0], vec![0.0]]);
+    assert_eq!(scenario("").unwrap().controller, None);
+}
+
+#[test]
+fn wrong_sticks_are_errors() {
+    assert_eq!(slug("[joystick]\ntime = [\"0 s\"]\nx = [1.5]\n"), "out-of-range");
+    assert_eq!(slug("[joystick]\ntime = [\"0 s\"]\nx = [1, 0]\n"), "bad-series");
+    assert_eq!(slug("[joystick]\ntime = [\"1 s\", \"0 s\"]\nx = [1, 0]\n"), "bad-series");
+    assert_eq!(slug("[joystick]\ntime = [\"0 s\"]\n"), "missing-key");
+    assert_eq!(slug("[joystick]\ntime = [\"0 s\"]\nlift = [1]\n"), "unknown-key");
+    assert_eq!(slug("[joystick]\ntime = [\"0 s\"]\nx = [1]\ndead-zone = 1\n"), "out-of-range");
+    assert_eq!(slug("[joystick]\ntime = [\"0 s\"]\nlog = \"a.csv\"\n"), "conflicting-keys");
+    assert_eq!(slug("[joystick]\ntime = [\"0 s\"]\nx = [nan]\n"), "not-finite");
+}
+
+#[test]
+fn wrong_controllers_are_errors() {
+    let levers = "[joystick]\nmode = \"lever\"\ntime = [\"0 s\"]\nlift = [1]\n";
+    assert_eq!(slug(&format!("[controller]\nname = \"tip\"\n{levers}")), "conflicting-keys");
+    assert_eq!(slug("[controller]\n[command.lift]\ntime = [\"0 s\"]\nspool = [\"1 mm\"]\n"), "conflicting-keys");
+    let shown = scenario("[controller]\nname = \"tipp\"\n").unwrap_err().to_string();
+    assert!(shown.contains("did you mean `tip`"), "{shown}");
+}
+
+#[test]
+fn a_signal_chain_is_the_identity_until_a_key_says_otherwise() {
+    let valve = |changes: &[(&str, &str)]| {
+        let changes: Vec<_> =
+            changes.iter().map(|(k, v)| (k.to_string(), OverrideValue::Text(v.to_string()))).collect();
+        load("rottne-f9-lab", &changes).map(|machine| machine.cylinders[0].valve.command)
+    };
+    let identity = valve(&[]).unwrap();
+    assert_eq!((identity.offset, identity.gain, identity.dead_band, identity.delay), (0.0, 1.0, 0.0, 0.0));
+    assert_eq!((identity.low, identity.high), (-0.05, 0.05));
+    let chain = valve(&[("valve.lift.command.offset", "1 mm"), ("valve.lift.command.high", "40 mm")]).unwrap();
+    assert_eq!((chain.offset, chain.high), (0.001, 0.04));
+    let crossed = valve(&[("valve.lift.command.low", "40 mm"), ("valve.lift.command.high", "30 mm")]);
+    assert_eq!(crossed.unwrap_err().slug(), "crossed-limits");
+    assert_eq!(valve(&[("valve.lift.command.high", "60 mm")]).unwrap_err().slug(), "out-of-range");
+    assert_eq!(valve(&[("valve.lift.command.gian", "2")]).unwrap_err().slug(), "unknown-key");
+}
+
+fn extended(rest: &str) -> Result<hydrocrane_machine::Machine, MachineError> {
+    let class = "class = \"setting\"\n";
+    parse(&format!("extends = \"rottne-f9-lab\"\n{}", rest.replace("CLASS\n", class)), "own.toml", &[])
+}
+
+#[test]
+fn keep_out_regions_are_polygons() {
+    let machine = extended("[keep-out.ground]\nCLASS\noutline = [\"(-5, -2) m\", \"(8, -2) m\", \"(8, -3) m\"]\n").unwrap();
+    assert_eq!(machine.keep_out, [("ground".to_string(), vec![[-5.0, -2.0], [8.0, -2.0], [8.0, -3.0]])]);
+    let line = extended("[keep-out.ground]\nCLASS\noutline = [\"(0, 0) m\", \"(1, 1) m\", \"(2, 2) m\"]\n");
+    assert_eq!(line.unwrap_err().slug(), "out-of-range");
+    let point = extended("[keep-out.ground]\nCLASS\noutline = []\n");
+    assert_eq!(point.unwrap_err().slug(), "out-of-range");
+}
+
+#[test]
+fn gains_have_units_and_known_names() {
+    let machine = extended("[control]\nCLASS\nperiod = \"20 ms\"\n[control.tip]\nCLASS\nfull-speed = \"80 mm/s\"\n").unwrap();
+    assert_eq!(machine.control.period, Some(0.02));
+    assert_eq!(machine.control.gains, [("tip".to_string(), vec![("full-speed".to_string(), 0.08)])]);
+    let slug = |rest: &str| extended(rest).expect_err(rest).slug();
+    assert_eq!(slug("[control.tip]\nCLASS\nfull-speed = 0.08\n"), "missing-unit");
+    assert_eq!(slug("[control.tip]\nCLASS\nfull-speed = \"1 bar\"\n"), "wrong-dimension");
+    assert_eq!(slug("[control.tip]\nCLASS\nspeed = \"1 m/s\"\n"), "unknown-key");
+    assert_eq!(slug("[control.tpi]\nCLASS\n"), "unknown-key");
+}
+
+#[test]
+fn a_sensor_states_what_it_cannot_do_without() {
+    let sensor = |rest: &str| extended(&format!("[sensor.own]\nCLASS\nmeasures = \"joint.boom.qd\"\n{rest}"));
+    assert_eq!(sensor("kind = \"incremental-encoder\"\n").unwrap_err().slug(), "missing-key");
+    assert_eq!(sensor("kind = \"wire-potentiometer\"\n").unwrap_err().slug(), "missing-key");
+    let bits = sensor("kind = \"wire-potentiometer\"\nrange = \"1 m\"\nbits = 12.5\n");
+    assert_eq!(bits.unwrap_err().slug(), "out-of-range");
+    assert!(sensor("kind = \"incremental-encoder\"\npulses = 500\n").is_ok());
+}

@@ -1,0 +1,75 @@
+//! Collects what a run computes at the times that are to be recorded.
+
+use crate::integrator::{Effort, Stepper};
+use crate::model::Model;
+use crate::outcome::{Outcome, OutcomeKind};
+use crate::run::{Driven, Run, RunOptions};
+
+/// Collects rows at the record times.
+pub(crate) struct Recorder<'a> {
+    record: &'a [f64],
+    next: usize,
+    state: Vec<f64>,
+    energies: Vec<f64>,
+    run: Run,
+}
+
+impl<'a> Recorder<'a> {
+    pub fn new(model: &dyn Model, record: &'a [f64], options: &RunOptions) -> Self {
+        let n = model.layout().joints();
+        let quadratures = options.quadratures(model);
+        let outcome = Outcome { kind: OutcomeKind::Completed, time: 0.0, message: String::new() };
+        Recorder {
+            record,
+            next: 0,
+            state: vec![0.0; model.layout().len()],
+            energies: vec![0.0; quadratures],
+            run: Run {
+                times: Vec::with_capacity(record.len()),
+                states: Vec::with_capacity(record.len() * model.layout().len()),
+                ledger: Vec::with_capacity(record.len() * quadratures),
+                commands: Vec::with_capacity(record.len() * n),
+                outcome,
+                accepted: 0,
+                rejected: 0,
+                effort: Effort::default(),
+            },
+        }
+    }
+
+    /// Every record time up to the stepper's.
+    pub fn take(&mut self, stepper: &Stepper, driven: &Driven) {
+        while self.next < self.record.len() && self.record[self.next] <= stepper.t + 1e-12 {
+            let t = self.record[self.next];
+            stepper.interpolate(t, &mut self.state, &mut self.energies);
+            self.push(t, &driven.command(t)[..driven.model.layout().joints()]);
+            self.next += 1;
+        }
+    }
+
+    fn push(&mut self, t: f64, command: &[f64]) {
+        self.run.times.push(t);
+        self.run.states.extend_from_slice(&self.state);
+        self.run.ledger.extend_from_slice(&self.energies);
+        self.run.commands.extend_from_slice(command);
+    }
+
+    /// The run so far. One that broke off also gets its last state.
+    pub fn finish(mut self, outcome: Outcome, stepper: Option<&Stepper>) -> Run {
+        if let Some(stepper) = stepper {
+            let last = self.run.times.last().copied().unwrap_or(-1.0);
+            if outcome.kind != OutcomeKind::Completed && stepper.t > last {
+                self.state.copy_from_slice(&stepper.x);
+                self.energies.copy_from_slice(&stepper.w);
+                let n = self.run.commands.len() / self.run.times.len().max(1);
+                let command = self.run.commands[self.run.commands.len() - n..].to_vec();
+                self.push(stepper.t, &command);
+            }
+            self.run.accepted = stepper.accepted;
+            self.run.rejected = stepper.rejected;
+            self.run.effort = stepper.effort();
+        }
+        self.run.outcome = outcome;
+        self.run
+    }
+}

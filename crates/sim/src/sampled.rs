@@ -1,0 +1,236 @@
+//! Closed-loop runs: a controller that samples, computes, and holds its command until the next one arrives.
+//!
+//! At t = k T: sensors are read, the sticks moved, the controller computes; its command arrives after the computation
+//! delay, the signal chain and the valve's delay, and is held. The controller never sees the state and never runs
+//! inside the right-hand side.
+
+use crate::integrator::Stepper;
+use crate::model::Model;
+use crate::outcome::{Outcome, OutcomeKind};
+use crate::recorder::Recorder;
+use crate::run::{failed, given_up, start_fault, stepper, Driven, Run, RunOptions};
+use crate::sensing::Sensors;
+use crate::stick::{Hand, Sticks};
+use crate::valve_line::ValveLines;
+use hydrocrane_control::controller::Controller;
+
+/// Samples without a usable command after which a run ends.
+pub const FAILURES_IN_A_ROW: u32 = 10;
+
+/// What surrounds the controller.
+#[derive(Debug, Clone)]
+pub struct SampledPlan {
+    pub sticks: Sticks,
+    pub sensors: Sensors,
+    /// Time that the controller takes to compute, s.
+    pub delay: f64,
+}
+
+/// Something worth knowing that happened in a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Event {
+    /// s
+    pub time: f64,
+    pub text: String,
+}
+
+/// What was measured and commanded, one row per sample.
+#[derive(Debug, Clone, Default)]
+pub struct Samples {
+    pub times: Vec<f64>,
+    /// Row-major, in the order of [`Sensors::signals`].
+    pub measured: Vec<f64>,
+    /// Row-major, deflections after dead zone and ramp.
+    pub sticks: Vec<f64>,
+    /// (x, z) of the tip, m; NaN where the controller has none.
+    pub set_points: Vec<[f64; 2]>,
+    /// Row-major, spool commands (m) as the controller gave them, zero where it gave none that can be used.
+    pub commands: Vec<f64>,
+}
+
+/// A run with its samples.
+#[derive(Debug, Clone)]
+pub struct SampledRun {
+    pub run: Run,
+    pub samples: Samples,
+    pub events: Vec<Event>,
+}
+
+/// Runs `model` from `x0` to `end` under `controller`, recording states at `record` (ascending times).
+#[allow(clippy::too_many_arguments)]
+pub fn simulate_sampled(
+    model: &dyn Model,
+    x0: &[f64],
+    end: f64,
+    controller: &mut dyn Controller,
+    plan: &SampledPlan,
+    record: &[f64],
+    options: &RunOptions,
+    keep_going: &mut dyn FnMut(f64) -> bool,
+) -> SampledRun {
+    let mut recorder = Recorder::new(model, record, options);
+    let mut driven = Driven::new(model, options, 0.0);
+    let period = controller.period();
+    let fault = start_fault(model, x0, options).or_else(|| plan_fault(plan, period));
+    if let Some(message) = fault {
+        return bad_start(recorder, message);
+    }
+    let Some(stepper) = stepper(x0, &driven, options) else {
+        return bad_start(recorder, format!("no method `{}`", options.method));
+    };
+    let mut closed = ClosedLoop {
+        stepper,
+        controller,
+        sensors: plan.sensors.clone(),
+        hand: Hand::new(&plan.sticks),
+        lines: ValveLines::new(model.machine()),
+        delay: plan.delay,
+        failing: 0,
+        last_fault: String::new(),
+        samples: Samples::default(),
+        events: Vec::new(),
+    };
+    let outcome = closed.run(&mut driven, &mut recorder, period, end, options, keep_going);
+    SampledRun {
+        run: recorder.finish(outcome, Some(&closed.stepper)),
+        samples: closed.samples,
+        events: closed.events,
+    }
+}
+
+fn bad_start(recorder: Recorder, message: String) -> SampledRun {
+    let run = recorder.finish(Outcome { kind: OutcomeKind::BadState, time: 0.0, message }, None);
+    SampledRun { run, samples: Samples::default(), events: Vec::new() }
+}
+
+/// Why a plan cannot be carried out, if it cannot.
+fn plan_fault(plan: &SampledPlan, period: f64) -> Option<String> {
+    if !(period.is_finite() && period > 0.0) {
+        return Some(format!("the controller's period is {period} s; it must be greater than zero"));
+    }
+    if !(plan.delay.is_finite() && plan.delay >= 0.0) {
+        return Some(format!("the computation delay is {} s; it must be zero or greater", plan.delay));
+    }
+    let sticks = &plan.sticks;
+    if sticks.deflections.len() != sticks.times.len() * sticks.axes {
+        let (values, times) = (sticks.deflections.len(), sticks.times.len());
+        return Some(format!("{values} deflections for {times} times and {} stick axes", sticks.axes));
+    }
+    None
+}
+
+struct ClosedLoop<'a> {
+    stepper: Stepper,
+    controller: &'a mut dyn Controller,
+    sensors: Sensors,
+    hand: Hand<'a>,
+    lines: ValveLines,
+    delay: f64,
+    /// Samples in a row that gave no usable command, and why the last of them did not.
+    failing: u32,
+    last_fault: String,
+    samples: Samples,
+    events: Vec<Event>,
+}
+
+impl ClosedLoop<'_> {
+    fn run(
+        &mut self,
+        driven: &mut Driven,
+        recorder: &mut Recorder,
+        period: f64,
+        end: f64,
+        options: &RunOptions,
+        keep_going: &mut dyn FnMut(f64) -> bool,
+    ) -> Outcome {
+        self.sensors.settle(0.0, &self.stepper.x);
+        recorder.take(&self.stepper, driven);
+        let mut sample: u64 = 0;
+        let mut limit: f64 = 0.0;
+        while limit < end {
+            if limit >= sample as f64 * period {
+                self.sample(driven, limit);
+                if self.failing >= FAILURES_IN_A_ROW {
+                    let message = format!("{FAILURES_IN_A_ROW} samples in a row without a command: {}", self.last_fault);
+                    return Outcome { kind: OutcomeKind::ControllerFailed, time: limit, message };
+                }
+                sample += 1;
+            }
+            self.receive(driven, limit);
+            // The next sample counts its times anew, so that no rounding piles up.
+            let next = (sample as f64 * period).min(end);
+            limit = self.lines.next_arrival().map_or(next, |t| t.min(next));
+            while self.stepper.t < limit {
+                if let Err(failure) = self.stepper.step(driven, limit) {
+                    return failed(driven.model, &self.stepper, failure);
+                }
+                self.sensors.follow(&self.stepper);
+                recorder.take(&self.stepper, driven);
+                if let Some(outcome) = given_up(&self.stepper, options, keep_going) {
+                    return outcome;
+                }
+            }
+        }
+        Outcome { kind: OutcomeKind::Completed, time: self.stepper.t, message: "reached the end".to_string() }
+    }
+
+    /// Delivers commands to the spools.
+    fn receive(&mut self, driven: &mut Driven, now: f64) {
+        if self.lines.receive(now) {
+            driven.base = self.lines.arrived;
+            driven.since = now;
+            self.stepper.refresh();
+        }
+    }
+
+    /// One sample: measure, move the sticks, compute, send.
+    fn sample(&mut self, driven: &Driven, now: f64) {
+        self.sensors.read(driven.model, now, &self.stepper.x, driven.payload);
+        let measured = self.sensors.measurement(now);
+        if self.samples.times.is_empty() {
+            self.controller.reset(&measured);
+        }
+        self.hand.move_to(now);
+        let mut command = vec![0.0; driven.model.layout().joints()];
+        let answer = self.controller.step(&measured, self.hand.stick(), &mut command);
+        let fault = match answer {
+            Err(fault) => Some(fault.to_string()),
+            Ok(()) if command.iter().any(|u| !u.is_finite()) => {
+                Some("the controller's command is not a finite number".to_string())
+            }
+            Ok(()) => None,
+        };
+        self.judge(now, fault, &mut command);
+        for (u, c) in command.iter_mut().zip(&driven.model.machine().cylinders) {
+            *u = u.clamp(-c.valve.stroke, c.valve.stroke);
+        }
+        self.lines.send(now + self.delay, &command);
+        self.keep(now, &command);
+    }
+
+    /// Centres the spools where there is no usable command, and notes when that begins, changes or ends.
+    fn judge(&mut self, now: f64, fault: Option<String>, command: &mut [f64]) {
+        let Some(text) = fault else {
+            if self.failing > 0 {
+                let text = format!("the controller gives commands again after {} samples", self.failing);
+                self.events.push(Event { time: now, text });
+            }
+            self.failing = 0;
+            return;
+        };
+        command.fill(0.0);
+        if self.failing == 0 || text != self.last_fault {
+            self.events.push(Event { time: now, text: format!("{text}; the spools go to neutral") });
+        }
+        self.failing += 1;
+        self.last_fault = text;
+    }
+
+    fn keep(&mut self, now: f64, command: &[f64]) {
+        self.samples.times.push(now);
+        self.samples.measured.extend_from_slice(self.sensors.readings());
+        self.samples.sticks.extend_from_slice(self.hand.at());
+        self.samples.set_points.push(self.controller.set_point().unwrap_or([f64::NAN; 2]));
+        self.samples.commands.extend_from_slice(command);
+    }
+}

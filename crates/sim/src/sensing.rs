@@ -1,0 +1,247 @@
+//! The sensors of a machine, in the loop: which signal each reads, how well, and how it can fail.
+
+use crate::integrator::Stepper;
+use crate::model::Model;
+use hydrocrane_control::controller::Measurement;
+use hydrocrane_machine::model as file;
+use hydrocrane_num::Draws;
+use hydrocrane_physics::sensor::analogue::Quality;
+use hydrocrane_physics::sensor::{Encoder, LoadCell, PressureTransmitter, WirePotentiometer};
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SensorMode {
+    /// Every reading is the truth.
+    Ideal,
+    /// Sensors as the machine file describes them; what it describes none for is read ideally.
+    DataSheet,
+}
+
+/// How a sensor can fail.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FaultKind {
+    /// The reading stays as it is.
+    Freeze,
+    /// Every reading is off by this much.
+    Jump(f64),
+    /// No reading at all.
+    DropOut,
+}
+
+/// A sensor that fails at a given time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorFault {
+    /// What the sensor measures, for example `joint.boom.q`.
+    pub signal: String,
+    pub kind: FaultKind,
+    /// s
+    pub from: f64,
+}
+
+#[derive(Debug, Clone)]
+enum Device {
+    Ideal,
+    Encoder(Encoder),
+    Pressure(PressureTransmitter),
+    Wire(WirePotentiometer),
+    Force(LoadCell),
+}
+
+/// Where the truth of a signal is found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Truth {
+    State(usize),
+    Output(usize),
+}
+
+#[derive(Debug, Clone)]
+struct Channel {
+    signal: String,
+    truth: Truth,
+    device: Device,
+    faults: Vec<(FaultKind, f64)>,
+}
+
+/// All sensors of a machine with their last readings: every joint coordinate and chamber pressure, and whatever else
+/// the machine file has a sensor for.
+#[derive(Debug, Clone)]
+pub struct Sensors {
+    channels: Vec<Channel>,
+    readings: Vec<f64>,
+    joints: usize,
+    pressures: Vec<[f64; 2]>,
+    /// Room for the model's outputs where a sensor reads one of them.
+    outputs: Vec<f64>,
+    /// Whether any sensor has a memory of the way between two samples.
+    lagged: bool,
+}
+
+/// Longest stretch over which the pressure in front of a transmitter counts as a straight line, s.
+const LAG_STEP: f64 = 1e-3;
+
+impl Sensors {
+    /// Sensors that read the truth.
+    pub fn ideal(model: &dyn Model) -> Self {
+        Self::described(model, |_| Device::Ideal)
+    }
+
+    /// The sensors of the machine file, drawn by `seed`, with `faults`. An error names a signal that nothing measures.
+    pub fn new(model: &dyn Model, mode: SensorMode, seed: u64, faults: &[SensorFault]) -> Result<Self, String> {
+        let described = &model.machine().sensors;
+        let mut sensors = match mode {
+            SensorMode::Ideal => Self::ideal(model),
+            SensorMode::DataSheet => Self::described(model, |signal| {
+                let found = described.iter().find(|sensor| sensor.measures == signal);
+                found.map_or(Device::Ideal, |sensor| device(sensor, seed))
+            }),
+        };
+        for fault in faults {
+            let Some(channel) = sensors.channels.iter_mut().find(|c| c.signal == fault.signal) else {
+                let known: Vec<&str> = sensors.signals().collect();
+                return Err(format!("no sensor measures `{}`; measured are {}", fault.signal, known.join(", ")));
+            };
+            channel.faults.push((fault.kind, fault.from));
+        }
+        Ok(sensors)
+    }
+
+    fn described(model: &dyn Model, device: impl Fn(&str) -> Device) -> Self {
+        let machine = model.machine();
+        let joints = machine.joints.iter().map(|j| format!("joint.{}.q", j.name));
+        let pressures = machine.cylinders.iter().flat_map(|c| [1, 2].map(|side| format!("cylinder.{}.p{side}", c.name)));
+        let mut signals: Vec<String> = joints.chain(pressures).collect();
+        for sensor in &machine.sensors {
+            if !signals.contains(&sensor.measures) {
+                signals.push(sensor.measures.clone());
+            }
+        }
+        let channel = |signal: String| {
+            let state = model.layout().names.iter().position(|name| *name == signal).map(Truth::State);
+            let output = || model.output_info().iter().position(|o| o.name == signal).map(Truth::Output);
+            let truth = state.or_else(output)?;
+            Some(Channel { truth, device: device(&signal), signal, faults: Vec::new() })
+        };
+        let channels: Vec<Channel> = signals.into_iter().filter_map(channel).collect();
+        Sensors {
+            readings: vec![0.0; channels.len()],
+            joints: machine.joints.len(),
+            pressures: vec![[0.0; 2]; machine.cylinders.len()],
+            outputs: vec![0.0; model.output_info().len()],
+            lagged: channels.iter().any(|c| matches!(c.device, Device::Pressure(_))),
+            channels,
+        }
+    }
+
+    /// What is measured, in the order of [`Self::readings`].
+    pub fn signals(&self) -> impl Iterator<Item = &str> {
+        self.channels.iter().map(|channel| channel.signal.as_str())
+    }
+
+    /// Last readings.
+    pub fn readings(&self) -> &[f64] {
+        &self.readings
+    }
+
+    /// The readings that a controller gets.
+    pub fn measurement(&self, t: f64) -> Measurement<'_> {
+        Measurement { t, q: &self.readings[..self.joints], p: &self.pressures }
+    }
+
+    /// Starts at rest in state `x`.
+    pub fn settle(&mut self, t: f64, x: &[f64]) {
+        for channel in &mut self.channels {
+            if let (Device::Pressure(transmitter), Truth::State(i)) = (&mut channel.device, channel.truth) {
+                transmitter.settle(t, x[i]);
+            }
+        }
+    }
+
+    /// Goes along with the last step of `stepper`.
+    pub fn follow(&mut self, stepper: &Stepper) {
+        if !self.lagged {
+            return;
+        }
+        let (from, to) = (stepper.previous_time(), stepper.t);
+        let parts = ((to - from) / LAG_STEP).ceil().max(1.0);
+        let (mut x, mut w) = (vec![0.0; stepper.x.len()], vec![0.0; stepper.w.len()]);
+        for part in 1..=parts as u64 {
+            let t = from + (to - from) * part as f64 / parts;
+            stepper.interpolate(t, &mut x, &mut w);
+            for channel in &mut self.channels {
+                if let (Device::Pressure(transmitter), Truth::State(i)) = (&mut channel.device, channel.truth) {
+                    transmitter.follow(t, x[i]);
+                }
+            }
+        }
+    }
+
+    /// Takes a reading of state `x` at time `t`.
+    pub fn read(&mut self, model: &dyn Model, t: f64, x: &[f64], payload: f64) {
+        if self.channels.iter().any(|channel| matches!(channel.truth, Truth::Output(_))) {
+            model.outputs(x, payload, &mut self.outputs);
+        }
+        for (channel, reading) in self.channels.iter_mut().zip(&mut self.readings) {
+            let truth = match channel.truth {
+                Truth::State(i) => x[i],
+                Truth::Output(i) => self.outputs[i],
+            };
+            *reading = channel.read(t, truth, *reading);
+        }
+        for (c, pair) in self.pressures.iter_mut().enumerate() {
+            let first = self.joints + 2 * c;
+            *pair = [self.readings[first], self.readings[first + 1]];
+        }
+    }
+}
+
+impl Channel {
+    fn read(&mut self, t: f64, truth: f64, last: f64) -> f64 {
+        let healthy = match &mut self.device {
+            Device::Ideal => truth,
+            Device::Encoder(encoder) => encoder.read(truth),
+            Device::Pressure(transmitter) => transmitter.read(),
+            Device::Wire(wire) => wire.read(truth),
+            Device::Force(cell) => cell.read(truth),
+        };
+        self.faults.iter().filter(|(_, from)| t >= *from - 1e-12).fold(healthy, |reading, (kind, _)| match kind {
+            FaultKind::Freeze => last,
+            FaultKind::Jump(size) => reading + size,
+            FaultKind::DropOut => f64::NAN,
+        })
+    }
+}
+
+/// One sensor as its file describes it. Its errors depend on the seed and its name alone.
+fn device(sensor: &file::Sensor, seed: u64) -> Device {
+    let property = |key: &str| sensor.properties.iter().find(|(name, _)| name == key).map(|(_, value)| *value);
+    let share = |key: &str| property(key).unwrap_or(0.0);
+    let range = ["range", "full-scale", "span"].into_iter().find_map(property).unwrap_or(0.0);
+    let bits = property("bits").map(|bits| bits as u32);
+    let quality = Quality {
+        accuracy: share("accuracy"),
+        linearity: share("linearity"),
+        repeatability: share("repeatability"),
+        noise: share("noise"),
+    };
+    let mut draws = Draws::new(seed, &sensor.name);
+    match sensor.kind.as_str() {
+        "incremental-encoder" => {
+            let of_step = |step: f64| std::f64::consts::TAU / (4.0 * step);
+            let pulses = property("pulses").or_else(|| property("resolution").map(of_step)).unwrap_or(1.0);
+            Device::Encoder(Encoder::new(pulses, share("division-error").to_degrees(), &mut draws))
+        }
+        "pressure-transmitter" => {
+            Device::Pressure(PressureTransmitter::new(range, bits, share("rise-time"), quality, draws))
+        }
+        "load-cell" => Device::Force(LoadCell::new(range, bits, accuracy_of_cell(quality), draws)),
+        _ => Device::Wire(WirePotentiometer::new(range, bits, quality, draws)),
+    }
+}
+
+/// A load cell's stated accuracy holds its linearity already.
+fn accuracy_of_cell(quality: Quality) -> Quality {
+    if quality.accuracy > 0.0 {
+        Quality { linearity: 0.0, ..quality }
+    } else {
+        quality
+    }
+}

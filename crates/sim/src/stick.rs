@@ -1,0 +1,126 @@
+//! The operator's sticks against time: dead zone, interpolation, ramp.
+
+use hydrocrane_control::controller::Stick;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StickKind {
+    /// One stick for the tip: forward, up.
+    Tip,
+    /// One axis per cylinder.
+    Lever,
+}
+
+/// What the operator does.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sticks {
+    pub kind: StickKind,
+    /// Ascending, s. Before the first, every stick is centred.
+    pub times: Vec<f64>,
+    /// Row-major, `times.len() x axes`, -1 to 1.
+    pub deflections: Vec<f64>,
+    pub axes: usize,
+    /// Straight between the rows instead of held.
+    pub linear: bool,
+    /// Deflections up to this size do nothing; beyond it the rest of the way counts from zero to one.
+    pub dead_zone: f64,
+    /// Time that a stick takes from its centre to its end, s; zero: it jumps.
+    pub ramp: f64,
+}
+
+impl Sticks {
+    /// All sticks centred, for ever.
+    pub fn centred(kind: StickKind, cylinders: usize) -> Self {
+        let axes = if kind == StickKind::Tip { 2 } else { cylinders };
+        Sticks { kind, times: Vec::new(), deflections: Vec::new(), axes, linear: false, dead_zone: 0.0, ramp: 0.0 }
+    }
+
+    /// Where the operator wants one axis at time `t`, after its dead zone.
+    fn wanted(&self, axis: usize, t: f64) -> f64 {
+        let next = self.times.partition_point(|&time| time <= t + 1e-12);
+        if next == 0 {
+            return 0.0;
+        }
+        let value = |row: usize| self.deflections[row * self.axes + axis];
+        let raw = match (self.linear, self.times.get(next)) {
+            (true, Some(&end)) => {
+                let begin = self.times[next - 1];
+                value(next - 1) + (value(next) - value(next - 1)) * (t - begin) / (end - begin)
+            }
+            _ => value(next - 1),
+        };
+        let beyond = raw - raw.clamp(-self.dead_zone, self.dead_zone);
+        beyond / (1.0 - self.dead_zone)
+    }
+}
+
+/// The sticks on their way through time.
+pub(crate) struct Hand<'a> {
+    sticks: &'a Sticks,
+    at: Vec<f64>,
+    since: f64,
+}
+
+impl<'a> Hand<'a> {
+    pub fn new(sticks: &'a Sticks) -> Self {
+        Hand { sticks, at: vec![0.0; sticks.axes], since: 0.0 }
+    }
+
+    /// Goes on to time `t` and tells the deflections there.
+    pub fn move_to(&mut self, t: f64) -> &[f64] {
+        let most = if self.sticks.ramp > 0.0 { (t - self.since) / self.sticks.ramp } else { f64::INFINITY };
+        for (axis, at) in self.at.iter_mut().enumerate() {
+            *at += (self.sticks.wanted(axis, t) - *at).clamp(-most, most);
+        }
+        self.since = t;
+        &self.at
+    }
+
+    /// The deflections at hand.
+    pub fn at(&self) -> &[f64] {
+        &self.at
+    }
+
+    /// The deflections as a controller takes them.
+    pub fn stick(&self) -> Stick<'_> {
+        match (self.sticks.kind, self.at.as_slice()) {
+            (StickKind::Tip, &[x, z]) => Stick::Tip([x, z]),
+            _ => Stick::Lever(&self.at),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sticks(linear: bool, dead_zone: f64, ramp: f64) -> Sticks {
+        let (times, deflections) = (vec![1.0, 2.0], vec![0.0, 1.0, 1.0, -1.0]);
+        Sticks { kind: StickKind::Tip, times, deflections, axes: 2, linear, dead_zone, ramp }
+    }
+
+    #[test]
+    fn held_and_straight_between_the_rows() {
+        let at = |linear, t| Hand::new(&sticks(linear, 0.0, 0.0)).move_to(t).to_vec();
+        assert_eq!(at(false, 0.5), [0.0, 0.0]);
+        assert_eq!(at(false, 1.5), [0.0, 1.0]);
+        assert_eq!(at(true, 1.5), [0.5, 0.0]);
+        assert_eq!(at(true, 9.0), [1.0, -1.0]);
+    }
+
+    #[test]
+    fn the_dead_zone_leaves_full_deflection_full() {
+        let zoned = sticks(true, 0.2, 0.0);
+        assert_eq!(Hand::new(&zoned).move_to(2.0), [1.0, -1.0]);
+        assert!((Hand::new(&zoned).move_to(1.6)[0] - 0.5).abs() < 1e-12);
+        assert_eq!(Hand::new(&zoned).move_to(1.58)[1], 0.0, "0.16 backwards is inside the zone");
+    }
+
+    #[test]
+    fn a_ramp_limits_the_speed_of_the_stick() {
+        let ramped = sticks(false, 0.0, 0.2);
+        let mut hand = Hand::new(&ramped);
+        hand.move_to(0.99);
+        assert!((hand.move_to(1.04)[1] - 0.25).abs() < 1e-12);
+        assert_eq!(hand.move_to(1.5)[1], 1.0);
+    }
+}
