@@ -307,6 +307,14 @@ pub struct Control {
     pub gains: Vec<(String, Vec<(String, f64)>)>,
 }
 
+impl Control {
+    /// A gain of a controller, where the file gives it.
+    pub fn gain(&self, controller: &str, key: &str) -> Option<f64> {
+        let (_, gains) = self.gains.iter().find(|(name, _)| name == controller)?;
+        gains.iter().find(|(name, _)| name == key).map(|(_, value)| *value)
+    }
+}
+
 /// Each correction of the thesis as a switch: `true` = corrected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Errata {

@@ -86,7 +86,8 @@ fn extended(rest: &str) -> Result<hydrocrane_machine::Machine, MachineError> {
 
 #[test]
 fn keep_out_regions_are_polygons() {
-    let machine = extended("[keep-out.ground]\nCLASS\noutline = [\"(-5, -2) m\", \"(8, -2) m\", \"(8, -3) m\"]\n").unwrap();
+    let machine =
+        extended("[keep-out.ground]\nCLASS\noutline = [\"(-5, -2) m\", \"(8, -2) m\", \"(8, -3) m\"]\n").unwrap();
     assert_eq!(machine.keep_out, [("ground".to_string(), vec![[-5.0, -2.0], [8.0, -2.0], [8.0, -3.0]])]);
     let line = extended("[keep-out.ground]\nCLASS\noutline = [\"(0, 0) m\", \"(1, 1) m\", \"(2, 2) m\"]\n");
     assert_eq!(line.unwrap_err().slug(), "out-of-range");
@@ -96,7 +97,8 @@ fn keep_out_regions_are_polygons() {
 
 #[test]
 fn gains_have_units_and_known_names() {
-    let machine = extended("[control]\nCLASS\nperiod = \"20 ms\"\n[control.tip]\nCLASS\nfull-speed = \"80 mm/s\"\n").unwrap();
+    let machine =
+        extended("[control]\nCLASS\nperiod = \"20 ms\"\n[control.tip]\nCLASS\nfull-speed = \"80 mm/s\"\n").unwrap();
     assert_eq!(machine.control.period, Some(0.02));
     assert_eq!(machine.control.gains, [("tip".to_string(), vec![("full-speed".to_string(), 0.08)])]);
     let slug = |rest: &str| extended(rest).expect_err(rest).slug();

@@ -1,7 +1,7 @@
 //! Machine and scenario files.
 
 use crate::machine::Machine;
-use hydrocrane_machine::scenario::{Interpolation, Pressures};
+use hydrocrane_machine::scenario::{ControllerChoice, Interpolation, Joystick, Pressures, SensorQuality, StickMode};
 use hydrocrane_machine::{MachineError, OverrideValue};
 use pyo3::create_exception;
 use pyo3::exceptions::PyValueError;
@@ -101,12 +101,36 @@ pub fn load_scenario<'py>(py: Python<'py>, source: &str, pairs: &Bound<'py, PyLi
         commands.set_item(c.cylinder, command)?;
     }
     out.set_item("commands", commands)?;
+    out.set_item("controller", s.controller.map(|c| controller_of(py, c)).transpose()?)?;
+    out.set_item("joystick", s.joystick.map(|j| joystick_of(py, j)).transpose()?)?;
     let solver = PyDict::new(py);
     solver.set_item("method", s.solver.method)?;
     solver.set_item("rtol", s.solver.rtol)?;
     solver.set_item("atol", s.solver.atol)?;
     solver.set_item("max_step", s.solver.max_step)?;
     out.set_item("solver", solver)?;
+    Ok(out)
+}
+
+fn controller_of<'py>(py: Python<'py>, c: ControllerChoice) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    out.set_item("name", c.name)?;
+    out.set_item("period", c.period)?;
+    out.set_item("delay", c.delay)?;
+    out.set_item("sensors", if c.sensors == SensorQuality::Ideal { "ideal" } else { "data-sheet" })?;
+    Ok(out)
+}
+
+fn joystick_of<'py>(py: Python<'py>, j: Joystick) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    out.set_item("mode", if j.mode == StickMode::Tip { "tip" } else { "lever" })?;
+    out.set_item("time", j.time)?;
+    out.set_item("axes", j.axes)?;
+    out.set_item("log", j.log)?;
+    out.set_item("interpolation", if j.interpolation == Interpolation::Linear { "linear" } else { "hold" })?;
+    out.set_item("dead_zone", j.dead_zone)?;
+    out.set_item("full_speed", j.full_speed)?;
+    out.set_item("ramp", j.ramp)?;
     Ok(out)
 }
 

@@ -1,6 +1,7 @@
 //! The Python module `hydrocrane._core`: converts, releases the interpreter lock, maps errors; no logic.
 
 mod arrays;
+mod closed_loop;
 mod files;
 mod machine;
 mod simulation;
@@ -18,5 +19,6 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(files::bundled_scenarios, m)?)?;
     m.add_function(wrap_pyfunction!(files::bundled_text, m)?)?;
     m.add_function(wrap_pyfunction!(simulation::simulate, m)?)?;
+    m.add_function(wrap_pyfunction!(closed_loop::simulate_controlled, m)?)?;
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! Runs and the stepping interface.
 
 use crate::arrays::{matrix, row, rows, vector, Row, Rows};
+use crate::closed_loop::FaultEntry;
 use crate::machine::Machine;
 use hydrocrane_sim::integrator::Tolerances;
 use hydrocrane_sim::{Commands, Run, RunOptions, LEDGER_PER_CYLINDER};
@@ -11,6 +12,24 @@ use pyo3::types::PyDict;
 
 /// Steps after which a run is given up: minutes of computing.
 const MAX_STEPS: u64 = 20_000_000;
+
+/// How a run is integrated, as the facade hands it over.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Settings {
+    payload: f64,
+    method: String,
+    rtol: f64,
+    atol: Option<f64>,
+    max_step: f64,
+    ledger: bool,
+}
+
+impl Settings {
+    pub fn options(&self) -> RunOptions {
+        options(self.payload, &self.method, self.rtol, self.atol, self.max_step, self.ledger)
+    }
+}
 
 fn options(payload: f64, method: &str, rtol: f64, atol: Option<f64>, max_step: f64, ledger: bool) -> RunOptions {
     RunOptions {
@@ -33,12 +52,7 @@ pub fn simulate<'py>(
     commands: Rows<'py>,
     linear: bool,
     record_times: Row<'py>,
-    payload: f64,
-    method: &str,
-    rtol: f64,
-    atol: Option<f64>,
-    max_step: f64,
-    ledger: bool,
+    settings: Settings,
     should_stop: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let n = machine.model.layout().joints();
@@ -48,22 +62,27 @@ pub fn simulate<'py>(
         linear,
     };
     let (x0, record) = (x0.as_slice()?.to_vec(), record_times.as_slice()?.to_vec());
-    let options = options(payload, method, rtol, atol, max_step, ledger);
+    let options = settings.options();
     let model = machine.model.clone();
     let run = py.detach(|| {
-        let mut keep_going = |_t: f64| match &should_stop {
-            None => true,
-            Some(ask) => Python::attach(|py| {
-                let answer = ask.call0(py).and_then(|a| a.extract::<bool>(py));
-                py.check_signals().is_ok() && !answer.unwrap_or(true)
-            }),
-        };
+        let mut keep_going = stopper(should_stop.as_ref());
         hydrocrane_sim::simulate(model.as_ref(), &x0, t_end, &commands, &record, &options, &mut keep_going)
     });
     record_of(py, machine, run)
 }
 
-fn record_of<'py>(py: Python<'py>, machine: &Machine, run: Run) -> PyResult<Bound<'py, PyDict>> {
+/// Whether a run shall go on, by the answer of a Python function that says when to stop.
+pub fn stopper(should_stop: Option<&Py<PyAny>>) -> impl FnMut(f64) -> bool + '_ {
+    move |_t| match should_stop {
+        None => true,
+        Some(ask) => Python::attach(|py| {
+            let answer = ask.call0(py).and_then(|a| a.extract::<bool>(py));
+            py.check_signals().is_ok() && !answer.unwrap_or(true)
+        }),
+    }
+}
+
+pub fn record_of<'py>(py: Python<'py>, machine: &Machine, run: Run) -> PyResult<Bound<'py, PyDict>> {
     let layout = machine.model.layout();
     let out = PyDict::new(py);
     let ledger_width = if run.ledger.is_empty() { 0 } else { LEDGER_PER_CYLINDER * layout.joints() };
@@ -91,12 +110,23 @@ pub struct Simulator {
 #[pymethods]
 impl Simulator {
     #[new]
-    fn new(machine: &Machine, sample_time: f64, payload: f64, method: &str, rtol: f64) -> Self {
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        machine: &Machine,
+        sample_time: f64,
+        payload: f64,
+        method: &str,
+        rtol: f64,
+        sensors: &str,
+        seed: u64,
+        faults: Vec<FaultEntry>,
+    ) -> PyResult<Self> {
         let options = options(payload, method, rtol, None, sample_time.min(0.05), false);
-        Simulator {
-            inner: hydrocrane_sim::Simulator::new(machine.model.clone(), sample_time, options),
+        let sensors = crate::closed_loop::sensors(machine, sensors, seed, &faults)?;
+        Ok(Simulator {
+            inner: hydrocrane_sim::Simulator::new(machine.model.clone(), sample_time, options).with_sensors(sensors),
             cylinders: machine.model.layout().joints(),
-        }
+        })
     }
 
     fn reset(&mut self, x0: Row<'_>) -> PyResult<()> {
@@ -113,6 +143,13 @@ impl Simulator {
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let state = self.inner.state().ok_or_else(|| PyValueError::new_err("reset the simulator first"))?;
         Ok(vector(py, state.to_vec()))
+    }
+
+    /// What the sensors read at the last sample: (signal, value).
+    #[getter]
+    fn measured(&self) -> Vec<(&str, f64)> {
+        let sensors = self.inner.sensors();
+        sensors.signals().zip(sensors.readings().iter().copied()).collect()
     }
 
     #[getter]

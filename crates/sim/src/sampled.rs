@@ -91,11 +91,7 @@ pub fn simulate_sampled(
         events: Vec::new(),
     };
     let outcome = closed.run(&mut driven, &mut recorder, period, end, options, keep_going);
-    SampledRun {
-        run: recorder.finish(outcome, Some(&closed.stepper)),
-        samples: closed.samples,
-        events: closed.events,
-    }
+    SampledRun { run: recorder.finish(outcome, Some(&closed.stepper)), samples: closed.samples, events: closed.events }
 }
 
 fn bad_start(recorder: Recorder, message: String) -> SampledRun {
@@ -151,7 +147,8 @@ impl ClosedLoop<'_> {
             if limit >= sample as f64 * period {
                 self.sample(driven, limit);
                 if self.failing >= FAILURES_IN_A_ROW {
-                    let message = format!("{FAILURES_IN_A_ROW} samples in a row without a command: {}", self.last_fault);
+                    let message =
+                        format!("{FAILURES_IN_A_ROW} samples in a row without a command: {}", self.last_fault);
                     return Outcome { kind: OutcomeKind::ControllerFailed, time: limit, message };
                 }
                 sample += 1;

@@ -107,7 +107,8 @@ impl Sensors {
     fn described(model: &dyn Model, device: impl Fn(&str) -> Device) -> Self {
         let machine = model.machine();
         let joints = machine.joints.iter().map(|j| format!("joint.{}.q", j.name));
-        let pressures = machine.cylinders.iter().flat_map(|c| [1, 2].map(|side| format!("cylinder.{}.p{side}", c.name)));
+        let pressures =
+            machine.cylinders.iter().flat_map(|c| [1, 2].map(|side| format!("cylinder.{}.p{side}", c.name)));
         let mut signals: Vec<String> = joints.chain(pressures).collect();
         for sensor in &machine.sensors {
             if !signals.contains(&sensor.measures) {

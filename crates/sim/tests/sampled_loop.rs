@@ -118,9 +118,8 @@ fn commands_beyond_the_stroke_are_clipped_without_an_event() {
 fn a_garbage_command_centres_the_spools_for_its_samples_only() {
     let m = model(&[]);
     let plan = plan(m.as_ref());
-    let mut flaky = Law(0, |k, _: &Measurement, _: Stick| {
-        Ok(if (3..5).contains(&k) { [f64::NAN, 0.01, 0.0] } else { [0.01; 3] })
-    });
+    let mut flaky =
+        Law(0, |k, _: &Measurement, _: Stick| Ok(if (3..5).contains(&k) { [f64::NAN, 0.01, 0.0] } else { [0.01; 3] }));
     let done = run(m.as_ref(), 0.1, &mut flaky, &plan);
     assert_eq!(done.run.outcome.kind, OutcomeKind::Completed);
     for (k, u) in done.samples.commands.chunks(3).enumerate() {
@@ -135,13 +134,17 @@ fn a_garbage_command_centres_the_spools_for_its_samples_only() {
 fn a_controller_that_stays_broken_ends_the_run_with_what_was_computed() {
     let m = model(&[]);
     let plan = plan(m.as_ref());
-    let mut broken = Law(0, |_, measured: &Measurement, _: Stick| {
-        if measured.t < 0.195 {
-            Ok([0.01, 0.0, 0.0])
-        } else {
-            Err(Fault::Failed("the law gave up".into()))
-        }
-    });
+    let mut broken =
+        Law(
+            0,
+            |_, measured: &Measurement, _: Stick| {
+                if measured.t < 0.195 {
+                    Ok([0.01, 0.0, 0.0])
+                } else {
+                    Err(Fault::Failed("the law gave up".into()))
+                }
+            },
+        );
     let done = run(m.as_ref(), 5.0, &mut broken, &plan);
     assert_eq!(done.run.outcome.kind, OutcomeKind::ControllerFailed);
     assert!(done.run.outcome.message.contains("the law gave up"), "{}", done.run.outcome.message);
@@ -242,8 +245,15 @@ fn random_sticks(seed: u64, seconds: f64, m: &dyn Model) -> SampledRun {
         deflections.extend((0..3).map(|_| draws.symmetric()));
         t += 0.05 + 1.5 * draws.uniform();
     }
-    let sticks =
-        Sticks { kind: StickKind::Lever, times, deflections, axes: 3, linear: seed % 2 == 0, dead_zone: 0.05, ramp: 0.1 };
+    let sticks = Sticks {
+        kind: StickKind::Lever,
+        times,
+        deflections,
+        axes: 3,
+        linear: seed % 2 == 0,
+        dead_zone: 0.05,
+        ramp: 0.1,
+    };
     let plan = SampledPlan { sticks, sensors: data_sheet(m, seed, &[]), delay: 0.002 };
     let mut levers = Law(0, |_, _: &Measurement, stick: Stick| match stick {
         Stick::Lever(d) => Ok([0.05 * d[0], 0.05 * d[1], 0.05 * d[2]]),

@@ -95,7 +95,9 @@ fn check_mode(table: &Reader, name: &str, stick: Option<&Joystick>) -> Result<()
     }
     let (wants, given) = if name == LEVER { ("lever", "tip") } else { ("tip", "lever") };
     let message = format!("`{name}` takes the stick mode `{wants}`, the joystick's is `{given}`");
-    Err(table.error(ErrorKind::ConflictingKeys, "name", message).help(format!("set `mode = \"{wants}\"` in [joystick]")))
+    Err(table
+        .error(ErrorKind::ConflictingKeys, "name", message)
+        .help(format!("set `mode = \"{wants}\"` in [joystick]")))
 }
 
 /// The joystick, if there is one.
@@ -120,7 +122,9 @@ pub fn joystick(root: &Reader, machine: &Machine, source: &Source) -> Result<Opt
     let dead_zone = table.quantity_or("dead-zone", &number, Sign::NonNegative, 0.0)?;
     if dead_zone >= 1.0 {
         let message = format!("a dead zone of {dead_zone} leaves nothing of the stick");
-        return Err(table.error(ErrorKind::OutOfRange, "dead-zone", message).help("give a share below 1, such as 0.05"));
+        return Err(table
+            .error(ErrorKind::OutOfRange, "dead-zone", message)
+            .help("give a share below 1, such as 0.05"));
     }
     let linear_or_held = [("hold", Interpolation::Hold), ("linear", Interpolation::Linear)];
     Ok(Some(Joystick {

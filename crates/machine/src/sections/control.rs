@@ -10,8 +10,7 @@ use crate::units::Quantity;
 type Known = (&'static str, &'static [(&'static str, &'static str)]);
 
 /// The controllers that a scenario can name, with the gains that a machine file can give them.
-pub const CONTROLLERS: [Known; 2] =
-    [("tip", &[("full-speed", "m/s")]), ("heinze-pid", &[("full-speed", "m/s")])];
+pub const CONTROLLERS: [Known; 2] = [("tip", &[("full-speed", "m/s")]), ("heinze-pid", &[("full-speed", "m/s")])];
 
 pub fn read(root: &Reader) -> Result<Control> {
     let names = CONTROLLERS.map(|(name, _)| name);

@@ -14,8 +14,7 @@ fn polygon(table: &Reader) -> Result<Vec<[f64; 2]>> {
     let field = table.required("outline", "the corners, for example [\"(-3, -2) m\", \"(6, -2) m\", \"(0, -4) m\"]")?;
     let corners = field.points()?;
     // Twice the area, by the shoelace formula: a line has none.
-    let twice_the_area: f64 =
-        (0..corners.len()).map(|i| cross(corners[i], corners[(i + 1) % corners.len()])).sum();
+    let twice_the_area: f64 = (0..corners.len()).map(|i| cross(corners[i], corners[(i + 1) % corners.len()])).sum();
     if corners.len() >= 3 && twice_the_area.abs() > 1e-9 {
         return Ok(corners);
     }

@@ -1,0 +1,181 @@
+//! Closed-loop runs: controllers by name, and controllers written in Python.
+
+use crate::arrays::{matrix, vector, Row};
+use crate::machine::Machine;
+use crate::simulation::{record_of, stopper, Settings};
+use hydrocrane_sim::controller::{Controller, Fault, Measurement, Stick};
+use hydrocrane_sim::{
+    named_controller, simulate_sampled, FaultKind, SampledPlan, SampledRun, SensorFault, SensorMode, Sensors,
+    StickKind, Sticks,
+};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// Name, kind, start (s) and size of a sensor's fault.
+pub type FaultEntry = (String, String, f64, f64);
+
+/// What surrounds the controller, as the facade hands it over.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Plan {
+    period: f64,
+    delay: f64,
+    sensors: String,
+    seed: u64,
+    faults: Vec<FaultEntry>,
+    mode: String,
+    stick_times: Vec<f64>,
+    /// One row per time.
+    deflections: Vec<Vec<f64>>,
+    linear: bool,
+    dead_zone: f64,
+    ramp: f64,
+}
+
+impl Plan {
+    fn sticks(&self, cylinders: usize) -> Sticks {
+        let kind = if self.mode == "lever" { StickKind::Lever } else { StickKind::Tip };
+        Sticks {
+            times: self.stick_times.clone(),
+            deflections: self.deflections.concat(),
+            linear: self.linear,
+            dead_zone: self.dead_zone,
+            ramp: self.ramp,
+            ..Sticks::centred(kind, cylinders)
+        }
+    }
+}
+
+/// Sensors of a machine; the error names an unknown mode, kind of fault or signal.
+pub fn sensors(machine: &Machine, mode: &str, seed: u64, faults: &[FaultEntry]) -> PyResult<Sensors> {
+    let mode = match mode {
+        "ideal" => SensorMode::Ideal,
+        "data-sheet" => SensorMode::DataSheet,
+        _ => return Err(PyValueError::new_err(format!("sensors must be `ideal` or `data-sheet`, got `{mode}`"))),
+    };
+    let fault = |(signal, kind, from, size): &FaultEntry| {
+        let kind = match kind.as_str() {
+            "freeze" => FaultKind::Freeze,
+            "jump" => FaultKind::Jump(*size),
+            "drop-out" => FaultKind::DropOut,
+            _ => {
+                let message = format!("a sensor can `freeze`, `jump` or `drop-out`, not `{kind}`");
+                return Err(PyValueError::new_err(message));
+            }
+        };
+        Ok(SensorFault { signal: signal.clone(), kind, from: *from })
+    };
+    let faults: PyResult<Vec<SensorFault>> = faults.iter().map(fault).collect();
+    Sensors::new(machine.model.as_ref(), mode, seed, &faults?).map_err(PyValueError::new_err)
+}
+
+/// A controller written in Python: `reset(t, q, p)`, `step(t, q, p, axes)` and `set_point()`.
+struct PythonController {
+    object: Py<PyAny>,
+    period: f64,
+    /// An exception of `reset`, which has no answer of its own.
+    failed: Option<String>,
+}
+
+impl PythonController {
+    fn ask(&self, method: &str, measured: &Measurement, axes: Option<&[f64]>) -> Result<Vec<f64>, String> {
+        Python::attach(|py| {
+            let (q, p) = (measured.q.to_vec(), measured.p.to_vec());
+            let answer = match axes {
+                None => self.object.call_method1(py, method, (measured.t, q, p)),
+                Some(axes) => self.object.call_method1(py, method, (measured.t, q, p, axes.to_vec())),
+            };
+            let values = answer.and_then(|value| value.extract::<Option<Vec<f64>>>(py));
+            values.map(Option::unwrap_or_default).map_err(|error| error.to_string())
+        })
+    }
+}
+
+impl Controller for PythonController {
+    fn period(&self) -> f64 {
+        self.period
+    }
+
+    fn reset(&mut self, first: &Measurement) {
+        self.failed = self.ask("reset", first, None).err();
+    }
+
+    fn step(&mut self, measured: &Measurement, stick: Stick, spool: &mut [f64]) -> Result<(), Fault> {
+        if let Some(text) = &self.failed {
+            return Err(Fault::Failed(text.clone()));
+        }
+        let answer = match stick {
+            Stick::Tip(axes) => self.ask("step", measured, Some(&axes)),
+            Stick::Lever(axes) => self.ask("step", measured, Some(axes)),
+        };
+        let command = answer.map_err(Fault::Failed)?;
+        if command.len() != spool.len() {
+            let (got, wanted) = (command.len(), spool.len());
+            return Err(Fault::Failed(format!("the controller gave {got} spool commands for {wanted} cylinders")));
+        }
+        spool.copy_from_slice(&command);
+        Ok(())
+    }
+
+    fn set_point(&self) -> Option<[f64; 2]> {
+        Python::attach(|py| {
+            self.object.call_method0(py, "set_point").and_then(|point| point.extract(py)).ok().flatten()
+        })
+    }
+}
+
+/// `controller` is a name or an object with the methods of [`PythonController`].
+#[pyfunction]
+#[allow(clippy::too_many_arguments)]
+pub fn simulate_controlled<'py>(
+    py: Python<'py>,
+    machine: &Machine,
+    x0: Row<'py>,
+    t_end: f64,
+    controller: &Bound<'py, PyAny>,
+    plan: Plan,
+    record_times: Row<'py>,
+    settings: Settings,
+    should_stop: Option<Py<PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let model = machine.model.clone();
+    let mut controller: Box<dyn Controller> = match controller.extract::<String>() {
+        Ok(name) => named_controller(model.machine(), &name).map_err(PyValueError::new_err)?,
+        Err(_) => Box::new(PythonController { object: controller.clone().unbind(), period: plan.period, failed: None }),
+    };
+    let surroundings = SampledPlan {
+        sticks: plan.sticks(model.machine().cylinders.len()),
+        sensors: sensors(machine, &plan.sensors, plan.seed, &plan.faults)?,
+        delay: plan.delay,
+    };
+    let (x0, record) = (x0.as_slice()?.to_vec(), record_times.as_slice()?.to_vec());
+    let options = settings.options();
+    let done = py.detach(|| {
+        let mut keep_going = stopper(should_stop.as_ref());
+        let controller = controller.as_mut();
+        simulate_sampled(model.as_ref(), &x0, t_end, controller, &surroundings, &record, &options, &mut keep_going)
+    });
+    samples_of(py, machine, done, &surroundings)
+}
+
+fn samples_of<'py>(
+    py: Python<'py>,
+    machine: &Machine,
+    done: SampledRun,
+    plan: &SampledPlan,
+) -> PyResult<Bound<'py, PyDict>> {
+    let out = record_of(py, machine, done.run)?;
+    let signals: Vec<&str> = plan.sensors.signals().collect();
+    let samples = PyDict::new(py);
+    samples.set_item("t", vector(py, done.samples.times))?;
+    samples.set_item("measured", matrix(py, done.samples.measured, signals.len())?)?;
+    samples.set_item("sticks", matrix(py, done.samples.sticks, plan.sticks.axes)?)?;
+    samples.set_item("set_points", matrix(py, done.samples.set_points.concat(), 2)?)?;
+    samples.set_item("commands", matrix(py, done.samples.commands, machine.model.layout().joints())?)?;
+    samples.set_item("signals", signals)?;
+    out.set_item("samples", samples)?;
+    let events: Vec<(f64, String)> = done.events.into_iter().map(|event| (event.time, event.text)).collect();
+    out.set_item("events", events)?;
+    Ok(out)
+}
