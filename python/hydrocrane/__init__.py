@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from hydrocrane import plots
     from hydrocrane.citation import cite
     from hydrocrane.compare import Comparison
+    from hydrocrane.controllers import Controller, Observation, SensorFault
     from hydrocrane.errors import (
         HydrocraneError,
         InputError,
@@ -27,32 +28,38 @@ if TYPE_CHECKING:
         ResultFileError,
         SimulationError,
     )
+    from hydrocrane.joystick import Joystick, Stick
     from hydrocrane.linear import LoadChart, Modes, load_chart, mode_map, modes
     from hydrocrane.machine import Machine, bundled_machines, load_machine
-    from hydrocrane.result import Outcome, Run, load_run
+    from hydrocrane.result import Event, Outcome, Run, load_run
     from hydrocrane.scenario import Command, Scenario, Solver, bundled_scenarios, load_scenario
     from hydrocrane.simulation import simulate
-    from hydrocrane.simulator import Observation, Simulator
+    from hydrocrane.simulator import Simulator
 
 # Public name -> module that defines it.
 _HOME = {
     "Command": "scenario",
     "Comparison": "compare",
+    "Controller": "controllers",
+    "Event": "result",
     "HydrocraneError": "errors",
     "InputError": "errors",
+    "Joystick": "joystick",
     "LoadChart": "linear",
     "Machine": "machine",
     "MachineFileError": "errors",
     "Modes": "linear",
-    "Observation": "simulator",
+    "Observation": "controllers",
     "OutOfReachError": "errors",
     "Outcome": "result",
     "ResultFileError": "errors",
     "Run": "result",
     "Scenario": "scenario",
+    "SensorFault": "controllers",
     "SimulationError": "errors",
     "Simulator": "simulator",
     "Solver": "scenario",
+    "Stick": "joystick",
     "bundled_machines": "machine",
     "bundled_scenarios": "scenario",
     "cite": "citation",
@@ -68,8 +75,11 @@ _HOME = {
 __all__ = [
     "Command",
     "Comparison",
+    "Controller",
+    "Event",
     "HydrocraneError",
     "InputError",
+    "Joystick",
     "LoadChart",
     "Machine",
     "MachineFileError",
@@ -80,9 +90,11 @@ __all__ = [
     "ResultFileError",
     "Run",
     "Scenario",
+    "SensorFault",
     "SimulationError",
     "Simulator",
     "Solver",
+    "Stick",
     "__version__",
     "bundled_machines",
     "bundled_scenarios",

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 _Array = NDArray[float64]
 
-__all__ = ["Machine", "MachineFileError", "Simulator", "bundled_machines", "bundled_scenarios", "bundled_text", "load_machine", "load_scenario", "simulate"]
+__all__ = ["Machine", "MachineFileError", "Simulator", "bundled_machines", "bundled_scenarios", "bundled_text", "load_machine", "load_scenario", "simulate", "simulate_controlled"]
 
 class MachineFileError(ValueError):
     """args: message, slug, file, line, column, key"""
@@ -88,13 +88,25 @@ class Machine:
 
 @final
 class Simulator:
-    def __new__(cls, machine: Machine, sample_time: float, payload: float, method: str, rtol: float) -> Simulator: ...
+    def __new__(
+        cls,
+        machine: Machine,
+        sample_time: float,
+        payload: float,
+        method: str,
+        rtol: float,
+        sensors: str,
+        seed: int,
+        faults: list[tuple[str, str, float, float]],
+    ) -> Simulator: ...
     def reset(self, x0: _Array) -> None: ...
     def step(self, u: _Array) -> str: ...
     @property
     def state(self) -> _Array: ...
     @property
     def time(self) -> float: ...
+    @property
+    def measured(self) -> list[tuple[str, float]]: ...
 
 def load_machine(source: str, pairs: list[tuple[str, Any]]) -> Machine: ...
 def load_scenario(source: str, pairs: list[tuple[str, Any]]) -> dict[str, Any]: ...
@@ -109,11 +121,16 @@ def simulate(
     commands: _Array,
     linear: bool,
     record_times: _Array,
-    payload: float,
-    method: str,
-    rtol: float,
-    atol: float | None,
-    max_step: float,
-    ledger: bool,
+    settings: dict[str, Any],
+    should_stop: Callable[[], bool] | None,
+) -> dict[str, Any]: ...
+def simulate_controlled(
+    machine: Machine,
+    x0: _Array,
+    t_end: float,
+    controller: Any,
+    plan: dict[str, Any],
+    record_times: _Array,
+    settings: dict[str, Any],
     should_stop: Callable[[], bool] | None,
 ) -> dict[str, Any]: ...

@@ -5,22 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from os import PathLike
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
-from hydrocrane.arrays import Array, real_array
-from hydrocrane.errors import InputError, ResultFileError, nearest
+from hydrocrane.arrays import Array
+from hydrocrane.errors import InputError, nearest
+from hydrocrane.logs import TIME_NAMES, columns_of, time_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from hydrocrane.result import Run
-
-TIME_NAMES = ("time", "t", "time [s]", "time_s")
 
 
 @dataclass(frozen=True)
@@ -107,8 +104,8 @@ def compare(run: Run, log: Any, columns: Mapping[str, str] | None = None, *, shi
     shift : float
         Added to the log's time, s.
     """
-    table = _as_columns(log)
-    time = _time_column(table) + float(shift)
+    table = columns_of(log)
+    time = time_of(table) + float(shift)
     pairs = _pairs(run.data, table, columns)
     start, end = float(run.data.time[0]), float(run.data.time[-1])
     inside = (time >= start) & (time <= end)
@@ -130,48 +127,6 @@ def _difference(data: xr.Dataset, name: str, time: Array, column: Array, inside:
     return Difference(name, str(data[name].attrs.get("units", "")), time[keep], run, column[keep])
 
 
-def _as_columns(log: Any) -> dict[str, Array]:
-    """Any supported log as column name -> values; text columns are left out."""
-    if isinstance(log, str | PathLike):
-        log = _read(Path(log))
-    if hasattr(log, "data") and isinstance(log.data, xr.Dataset):
-        log = log.data
-    if isinstance(log, xr.Dataset):
-        log = {str(name): log[name].values for name in log.variables}
-    elif hasattr(log, "columns") and hasattr(log, "iloc"):
-        named_index = {str(log.index.name): log.index} if log.index.name else {}
-        log = named_index | {str(name): log[name] for name in log.columns}
-    if not isinstance(log, Mapping):
-        raise InputError(
-            f"a log is an xarray Dataset, a pandas DataFrame, a mapping or a path; got {type(log).__name__}"
-        )
-    table = {str(name): np.asarray(values) for name, values in log.items()}
-    return {name: v.astype(np.float64) for name, v in table.items() if v.dtype.kind in "buif" and v.ndim == 1}
-
-
-def _read(path: Path) -> Any:
-    if not path.is_file():
-        raise ResultFileError(f"no such file: {path}")
-    if path.suffix.lower() == ".nc":
-        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as stored:
-            return stored.load()
-    import pandas as pd
-
-    try:
-        return pd.read_csv(path)
-    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
-        raise ResultFileError(f"{path} is not a CSV table: {error}") from None
-
-
-def _time_column(table: dict[str, Array]) -> Array:
-    for name in TIME_NAMES:
-        if name in table:
-            return real_array(table[name], f"the log's `{name}`")
-    raise InputError(
-        f"the log has no time column; name it `time`, in seconds. It has {', '.join(table) or 'no columns'}"
-    )
-
-
 def _pairs(data: xr.Dataset, table: dict[str, Array], columns: Mapping[str, str] | None) -> dict[str, str]:
     """Log column -> run variable, every name and length checked."""
     if columns is None:
@@ -181,7 +136,7 @@ def _pairs(data: xr.Dataset, table: dict[str, Array], columns: Mapping[str, str]
             raise InputError(f"no column of the log ({names}) is a name of the run; say which is which with columns=")
     else:
         pairs = dict(columns)
-    length = _time_column(table).size
+    length = time_of(table).size
     for column, name in pairs.items():
         if column not in table:
             raise InputError(f"the log has no numeric column `{column}`{nearest(column, table)}")

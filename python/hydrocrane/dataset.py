@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from hydrocrane.machine import Machine
+from hydrocrane.samples import add_samples
 from hydrocrane.scenario import Scenario
 
 
@@ -34,6 +35,8 @@ def run_dataset(crane: Machine, plan: Scenario, raw: dict[str, Any], *, payload:
         for (name, _, _), sign in zip(info, crane.core.ledger_signs, strict=True):
             data[name].attrs["sign"] = sign
     data.attrs = _run_attributes(crane, plan, raw, payload, wall)
+    if "samples" in raw:
+        add_samples(data, crane, plan, raw)
     return data
 
 

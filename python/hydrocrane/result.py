@@ -48,6 +48,14 @@ class Outcome:
         return self.kind == "completed"
 
 
+@dataclass(frozen=True)
+class Event:
+    """Something worth knowing that happened at `time` (s) of a run, such as a controller without a usable command."""
+
+    time: float
+    text: str
+
+
 class Run:
     """The record of a run.
 
@@ -56,7 +64,8 @@ class Run:
     data : xarray.Dataset
         Over ``time``: every state by its name, ``tip.x``, ``tip.z``,
         ``cylinder.<c>.{x,v,force,friction,q1,q2,command}``, ``supply.{flow,power}``, ``ledger.*``; each with ``units``
-        and ``long_name``.
+        and ``long_name``. Closed-loop runs add ``measured.*``, ``stick.*``, ``controller.<c>`` and, where the controller
+        has one, ``set_point.{x,z}`` and ``tip.deviation``.
     """
 
     def __init__(self, data: xr.Dataset, machine: Machine | None = None) -> None:
@@ -76,6 +85,11 @@ class Run:
     def outcome(self) -> Outcome:
         about = self.data.attrs
         return Outcome(str(about["outcome"]), float(about["outcome_time"]), str(about["outcome_message"]))
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """What happened on the way, in order of time; only closed-loop runs have events."""
+        return tuple(Event(float(time), str(text)) for time, text in json.loads(self.data.attrs.get("events", "[]")))
 
     @property
     def machine(self) -> Machine:

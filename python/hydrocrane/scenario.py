@@ -11,7 +11,7 @@ Numbers are SI and radians; strings in `overrides` carry their unit.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
@@ -21,7 +21,9 @@ import numpy as np
 
 from hydrocrane import _core
 from hydrocrane.arrays import Array, real_array
+from hydrocrane.controllers import DEFAULT_PERIOD, SENSORS, SensorFault, checked_controller
 from hydrocrane.errors import InputError, nearest, translated, unknown
+from hydrocrane.joystick import TIP_AXES, Joystick
 from hydrocrane.machine import Machine, load_machine, plain_overrides
 
 METHODS = ("rodas5p", "tsit5")
@@ -109,6 +111,18 @@ class Scenario:
         kg at the tip; default is the machine's own.
     overrides : mapping
         Machine keys to change, see :func:`hydrocrane.load_machine`.
+    controller : str or object, optional
+        In place of `commands`: ``tip``, ``heinze-pid``, ``lever``, or a controller of one's own (an object with
+        ``reset(crane, obs)`` and ``step(obs, command)``, or a function like ``step``) that gives spool commands.
+    joystick : Joystick, optional
+        What the operator does; alone it calls for ``tip``, or in mode ``lever`` for ``lever``.
+    period : float, optional
+        Time between samples, s; default is the machine's or the controller's, 10 ms for one's own.
+    delay : float
+        Time that the controller takes to compute, s.
+    sensors : {"ideal", "data-sheet"}
+        What the controller sees: the truth, or what the machine's sensors read, drawn by `seed`.
+    sensor_faults : sequence of SensorFault
     """
 
     machine: str = "rottne-f9-lab"
@@ -123,8 +137,15 @@ class Scenario:
     name: str = "unnamed"
     title: str = ""
     seed: int = 0
+    controller: Any = None
+    joystick: Joystick | None = None
+    period: float | None = None
+    delay: float = 0.0
+    sensors: str = "ideal"
+    sensor_faults: Sequence[SensorFault] = ()
 
     def __post_init__(self) -> None:
+        self._check_loop()
         _positive("duration", self.duration)
         _positive("record_interval", self.record_interval)
         if isinstance(self.commands, Mapping):
@@ -149,9 +170,73 @@ class Scenario:
             changes["overrides"] = {**self.overrides, **plain_overrides(changes["overrides"])}
         return dataclasses.replace(self, solver=dataclasses.replace(solver, **inside), **changes)
 
+    def _check_loop(self) -> None:
+        """What concerns the controller and its surroundings."""
+        checked_controller(self.controller)
+        if self.closed_loop and len(self.commands):
+            raise InputError("a scenario has either commands or a controller with its joystick, not both")
+        if self.sensors not in SENSORS:
+            raise unknown("kind of sensors", self.sensors, SENSORS)
+        if self.period is not None:
+            _positive("period", self.period)
+        delay = real_array(self.delay, "delay")
+        if delay.ndim or delay < 0:
+            raise InputError(f"delay must be one number, zero or greater, in seconds; got {self.delay!r}")
+        if self.joystick is not None and not isinstance(self.joystick, Joystick):
+            raise InputError(f"joystick must be a Joystick, got {self.joystick!r}")
+        if isinstance(self.driver, str) and (self.driver == "lever") != (self.stick_mode == "lever"):
+            raise InputError(f"controller `{self.driver}` does not take the stick mode `{self.stick_mode}`")
+
+    @property
+    def closed_loop(self) -> bool:
+        """Whether a controller moves the spools."""
+        return self.controller is not None or self.joystick is not None
+
+    @property
+    def stick_mode(self) -> str:
+        """Mode of the sticks."""
+        if self.joystick is not None:
+            return self.joystick.mode
+        return "lever" if isinstance(self.controller, str) and self.controller == "lever" else "tip"
+
+    @property
+    def driver(self) -> Any:
+        """The controller, or the one that the joystick calls for."""
+        if self.controller is None and self.joystick is not None:
+            return "lever" if self.joystick.mode == "lever" else "tip"
+        return self.controller
+
+    @property
+    def machine_overrides(self) -> dict[str, Any]:
+        """The overrides, with those that a named controller's period and full speed make."""
+        extra: dict[str, Any] = {}
+        if isinstance(self.driver, str):
+            if self.period is not None:
+                extra["control.period"] = float(self.period)
+            if self.joystick is not None and self.joystick.full_speed is not None and self.driver != "lever":
+                extra[f"control.{self.driver}.full-speed"] = float(self.joystick.full_speed)
+        return {**self.overrides, **extra}
+
+    def loop_plan(self, crane: Machine) -> dict[str, Any]:
+        """What surrounds the controller, as the core takes it."""
+        stick = self.joystick or Joystick([], mode=self.stick_mode)
+        return {
+            "period": float(self.period or DEFAULT_PERIOD),
+            "delay": float(self.delay),
+            "sensors": self.sensors,
+            "seed": int(self.seed),
+            "faults": [fault.entry for fault in self.sensor_faults],
+            "mode": stick.mode,
+            "stick_times": stick.time.tolist(),
+            "deflections": stick.table(crane.cylinder_names).tolist(),
+            "linear": stick.interpolation == "linear",
+            "dead_zone": float(stick.dead_zone),
+            "ramp": float(stick.ramp),
+        }
+
     def load_machine(self) -> Machine:
         """The scenario's machine with its overrides."""
-        return load_machine(self.machine, self.overrides)
+        return load_machine(self.machine, self.machine_overrides)
 
     def initial_state(self, crane: Machine) -> Array:
         """State (n_states,) at time zero."""
@@ -231,7 +316,23 @@ def load_scenario(source: str | PathLike[str], overrides: Mapping[str, Any] | No
         name=raw["name"],
         title=raw["title"],
         seed=raw["seed"],
+        joystick=_joystick(raw["joystick"], raw["cylinders"]),
+        **_loop(raw["controller"]),
     )
+
+
+def _loop(raw: dict[str, Any] | None) -> dict[str, Any]:
+    return {} if raw is None else {"controller": raw["name"], **{key: raw[key] for key in raw if key != "name"}}
+
+
+def _joystick(raw: dict[str, Any] | None, cylinders: list[str]) -> Joystick | None:
+    if raw is None:
+        return None
+    about = {key: raw[key] for key in ("mode", "interpolation", "dead_zone", "full_speed", "ramp")}
+    if raw["log"] is not None:
+        return Joystick.from_log(raw["log"], **about)
+    names = TIP_AXES if raw["mode"] == "tip" else cylinders
+    return Joystick(raw["time"], dict(zip(names, raw["axes"], strict=True)), **about)
 
 
 def _as_command(cylinder: str, value: Any) -> Command:

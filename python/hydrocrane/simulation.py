@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import signal
 import threading
 import time
@@ -11,6 +12,7 @@ from os import PathLike
 from typing import Any
 
 from hydrocrane import _core
+from hydrocrane.controllers import SampledController
 from hydrocrane.dataset import run_dataset
 from hydrocrane.errors import translated
 from hydrocrane.machine import Machine, load_machine
@@ -57,23 +59,28 @@ def simulate(
 def _integrate(crane: Machine, plan: Scenario, payload: float, ledger: bool) -> dict[str, Any]:
     """Hand the plan to the core, which records states, commands and ledger until the end or a reason to stop."""
     start = plan.initial_state(crane)
+    settings = {**dataclasses.asdict(plan.solver), "payload": payload, "ledger": ledger}
+    head, record = (crane.core, start, float(plan.duration)), plan.record_times()
+    if plan.closed_loop:
+        driver = plan.driver
+        if not isinstance(driver, str):
+            full_speed = plan.joystick.full_speed if plan.joystick else None
+            driver = SampledController(driver, crane, plan.stick_mode, full_speed)
+        with interruptible() as should_stop, translated():
+            return _core.simulate_controlled(*head, driver, plan.loop_plan(crane), record, settings, should_stop)
     times, spools, linear = plan.command_grid(crane)
-    solver = plan.solver
     with interruptible() as should_stop, translated():
-        return _core.simulate(
-            crane.core, start, float(plan.duration), times, spools, linear, plan.record_times(), payload,
-            solver.method, solver.rtol, solver.atol, solver.max_step, ledger, should_stop,
-        )  # fmt: skip
+        return _core.simulate(*head, times, spools, linear, record, settings, should_stop)
 
 
 def _machine_for(plan: Scenario, machine: Machine | str | PathLike[str] | None) -> Machine:
     if machine is None:
         return plan.load_machine()
     if not isinstance(machine, Machine):
-        return load_machine(machine, plan.overrides)
-    if not plan.overrides:
+        return load_machine(machine, plan.machine_overrides)
+    if not plan.machine_overrides:
         return machine
-    return load_machine(machine.source, {**machine.overrides, **plan.overrides})
+    return load_machine(machine.source, {**machine.overrides, **plan.machine_overrides})
 
 
 @contextmanager

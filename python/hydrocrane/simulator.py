@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import cast
 
 import numpy as np
@@ -10,35 +10,10 @@ from numpy.typing import ArrayLike
 
 from hydrocrane import _core
 from hydrocrane.arrays import Array, real_array, vectors
-from hydrocrane.errors import InputError, SimulationError, translated
+from hydrocrane.controllers import SENSORS, Observation, SensorFault
+from hydrocrane.errors import InputError, SimulationError, translated, unknown
 from hydrocrane.machine import Machine
 from hydrocrane.scenario import Solver
-
-
-@dataclass(frozen=True)
-class Observation:
-    """What a controller sees after a sample.
-
-    Attributes
-    ----------
-    t : float
-        s.
-    q, qd : (n,) arrays
-        Joint coordinates and rates, rad or m, and per second.
-    p : (n_cyl, 2) array
-        Chamber pressures p1, p2, Pa gauge.
-    tip : (2,) array
-        x, z in the inertial frame, m.
-    measured : dict
-        The same positions and pressures by state name, as ideal sensors read them.
-    """
-
-    t: float
-    q: Array
-    qd: Array
-    p: Array
-    tip: Array
-    measured: dict[str, float]
 
 
 class Simulator:
@@ -53,6 +28,11 @@ class Simulator:
         kg at the tip; default is the machine's own.
     method, rtol
         As in :class:`~hydrocrane.Solver`.
+    sensors : {"ideal", "data-sheet"}
+        What ``obs.measured`` holds: the truth, or what the machine's sensors read.
+    seed : int
+        Draws the sensors' errors and noise.
+    sensor_faults : sequence of SensorFault
     """
 
     def __init__(
@@ -63,6 +43,9 @@ class Simulator:
         payload: float | None = None,
         method: str = "rodas5p",
         rtol: float = 1e-4,
+        sensors: str = "ideal",
+        seed: int = 0,
+        sensor_faults: Sequence[SensorFault] = (),
     ) -> None:
         if not isinstance(crane, Machine):
             raise InputError(f"crane must be a Machine from load_machine, got {crane!r}")
@@ -78,9 +61,13 @@ class Simulator:
         self._q = [names.index(f"joint.{j}.q") for j in crane.joint_names]
         self._qd = [names.index(f"joint.{j}.qd") for j in crane.joint_names]
         self._p = [[names.index(f"cylinder.{c}.p{s}") for s in (1, 2)] for c in crane.cylinder_names]
-        self._measured = [*self._q, *(i for pair in self._p for i in pair)]
+        if sensors not in SENSORS:
+            raise unknown("kind of sensors", sensors, SENSORS)
+        faults = [fault.entry for fault in sensor_faults]
         with translated():
-            self._core = _core.Simulator(crane.core, self.sample_time, self.payload, solver.method, solver.rtol)
+            self._core = _core.Simulator(
+                crane.core, self.sample_time, self.payload, solver.method, solver.rtol, sensors, int(seed), faults
+            )
 
     @property
     def state(self) -> Array:
@@ -130,7 +117,6 @@ class Simulator:
 
     def _observe(self) -> Observation:
         state = self.state
-        names = self.crane.state_names
         q = state[self._q]
         return Observation(
             t=self.time,
@@ -138,5 +124,5 @@ class Simulator:
             qd=state[self._qd],
             p=state[self._p],
             tip=self.crane.tip(q),
-            measured={names[i]: float(state[i]) for i in self._measured},
+            measured=dict(self._core.measured),
         )

@@ -33,6 +33,8 @@ pub struct Scenario {
     pub record_interval: f64,
     pub initial: Initial,
     pub commands: Vec<SpoolCommand>,
+    /// The machine's cylinders, which are the axes of lever control.
+    pub cylinders: Vec<String>,
     pub controller: Option<ControllerChoice>,
     pub joystick: Option<Joystick>,
     pub solver: Solver,
@@ -133,6 +135,7 @@ fn build(source: &Source, overrides: &[(String, OverrideValue)]) -> Result<Scena
         record_interval: head.quantity_or("record-interval", &time(), Sign::Positive, DEFAULT_RECORD_INTERVAL)?,
         initial: initial(&root, &machine)?,
         commands: commands(&root, &machine)?,
+        cylinders: machine.cylinders.iter().map(|cylinder| cylinder.name.clone()).collect(),
         controller: closed_loop::controller(&root, joystick.as_ref())?,
         joystick,
         solver: solver(&root)?,

@@ -102,6 +102,7 @@ pub fn load_scenario<'py>(py: Python<'py>, source: &str, pairs: &Bound<'py, PyLi
     }
     out.set_item("commands", commands)?;
     out.set_item("controller", s.controller.map(|c| controller_of(py, c)).transpose()?)?;
+    out.set_item("cylinders", s.cylinders)?;
     out.set_item("joystick", s.joystick.map(|j| joystick_of(py, j)).transpose()?)?;
     let solver = PyDict::new(py);
     solver.set_item("method", s.solver.method)?;

@@ -84,14 +84,22 @@ def _tally(crane: Machine) -> Text:
 
 def scenario_report(plan: Scenario, crane: Machine) -> list[Text]:
     """What `check` says about a scenario."""
-    times, _, linear = plan.command_grid(crane)
     q = [f"{joint} {value:g} {unit}" for joint, value, unit in _start(plan, crane)]
     return [
         Text.assemble((plan.name, "bold"), f": {plan.title}"),
         Text(f"machine {crane.name}, {plan.duration:g} s recorded every {plan.record_interval * 1e3:g} ms"),
         Text(f"start at {', '.join(q)}; pressures {plan.pressures if isinstance(plan.pressures, str) else 'given'}"),
-        Text(f"{len(times)} command times, {'joined linearly' if linear else 'held'}; solver {plan.solver.method}"),
+        Text(f"{_drive(plan, crane)}; solver {plan.solver.method}"),
     ]
+
+
+def _drive(plan: Scenario, crane: Machine) -> str:
+    """What moves the spools."""
+    if plan.closed_loop:
+        count = 0 if plan.joystick is None else plan.joystick.time.size
+        return f"controller {plan.driver}, {plan.sensors} sensors, {count} stick times"
+    times, _, linear = plan.command_grid(crane)
+    return f"{len(times)} command times, {'joined linearly' if linear else 'held'}"
 
 
 def _start(plan: Scenario, crane: Machine) -> list[tuple[str, float, str]]:

@@ -1,0 +1,173 @@
+"""How well a crane tip followed what was asked of it.
+
+Path deviation is measured square to the path, so that being late is no deviation; the tracking error is measured
+against where the tip should be at the time, so that being late counts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrocrane.arrays import Array
+
+# Slower than this the tip counts as at rest, m/s.
+AT_REST = 5e-3
+# Energy in the springs of the end stops above which a piston has hit one, J.
+HIT = 0.1
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What the metrics need of a run; all arrays share the times.
+
+    Attributes
+    ----------
+    time : (m,) array
+        s.
+    tip, tip_velocity : (m, 2) arrays
+        The true tip, m and m/s.
+    asked, asked_velocity : (m, 2) arrays
+        Where the stick wants the tip to be and how fast, m and m/s.
+    set_point : (m, 2) array or None
+        The controller's own set-point of the tip, m.
+    command : (m, n_cyl) array
+        Spool commands as shares of the strokes.
+    power : (m,) array
+        Drawn from the pump, W.
+    end_stops : (m,) array
+        Energy in the springs of the end stops, J.
+    """
+
+    time: Array
+    tip: Array
+    tip_velocity: Array
+    asked: Array
+    asked_velocity: Array
+    set_point: Array | None
+    command: Array
+    power: Array
+    end_stops: Array
+
+
+@dataclass(frozen=True)
+class Metrics:
+    """Figures of one run, SI.
+
+    Attributes
+    ----------
+    path_max, path_rms : float
+        Distance of the tip from the commanded path, m.
+    end_error : float
+        Distance of the tip from the end of the path at the end of the run, m.
+    speed_error : float
+        RMS of the tip's speed less the commanded one while the stick is deflected, as a share of the largest.
+    time : float
+        When the tip comes to rest for good, s; NaN where it does not.
+    energy : float
+        Drawn from the pump, J.
+    end_stop_hits : int
+    spool_rms : float
+        RMS of the spool commands, share of stroke.
+    spool_travel : float
+        Way of the spool commands per second, strokes, mean over the cylinders; restless control makes it large.
+    rho : float
+        max|e| / max|v|, s: tracking error against the stick's integral, over the largest commanded speed.
+    rho_set_point : float
+        The same against the controller's own set-point, as published values have it, over the largest speed of the
+        tip; NaN for a controller without a set-point.
+    """
+
+    path_max: float
+    path_rms: float
+    end_error: float
+    speed_error: float
+    time: float
+    energy: float
+    end_stop_hits: int
+    spool_rms: float
+    spool_travel: float
+    rho: float
+    rho_set_point: float
+
+
+def metrics(motion: Motion) -> Metrics:
+    """All figures of a motion."""
+    aside = distance_to_path(motion.tip, motion.asked)
+    error = _length(motion.tip - motion.asked)
+    fastest = float(_length(motion.asked_velocity).max())
+    return Metrics(
+        path_max=float(aside.max()),
+        path_rms=_rms(aside),
+        end_error=float(error[-1]),
+        speed_error=_speed_error(motion, fastest),
+        time=_rest_from(motion),
+        energy=float(np.trapezoid(motion.power, motion.time)),
+        end_stop_hits=int(np.count_nonzero(np.diff((motion.end_stops > HIT).astype(int)) == 1)),
+        spool_rms=_rms(motion.command),
+        spool_travel=float(np.abs(np.diff(motion.command, axis=0)).sum(axis=0).mean() / np.ptp(motion.time)),
+        rho=float(error.max()) / fastest,
+        rho_set_point=_own_rho(motion),
+    )
+
+
+def distance_to_path(points: Array, path: Array) -> Array:
+    """Distance (m,) of points (m, 2) from a path (k, 2) of straight pieces.
+
+    A path that does not end where it began goes on straight at both ends: stopping late on a line is no deviation.
+    """
+    corners = _corners(path)
+    if len(corners) < 2:
+        return _length(points - path[0])
+    begin, way = corners[:-1], np.diff(corners, axis=0)
+    square = np.sum(way**2, axis=1)
+    low, high = np.zeros(len(way)), np.ones(len(way))
+    if _length(corners[-1] - corners[0]) > 1e-3 * _length(way).sum():
+        low[0], high[-1] = -np.inf, np.inf
+    nearest = np.full(len(points), np.inf)
+    for from_, along, length, least, most in zip(begin, way, square, low, high, strict=True):
+        share = np.clip((points - from_) @ along / length, least, most)
+        nearest = np.minimum(nearest, _length(points - from_ - share[:, np.newaxis] * along))
+    return nearest
+
+
+def _corners(path: Array) -> Array:
+    """Of the path, the points where it turns, first and last included; repetitions and points on a line are left out."""
+    moved = np.concatenate([[True], _length(np.diff(path, axis=0)) > 1e-9])
+    points = path[moved]
+    if len(points) < 3:
+        return points
+    way = np.diff(points, axis=0)
+    way = way / _length(way)[:, np.newaxis]
+    turns = _length(np.diff(way, axis=0)) > 1e-6
+    return points[np.concatenate([[True], turns, [True]])]
+
+
+def _speed_error(motion: Motion, fastest: float) -> float:
+    wanted = _length(motion.asked_velocity)
+    moving = wanted > 0
+    return _rms((_length(motion.tip_velocity) - wanted)[moving]) / fastest
+
+
+def _rest_from(motion: Motion) -> float:
+    fast = np.flatnonzero(_length(motion.tip_velocity) > AT_REST)
+    if not fast.size:
+        return float(motion.time[0])
+    return float(motion.time[fast[-1] + 1]) if fast[-1] + 1 < motion.time.size else float("nan")
+
+
+def _own_rho(motion: Motion) -> float:
+    if motion.set_point is None:
+        return float("nan")
+    error, speed = _length(motion.tip - motion.set_point), _length(motion.tip_velocity).max()
+    return float(np.nanmax(error) / speed) if speed > 0 and np.isfinite(error).any() else float("nan")
+
+
+def _length(vectors: Array) -> Array:
+    """Length of the vectors along the last axis."""
+    return np.asarray(np.hypot(vectors[..., 0], vectors[..., 1]))
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))

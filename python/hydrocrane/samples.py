@@ -1,0 +1,67 @@
+"""What a closed loop adds to a run's dataset: readings, sticks, commands and set-points, and the way's deviation."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from hydrocrane.arrays import Array
+from hydrocrane.joystick import TIP_AXES
+from hydrocrane.machine import Machine
+from hydrocrane.scenario import Scenario
+
+
+def add_samples(data: xr.Dataset, crane: Machine, plan: Scenario, raw: dict[str, Any]) -> None:
+    """Add the samples of a run, each held over ``time`` until the next one, and its events."""
+    samples = raw["samples"]
+    driver = plan.driver
+    data.attrs["controller"] = driver if isinstance(driver, str) else getattr(driver, "__name__", type(driver).__name__)
+    data.attrs["sensors"] = plan.sensors
+    data.attrs["events"] = json.dumps(raw["events"])
+    if not np.size(samples["t"]):
+        return
+    held = np.searchsorted(samples["t"], data.time.values + 1e-9, side="right") - 1
+    units = dict(zip(crane.state_names, crane.state_units, strict=True))
+    units |= {name: unit for name, unit, _ in crane.core.output_info}
+    for signal, column in zip(samples["signals"], samples["measured"].T, strict=True):
+        about = {"units": units[signal], "long_name": f"{signal} as measured"}
+        data[f"measured.{signal}"] = ("time", column[held], about)
+    axes = TIP_AXES if plan.stick_mode == "tip" else crane.cylinder_names
+    for axis, column in zip(axes, samples["sticks"].T, strict=True):
+        data[f"stick.{axis}"] = ("time", column[held], {"units": "1", "long_name": f"deflection of the stick, {axis}"})
+    for cylinder, column in zip(crane.cylinder_names, samples["commands"].T, strict=True):
+        about = {"units": "m", "long_name": f"{cylinder} spool command as the controller gave it"}
+        data[f"controller.{cylinder}"] = ("time", column[held], about)
+    _add_set_point(data, samples["set_points"], held)
+
+
+def _add_set_point(data: xr.Dataset, set_points: Array, held: np.ndarray) -> None:
+    if not np.isfinite(set_points).all(axis=1).any():
+        return
+    for axis, column in zip(TIP_AXES, set_points.T, strict=True):
+        about = {"units": "m", "long_name": f"set-point of the crane tip, {axis}"}
+        data[f"set_point.{axis}"] = ("time", column[held], about)
+    tip = np.column_stack([data["tip.x"].values, data["tip.z"].values])
+    about = {"units": "m", "long_name": "distance of the crane tip from the way of its set-point"}
+    data["tip.deviation"] = ("time", distance_to_path(tip, set_points), about)
+
+
+def distance_to_path(points: Array, path: Array) -> Array:
+    """Distance of each point (m, 2) from the nearest place of a polyline (k, 2); rows of NaN in the path are left out."""
+    path = path[np.isfinite(path).all(axis=1)]
+    # A set-point at rest repeats itself; one of each is enough.
+    moved = np.any(np.diff(path, axis=0) != 0, axis=1)
+    path = path[np.concatenate([[True], moved])]
+    begin, way = path[:-1], np.diff(path, axis=0)
+    if not len(way):
+        begin, way = path, np.zeros_like(path)
+    square = np.maximum((way**2).sum(axis=1), np.finfo(np.float64).tiny)
+
+    def distance(point: Array) -> float:
+        share = np.clip(((point - begin) * way).sum(axis=1) / square, 0.0, 1.0)
+        return float(np.linalg.norm(point - begin - share[:, np.newaxis] * way, axis=1).min())
+
+    return np.array([distance(point) for point in points])

@@ -1,0 +1,299 @@
+"""Controllers in scenarios and in the stepping loop: sampling, sticks, sensors, faults."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from scipy.io import savemat
+
+import hydrocrane as hc
+from hydrocrane.samples import distance_to_path
+
+POSE = {"boom": np.deg2rad(100), "jib": np.deg2rad(100), "extension": 0.0}
+
+
+def plan(**fields):
+    return hc.Scenario(joints=POSE, **{"duration": 0.5, **fields})
+
+
+class Servo:
+    """Holds the pistons where they were; raises the lift's by the stick."""
+
+    gain = 3.0
+
+    def reset(self, crane, obs):
+        self.crane, self.wanted = crane, crane.strokes(obs.q)
+        self.seen = []
+
+    def step(self, obs, command):
+        self.seen.append(obs)
+        if command.mode == "tip":
+            self.wanted[0] += 0.01 * 0.05 * command.axes[1]
+        return self.gain * (self.wanted - self.crane.strokes(obs.q))
+
+
+# --- one's own controller in a scenario -------------------------------------------------------------------------------
+
+
+def test_an_object_runs_in_a_scenario_and_leaves_its_samples():
+    law = Servo()
+    run = hc.simulate(plan(controller=law, joystick=hc.Joystick([0.1], {"z": [1.0]}), duration=1.0))
+    assert run.outcome.completed, run.outcome
+    data = run.data
+    assert len(law.seen) == 100
+    np.testing.assert_allclose([obs.t for obs in law.seen], np.arange(100) * 0.01, atol=1e-12)
+    assert data["stick.z"].values[5] == 0.0 and data["stick.z"].values[50] == 1.0
+    # Ideal sensors read the state of their own sample, which the record holds until the next one.
+    np.testing.assert_allclose(data["measured.joint.boom.q"], np.append(data["joint.boom.q"][:-1], law.seen[-1].q[0]))
+    assert data["cylinder.lift.x"].values[-1] > data["cylinder.lift.x"].values[0] + 0.005
+    for name in ("measured.cylinder.lift.p1", "controller.lift", "stick.x"):
+        assert data[name].attrs["units"] and data[name].attrs["long_name"]
+    assert data.attrs["controller"] == "Servo" and run.events == ()
+
+
+def test_a_scenario_and_a_loop_of_ones_own_give_the_same():
+    joystick = hc.Joystick([0.1], {"z": [1.0]})
+    run = hc.simulate(plan(controller=Servo(), joystick=joystick, duration=1.0))
+    crane = hc.load_machine("rottne-f9-lab")
+    simulator = hc.Simulator(crane, 0.01)
+    obs = simulator.reset(q=list(POSE.values()))
+    law = Servo()
+    law.reset(crane, obs)
+    for _ in range(100):
+        obs = simulator.step(law.step(obs, joystick.at(obs.t)))
+    last = [float(run.data[name][-1]) for name in crane.state_names]
+    np.testing.assert_allclose(simulator.state[:3], last[:3], atol=2e-6)
+
+
+def test_a_function_is_a_controller_too():
+    def lift(obs, command):
+        return [0.02 * command.axes[1], 0.0, 0.0]
+
+    run = hc.simulate(plan(controller=lift, joystick=hc.Joystick([0.0], {"z": [0.5]}, ramp=0.2)))
+    assert run.outcome.completed and run.data.attrs["controller"] == "lift"
+    assert run.data["controller.lift"].values[-1] == pytest.approx(0.01)
+    np.testing.assert_allclose(run.data["stick.z"].values[:11], np.minimum(np.arange(11) * 0.05, 0.5), atol=1e-12)
+
+
+def test_period_and_delay_are_kept():
+    times = []
+
+    def step(obs, command):
+        times.append(obs.t)
+        return [0.01, 0.0, 0.0]
+
+    run = hc.simulate(plan(controller=step, period=0.02, delay=0.015, duration=0.1, record_interval=0.001))
+    np.testing.assert_allclose(times, [0.0, 0.02, 0.04, 0.06, 0.08], atol=1e-12)
+    command = run.data["cylinder.lift.command"].values
+    assert (command[:15] == 0).all() and (command[16:] == 0.01).all()
+
+
+def test_a_set_point_gives_the_deviation_from_its_way():
+    class Still:
+        def reset(self, crane, obs):
+            self.set_point = obs.tip + [0.03, 0.04]
+
+        def step(self, obs, command):
+            return np.zeros(3)
+
+    data = hc.simulate(plan(controller=Still(), duration=0.1)).data
+    np.testing.assert_allclose(data["tip.deviation"], 0.05, atol=1e-5)
+    np.testing.assert_allclose(data["set_point.z"] - data["tip.z"], 0.04, atol=1e-5)
+
+
+def test_distance_to_a_path():
+    path = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 0.0], [2.0, 1.0], [np.nan, 0.0]])
+    points = np.array([[1.0, 0.5], [3.0, 0.5], [-3.0, -4.0], [2.0, 1.0]])
+    np.testing.assert_allclose(distance_to_path(points, path), [0.5, 1.0, 5.0, 0.0])
+
+
+# --- faults -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("answer", "said"),
+    [
+        ([np.nan, 0, 0], "not a finite number"),
+        ([0.0], "1 spool commands for 3 cylinders"),
+        ("garbage", "ValueError"),
+        (None, "TypeError"),
+    ],
+)
+def test_garbage_closes_the_valves_and_ends_the_run(answer, said):
+    run = hc.simulate(plan(controller=lambda obs, command: [0.02, 0, 0] if obs.t < 0.095 else answer))
+    assert run.outcome.kind == "controller-failed" and said in run.outcome.message
+    assert run.outcome.time == pytest.approx(0.19)
+    assert run.events[0].time == pytest.approx(0.1) and "neutral" in run.events[0].text
+    data = run.data
+    assert data["controller.lift"].values[-1] == 0.0 and data.time.values[-1] == pytest.approx(0.19)
+    assert all(np.isfinite(data[name]).all() for name in data.data_vars)
+
+
+def test_an_exception_that_passes_is_an_event_and_the_run_goes_on():
+    def step(obs, command):
+        if 0.095 < obs.t < 0.125:
+            raise ArithmeticError("lost it")
+        return [0.01, 0.0, 0.0]
+
+    run = hc.simulate(plan(controller=step))
+    assert run.outcome.completed
+    assert [round(event.time, 6) for event in run.events] == [0.1, 0.13]
+    assert "lost it" in run.events[0].text and "again after 3 samples" in run.events[1].text
+
+
+def test_an_exception_in_reset_ends_the_run():
+    class Unwilling:
+        def reset(self, crane, obs):
+            raise RuntimeError("no model of this crane")
+
+        def step(self, obs, command):
+            return np.zeros(3)
+
+    run = hc.simulate(plan(controller=Unwilling()))
+    assert run.outcome.kind == "controller-failed" and "no model of this crane" in run.outcome.message
+
+
+def test_events_survive_a_file(tmp_path):
+    run = hc.simulate(plan(controller=lambda obs, command: [np.nan] * 3))
+    path = run.save(tmp_path / "run.nc")
+    assert hc.load_run(path).events == run.events != ()
+
+
+# --- sensors ----------------------------------------------------------------------------------------------------------
+
+
+def readings(seed, **more):
+    simulator = hc.Simulator(hc.load_machine("rottne-f9-lab"), sensors="data-sheet", seed=seed, **more)
+    simulator.reset(q=list(POSE.values()))
+    return [simulator.step([0.02, 0.0, 0.0]).measured for _ in range(20)]
+
+
+def test_measured_values_come_from_the_sensors_of_the_machine():
+    one, again, other = readings(1), readings(1), readings(2)
+    assert one == again and one != other
+    counts = np.array([row["joint.boom.q"] for row in one]) / np.deg2rad(0.09)
+    np.testing.assert_allclose(counts, np.round(counts), atol=1e-6)
+    assert {"cylinder.lift.force", "joint.extension.q", "cylinder.jib.p2"} <= set(one[0])
+
+
+def test_ideal_sensors_read_the_state():
+    crane = hc.load_machine("rottne-f9-lab")
+    simulator = hc.Simulator(crane)
+    obs = simulator.reset(q=list(POSE.values()))
+    for _ in range(5):
+        obs = simulator.step([0.02, 0.01, -0.01])
+        for name, value in obs.measured.items():
+            if name in crane.state_names:
+                assert value == simulator.state[crane.state_names.index(name)]
+
+
+def test_sensors_fail_when_told_to():
+    fault = hc.SensorFault("joint.boom.q", "drop-out", time=0.1)
+    boom = [row["joint.boom.q"] for row in readings(0, sensor_faults=[fault])]
+    assert np.isfinite(boom[:9]).all() and np.isnan(boom[9:]).all()
+    law = Servo()
+    run = hc.simulate(plan(controller=law, sensor_faults=[fault]))
+    assert run.outcome.kind == "controller-failed", "the servo gives NaN for NaN"
+    assert run.outcome.time == pytest.approx(0.19)
+
+
+# --- sticks -----------------------------------------------------------------------------------------------------------
+
+
+def test_lever_control_opens_each_spool_by_its_axis():
+    joystick = hc.Joystick([0.0], {"lift": [0.5], "extension": [-0.2]}, mode="lever")
+    data = hc.simulate(plan(joystick=joystick)).data
+    assert data.attrs["controller"] == "lever"
+    assert data["controller.lift"].values[0] == pytest.approx(0.025)
+    assert data["controller.extension"].values[0] == pytest.approx(-0.01)
+    assert (data["controller.jib"] == 0).all()
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".mat"])
+def test_a_stick_from_a_log(tmp_path, suffix):
+    path = tmp_path / f"stick{suffix}"
+    table = {"time": [0.0, 1.0, 2.0], "x": [0.0, 0.5, 0.5], "z": [0.0, -1.0, 1.0], "voltage": [5.0, 5.0, 5.0]}
+    if suffix == ".mat":
+        savemat(path, {name: np.array(values) for name, values in table.items()})
+    else:
+        rows = ["time,x,z,voltage", *(",".join(map(str, row)) for row in zip(*table.values(), strict=True))]
+        path.write_text("\n".join(rows), encoding="utf-8")
+    joystick = hc.Joystick.from_log(path, full_speed=0.1)
+    np.testing.assert_allclose(joystick.at(0.5).axes, [0.25, -0.5])
+    np.testing.assert_allclose(joystick.at(1.5).velocity, [0.05, 0.0])
+
+
+def test_a_scenario_file_with_levers_and_a_log(tmp_path):
+    (tmp_path / "sticks.csv").write_text("time,lift,jib\n0,0,0\n0.2,0.4,-0.2\n", encoding="utf-8")
+    (tmp_path / "own.toml").write_text(
+        '[scenario]\nname = "own"\nmachine = "rottne-f9-lab"\nduration = "0.5 s"\nseed = 3\n'
+        '[initial.joint]\nboom = "100 deg"\njib = "100 deg"\nextension = "0 m"\n'
+        '[controller]\nperiod = "20 ms"\ndelay = "2 ms"\nsensors = "data-sheet"\n'
+        '[joystick]\nmode = "lever"\nlog = "sticks.csv"\n',
+        encoding="utf-8",
+    )
+    scenario = hc.load_scenario(tmp_path / "own.toml")
+    assert (scenario.controller, scenario.period, scenario.sensors) == ("lever", 0.02, "data-sheet")
+    run = hc.simulate(scenario)
+    assert run.outcome.completed
+    assert run.data["stick.lift"].values[-1] == pytest.approx(0.4)
+    assert run.data["controller.jib"].values[-1] == pytest.approx(-0.01)
+
+
+@given(st.lists(st.tuples(st.floats(0.01, 3.0), *[st.floats(-1, 1)] * 3), min_size=1, max_size=40), st.integers(0, 99))
+@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+def test_no_sequence_of_sticks_makes_a_nan(moves, seed):
+    """A simulated minute of lever control with the sensors of the data sheets."""
+    time = np.cumsum([move[0] for move in moves])
+    names = ("lift", "jib", "extension")
+    axes = {name: [move[i] for move in moves] for i, name in enumerate(names, start=1)}
+    joystick = hc.Joystick(time, axes, mode="lever", ramp=0.2)
+    minute = plan(joystick=joystick, sensors="data-sheet", seed=seed, duration=60.0, record_interval=0.05)
+    run = hc.simulate(minute, ledger=False)
+    assert run.outcome.completed, run.outcome
+    assert all(np.isfinite(run.data[name]).all() for name in run.data.data_vars)
+
+
+# --- bad input --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("fields", "said"),
+    [
+        ({"controller": "tipp"}, "did you mean `tip`"),
+        ({"controller": Servo}, r"give an instance, Servo\(\)"),
+        ({"controller": 3}, "a controller is a name"),
+        ({"controller": "tip", "commands": {"lift": 0.01}}, "not both"),
+        ({"controller": "tip", "sensors": "real"}, "unknown kind of sensors"),
+        ({"controller": "tip", "delay": -1.0}, "delay"),
+        ({"controller": "tip", "period": 0.0}, "period"),
+        ({"controller": "lever", "joystick": hc.Joystick([0.0], {"x": [1.0]})}, "does not take the stick mode"),
+    ],
+)
+def test_a_wrong_loop_is_refused(fields, said):
+    with pytest.raises(hc.InputError, match=said):
+        plan(**fields)
+
+
+@pytest.mark.parametrize(
+    ("fields", "said"),
+    [
+        ({"axes": {"y": [0.0]}}, "unknown stick axis `y`"),
+        ({"axes": {"x": [1.5]}}, "a stick ends at 1"),
+        ({"axes": {"x": [0.0, 1.0]}}, "for 1 times"),
+        ({"mode": "tipp"}, "did you mean `tip`"),
+        ({"dead_zone": 1.0}, "dead_zone"),
+        ({"full_speed": 0.0}, "full_speed"),
+        ({"ramp": -1.0}, "ramp"),
+    ],
+)
+def test_a_wrong_joystick_is_refused(fields, said):
+    with pytest.raises(hc.InputError, match=said):
+        hc.Joystick([0.0], **fields)
+
+
+def test_a_fault_of_an_unknown_signal_names_the_known_ones():
+    with pytest.raises(hc.InputError, match=r"joint\.bom\.q.*joint\.boom\.q"):
+        hc.simulate(plan(controller=Servo(), sensor_faults=[hc.SensorFault("joint.bom.q", "freeze")]))
