@@ -109,7 +109,7 @@ def words_in_backticks(text: str) -> set[str]:
 
 def known_to_the_loader() -> set[str]:
     """Keys and choices of machine and scenario files, from the lists in the loader's sources."""
-    sources = [*SECTIONS.glob("*.rs"), SECTIONS.parent / "scenario.rs"]
+    sources = [*SECTIONS.glob("*.rs"), SECTIONS.parent / "scenario.rs", *(SECTIONS.parent / "scenario").glob("*.rs")]
     words = set()
     for source in sources:
         text = source.read_text(encoding="utf-8")
