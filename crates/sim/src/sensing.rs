@@ -61,8 +61,8 @@ struct Channel {
     faults: Vec<(FaultKind, f64)>,
 }
 
-/// All sensors of a machine with their last readings: every joint coordinate and chamber pressure, and whatever else
-/// the machine file has a sensor for.
+/// All sensors of a machine with their last readings: every joint coordinate and chamber pressure; those of data sheets
+/// also read whatever else the machine file has a sensor for.
 #[derive(Debug, Clone)]
 pub struct Sensors {
     channels: Vec<Channel>,
@@ -81,7 +81,7 @@ const LAG_STEP: f64 = 1e-3;
 impl Sensors {
     /// Sensors that read the truth.
     pub fn ideal(model: &dyn Model) -> Self {
-        Self::described(model, |_| Device::Ideal)
+        Self::described(model, &[], |_| Device::Ideal)
     }
 
     /// The sensors of the machine file, drawn by `seed`, with `faults`. An error names a signal that nothing measures.
@@ -89,7 +89,7 @@ impl Sensors {
         let described = &model.machine().sensors;
         let mut sensors = match mode {
             SensorMode::Ideal => Self::ideal(model),
-            SensorMode::DataSheet => Self::described(model, |signal| {
+            SensorMode::DataSheet => Self::described(model, described, |signal| {
                 let found = described.iter().find(|sensor| sensor.measures == signal);
                 found.map_or(Device::Ideal, |sensor| device(sensor, seed))
             }),
@@ -104,13 +104,13 @@ impl Sensors {
         Ok(sensors)
     }
 
-    fn described(model: &dyn Model, device: impl Fn(&str) -> Device) -> Self {
+    fn described(model: &dyn Model, sensors: &[file::Sensor], device: impl Fn(&str) -> Device) -> Self {
         let machine = model.machine();
         let joints = machine.joints.iter().map(|j| format!("joint.{}.q", j.name));
         let pressures =
             machine.cylinders.iter().flat_map(|c| [1, 2].map(|side| format!("cylinder.{}.p{side}", c.name)));
         let mut signals: Vec<String> = joints.chain(pressures).collect();
-        for sensor in &machine.sensors {
+        for sensor in sensors {
             if !signals.contains(&sensor.measures) {
                 signals.push(sensor.measures.clone());
             }

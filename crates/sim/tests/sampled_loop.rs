@@ -5,8 +5,8 @@ use hydrocrane_machine::{load, OverrideValue};
 use hydrocrane_num::Draws;
 use hydrocrane_sim::integrator::Tolerances;
 use hydrocrane_sim::{
-    build, simulate, simulate_sampled, Commands, EquilibriumMode, FaultKind, Model, OutcomeKind, RunOptions,
-    SampledPlan, SampledRun, SensorFault, SensorMode, Sensors, StickKind, Sticks, FAILURES_IN_A_ROW,
+    build, named_controller, simulate, simulate_sampled, Commands, EquilibriumMode, FaultKind, Model, OutcomeKind,
+    RunOptions, SampledPlan, SampledRun, SensorFault, SensorMode, Sensors, StickKind, Sticks, FAILURES_IN_A_ROW,
 };
 use std::sync::Arc;
 
@@ -235,41 +235,67 @@ fn a_fault_of_an_unknown_sensor_names_the_known_ones() {
     assert!(message.contains("joint.bom.q") && message.contains("joint.boom.q"), "{message}");
 }
 
-/// A crude lever control: each stick axis opens its own spool.
-fn random_sticks(seed: u64, seconds: f64, m: &dyn Model) -> SampledRun {
+/// Random deflections of `axes` sticks, held or joined, and the sensors of the data sheets.
+fn random_plan(m: &dyn Model, seed: u64, seconds: f64, kind: StickKind) -> SampledPlan {
     let mut draws = Draws::new(seed, "operator");
-    let (mut times, mut deflections) = (Vec::new(), Vec::new());
+    let mut sticks = Sticks { linear: seed % 2 == 0, dead_zone: 0.05, ramp: 0.1, ..Sticks::centred(kind, 3) };
     let mut t = 0.0;
     while t < seconds {
-        times.push(t);
-        deflections.extend((0..3).map(|_| draws.symmetric()));
+        sticks.times.push(t);
+        sticks.deflections.extend((0..sticks.axes).map(|_| draws.symmetric()));
         t += 0.05 + 1.5 * draws.uniform();
     }
-    let sticks = Sticks {
-        kind: StickKind::Lever,
-        times,
-        deflections,
-        axes: 3,
-        linear: seed % 2 == 0,
-        dead_zone: 0.05,
-        ramp: 0.1,
-    };
-    let plan = SampledPlan { sticks, sensors: data_sheet(m, seed, &[]), delay: 0.002 };
-    let mut levers = Law(0, |_, _: &Measurement, stick: Stick| match stick {
-        Stick::Lever(d) => Ok([0.05 * d[0], 0.05 * d[1], 0.05 * d[2]]),
-        Stick::Tip(_) => Err(Fault::WrongStick("lever")),
-    });
-    run(m, seconds, &mut levers, &plan)
+    SampledPlan { sticks, sensors: data_sheet(m, seed, &[]), delay: 0.002 }
+}
+
+fn named_run(m: &dyn Model, name: &str, plan: &SampledPlan, seconds: f64) -> SampledRun {
+    let mut controller = named_controller(m.machine(), name).expect("a controller");
+    run(m, seconds, controller.as_mut(), plan)
 }
 
 #[test]
 fn a_minute_of_random_sticks_is_finite_and_stays_inside_the_cylinders() {
     let m = model(&[]);
-    for seed in 0..4 {
-        let done = random_sticks(seed, 60.0, m.as_ref());
-        assert_eq!(done.run.outcome.kind, OutcomeKind::Completed, "seed {seed}: {}", done.run.outcome.message);
-        assert!(done.run.states.iter().chain(&done.samples.measured).all(|v| v.is_finite()), "seed {seed}");
-        assert!(done.samples.sticks.iter().all(|d| d.abs() <= 1.0), "seed {seed}");
-        assert!(done.events.is_empty(), "seed {seed}: {:?}", done.events);
+    for (name, kind) in [("lever", StickKind::Lever), ("tip", StickKind::Tip)] {
+        for seed in 0..3 {
+            let done = named_run(m.as_ref(), name, &random_plan(m.as_ref(), seed, 60.0, kind), 60.0);
+            let outcome = &done.run.outcome;
+            assert_eq!(outcome.kind, OutcomeKind::Completed, "{name}, seed {seed}: {}", outcome.message);
+            assert!(done.run.states.iter().chain(&done.samples.measured).all(|v| v.is_finite()), "{name}, seed {seed}");
+            assert!(done.samples.sticks.iter().all(|d| d.abs() <= 1.0), "{name}, seed {seed}");
+            assert!(done.events.is_empty(), "{name}, seed {seed}: {:?}", done.events);
+        }
+    }
+}
+
+#[test]
+fn tip_control_without_a_reading_closes_the_valves() {
+    let m = model(&[]);
+    let fault = SensorFault { signal: "joint.jib.q".into(), kind: FaultKind::DropOut, from: 1.0 };
+    let plan =
+        SampledPlan { sensors: data_sheet(m.as_ref(), 0, &[fault]), ..random_plan(m.as_ref(), 1, 5.0, StickKind::Tip) };
+    let done = named_run(m.as_ref(), "tip", &plan, 5.0);
+    assert_eq!(done.run.outcome.kind, OutcomeKind::ControllerFailed);
+    assert!((done.run.outcome.time - 1.09).abs() < 1e-9, "{}", done.run.outcome.time);
+    assert!((done.events[0].time - 1.0).abs() < 1e-9, "{:?}", done.events);
+    assert_eq!(&done.samples.commands[done.samples.commands.len() - 3..], [0.0; 3]);
+}
+
+#[test]
+fn tip_control_with_frozen_or_jumping_sensors_stays_finite() {
+    let m = model(&[]);
+    for (signal, kind) in [
+        ("joint.boom.q", FaultKind::Freeze),
+        ("joint.extension.q", FaultKind::Jump(0.3)),
+        ("joint.jib.q", FaultKind::Jump(-2.0)),
+        ("cylinder.lift.p1", FaultKind::Jump(300e5)),
+    ] {
+        let fault = SensorFault { signal: signal.into(), kind, from: 1.0 };
+        let sensors = data_sheet(m.as_ref(), 0, &[fault]);
+        let plan = SampledPlan { sensors, ..random_plan(m.as_ref(), 1, 20.0, StickKind::Tip) };
+        let done = named_run(m.as_ref(), "tip", &plan, 20.0);
+        let kind = done.run.outcome.kind;
+        assert!(matches!(kind, OutcomeKind::Completed | OutcomeKind::ControllerFailed), "{signal}: {kind:?}");
+        assert!(done.run.states.iter().all(|v| v.is_finite()), "{signal}");
     }
 }
