@@ -20,6 +20,11 @@ their own joints and cylinders. Each variable carries `units` and `long_name`; s
 [NOTATION.md](../../NOTATION.md).
 """
 
+CLOSED_LOOP = """Runs under a controller also hold its samples, each from one sample to the next. `measured.*` has what the sensors read: with
+ideal sensors the joint coordinates and pressures, with those of the data sheets also whatever else the machine has a sensor for.
+`set_point.*` and `tip.deviation` are there where the controller has a set-point of the tip.
+"""
+
 LEDGER = """Energies since the start, J. The sum of all terms, each times its sign, equals the gain of the `energy.*`
 outputs; a term of sign 0 moves inside the sum. `run.data[name].attrs["sign"]` holds the sign.
 """
@@ -29,6 +34,13 @@ def table(heading: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
     """A markdown table."""
     lines = [heading, ("---",) * len(heading), *rows]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def closed_loop() -> list[tuple[str, ...]]:
+    """What a controller adds, from a short run of one."""
+    data = hc.simulate("tip-vertical-line", duration=0.02, sensors="ideal").data
+    added = [name for name in map(str, data.data_vars) if name.split(".")[0] in ("measured", "stick", "controller", "set_point")]
+    return [(f"`{n}`", data[n].attrs["units"], data[n].attrs["long_name"]) for n in [*added, "tip.deviation"]]
 
 
 def page() -> str:
@@ -54,6 +66,11 @@ def page() -> str:
         "## Outputs",
         "",
         table(names, [*commands, *outputs]),
+        "",
+        "## Closed loop",
+        "",
+        CLOSED_LOOP,
+        table(names, closed_loop()),
         "",
         "## Energy ledger",
         "",

@@ -297,3 +297,35 @@ def test_a_wrong_joystick_is_refused(fields, said):
 def test_a_fault_of_an_unknown_signal_names_the_known_ones():
     with pytest.raises(hc.InputError, match=r"joint\.bom\.q.*joint\.boom\.q"):
         hc.simulate(plan(controller=Servo(), sensor_faults=[hc.SensorFault("joint.bom.q", "freeze")]))
+
+
+# --- controllers of the package ---------------------------------------------------------------------------------------
+
+
+def test_tip_control_from_a_file_moves_the_tip_as_the_stick_says(tmp_path):
+    """2.8 s of full stick, less half a ramp at its begin and as much more at its end, at 0.1 m/s: 280 mm up."""
+    (tmp_path / "up.toml").write_text(
+        '[scenario]\nname = "up"\nmachine = "rottne-f9-lab"\nduration = "5 s"\n'
+        '[initial.joint]\nboom = "100 deg"\njib = "100 deg"\nextension = "0 m"\n'
+        '[controller]\nname = "tip"\nperiod = "20 ms"\n'
+        '[joystick]\ntime = ["0.2 s", "3 s"]\nz = [1, 0]\nfull-speed = "0.1 m/s"\nramp = "0.2 s"\n',
+        encoding="utf-8",
+    )
+    run = hc.simulate(tmp_path / "up.toml")
+    assert run.outcome.completed and run.events == ()
+    data = run.data
+    assert float(data["set_point.z"][-1] - data["set_point.z"][0]) == pytest.approx(0.28, abs=2e-3)
+    assert float(data["tip.z"][-1] - data["tip.z"][0]) == pytest.approx(0.28, abs=5e-3)
+    assert float(data["tip.deviation"].max()) < 5e-3
+    assert data.attrs["controller"] == "tip" and "control.period" in data.attrs["machine_overrides"]
+
+
+@pytest.mark.parametrize("name", ["tip", "heinze-pid"])
+def test_full_speed_scales_the_way(name):
+    ways = []
+    for speed in (0.02, 0.04):
+        joystick = hc.Joystick([0.1, 0.9], {"z": [1.0, 0.0]}, full_speed=speed)
+        data = hc.simulate(plan(controller=name, joystick=joystick, duration=2.0, period=0.01), ledger=False).data
+        ways.append(float(data["set_point.z"][-1] - data["set_point.z"][0]))
+    assert ways[1] == pytest.approx(2 * ways[0], rel=0.02)
+    assert ways[0] == pytest.approx(0.016, rel=0.05)

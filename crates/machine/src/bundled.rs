@@ -13,5 +13,11 @@ pub fn bundled_machines() -> &'static [(&'static str, &'static str)] {
 
 /// Name and text of every bundled scenario.
 pub fn bundled_scenarios() -> &'static [(&'static str, &'static str)] {
-    bundle!("scenarios": "vertical-lift-open-loop", "heinze-2007-open-loop", "hiab-lift", "single-cylinder-step")
+    bundle!(
+        "scenarios": "vertical-lift-open-loop",
+        "tip-vertical-line",
+        "heinze-2007-open-loop",
+        "hiab-lift",
+        "single-cylinder-step",
+    )
 }
