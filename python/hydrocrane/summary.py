@@ -10,12 +10,14 @@ import numpy as np
 if TYPE_CHECKING:
     from hydrocrane.result import Run
 
+SHOWN_EVENTS = 5
+
 
 def text(run: Run) -> str:
     """Outcome, effort, tip, cylinders and energy of a run."""
     if not run.data.sizes.get("time"):
         return "\n".join(_head(run))
-    return "\n".join([*_head(run), *_tip(run), *_cylinders(run), *_energy(run)])
+    return "\n".join([*_head(run), *_tip(run), *_loop(run), *_cylinders(run), *_energy(run)])
 
 
 def _head(run: Run) -> list[str]:
@@ -38,6 +40,19 @@ def _tip(run: Run) -> list[str]:
     x, z = run.data["tip.x"].values, run.data["tip.z"].values
     way = float(np.hypot(np.diff(x), np.diff(z)).sum())
     return [f"  tip        ({x[0]:.3f}, {z[0]:.3f}) m -> ({x[-1]:.3f}, {z[-1]:.3f}) m, way {way:.3f} m"]
+
+
+def _loop(run: Run) -> list[str]:
+    """Controller, how far the tip strayed, and the first events."""
+    about = run.data.attrs
+    if "controller" not in about:
+        return []
+    line = f"  controller {about['controller']}, {about['sensors']} sensors"
+    if "tip.deviation" in run.data:
+        line += f", tip at most {float(run.data['tip.deviation'].max()) * 1e3:.2f} mm off the way of its set-point"
+    shown = [f"  {event.time:.3f} s: {event.text}" for event in run.events[:SHOWN_EVENTS]]
+    more = len(run.events) - SHOWN_EVENTS
+    return [line, *shown, *([f"  and {more} more events"] if more > 0 else [])]
 
 
 def _cylinders(run: Run) -> list[str]:

@@ -140,6 +140,7 @@ def test_an_exception_that_passes_is_an_event_and_the_run_goes_on():
     run = hc.simulate(plan(controller=step))
     assert run.outcome.completed
     assert [round(event.time, 6) for event in run.events] == [0.1, 0.13]
+    assert "0.100 s" in run.summary() and "lost it" in run.summary()
     assert "lost it" in run.events[0].text and "again after 3 samples" in run.events[1].text
 
 
@@ -176,6 +177,16 @@ def test_measured_values_come_from_the_sensors_of_the_machine():
     counts = np.array([row["joint.boom.q"] for row in one]) / np.deg2rad(0.09)
     np.testing.assert_allclose(counts, np.round(counts), atol=1e-6)
     assert {"cylinder.lift.force", "joint.extension.q", "cylinder.jib.p2"} <= set(one[0])
+
+
+def test_a_reset_repeats_the_readings():
+    simulator = hc.Simulator(hc.load_machine("rottne-f9-lab"), sensors="data-sheet", seed=5)
+
+    def drive():
+        simulator.reset(q=list(POSE.values()))
+        return [simulator.step([0.02, 0.0, 0.0]).measured for _ in range(5)]
+
+    assert drive() == drive()
 
 
 def test_ideal_sensors_read_the_state():

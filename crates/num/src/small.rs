@@ -23,6 +23,14 @@ pub fn solve_spd<T: Real, const N: usize>(a: &[[T; N]; N], b: &[T; N]) -> [T; N]
     x
 }
 
+/// Smallest pivot of `L D L^T` as a share of its diagonal entry: what rounding leaves of a symmetric matrix. Zero, negative
+/// or NaN where it is not positive definite.
+pub fn least_pivot<const N: usize>(a: &[[f64; N]; N]) -> f64 {
+    let (_, inverse_d) = factor_spd(a);
+    let shares = (0..N).map(|j| 1.0 / (inverse_d[j] * a[j][j]));
+    shares.fold(1.0, |least, share| if share < least || share.is_nan() { share } else { least })
+}
+
 /// Unit lower triangle `L` and the inverses of the pivots `D`.
 fn factor_spd<T: Real, const N: usize>(a: &[[T; N]; N]) -> ([[T; N]; N], [T; N]) {
     let mut l = [[T::c(0.0); N]; N];
@@ -59,5 +67,14 @@ mod tests {
         for i in 0..3 {
             assert!((x[i] - y[i]).abs() < 1e-14);
         }
+    }
+
+    #[test]
+    fn the_least_pivot_tells_how_near_to_singular_a_matrix_is() {
+        assert!((least_pivot(&[[4.0, 0.0], [0.0, 1e-9]]) - 1.0).abs() < 1e-15);
+        assert!((least_pivot(&[[1.0, 1.0], [1.0, 1.0 + 1e-6]]) - 1e-6).abs() < 1e-11);
+        assert!(least_pivot(&[[1.0, 2.0], [2.0, 1.0]]) < 0.0);
+        assert_eq!(least_pivot(&[[1.0, 1.0], [1.0, 1.0]]), 0.0);
+        assert!(least_pivot(&[[f64::NAN, 0.0], [0.0, 1.0]]).is_nan());
     }
 }

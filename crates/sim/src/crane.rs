@@ -31,6 +31,8 @@ pub struct Crane<const N: usize> {
 
 /// Speed up to which passivity of friction is checked, m/s: beyond any hydraulic cylinder's.
 const FASTEST_PISTON: f64 = 1.0;
+/// Share of a mass matrix entry that must be left after elimination: four digits beyond rounding.
+const LEAST_PIVOT: f64 = 1e-12;
 
 impl<const N: usize> Crane<N> {
     pub fn new(machine: &Machine) -> Result<Self, BuildError> {
@@ -57,7 +59,21 @@ impl<const N: usize> Crane<N> {
             let limits = crane.drivetrain(i).limits()?;
             crane.limits.push(limits);
         }
+        crane.check_mass_matrix()?;
         Ok(crane)
+    }
+
+    /// Whether rounding leaves anything of the lighter links, in the middle of all ranges.
+    fn check_mass_matrix(&self) -> Result<(), BuildError> {
+        let mechanics = &self.plant.mechanics;
+        let middle = self.limit_pairs().map(|[lower, upper]| 0.5 * (lower + upper));
+        let mass_matrix = mechanics.equations(&mechanics.pose(&middle), &[0.0; N], 0.0).mass_matrix;
+        if small::least_pivot(&mass_matrix) > LEAST_PIVOT {
+            return Ok(());
+        }
+        let heavy = |i: &usize| mechanics.bodies[*i].inertia.abs().max(mechanics.bodies[*i].mass);
+        let heaviest = (0..N).max_by(|a, b| heavy(a).total_cmp(&heavy(b))).unwrap_or(0);
+        Err(BuildError::Unresolvable(self.machine.links[heaviest + 1].name.clone()))
     }
 
     fn drivetrain(&self, i: usize) -> Drivetrain<'_> {

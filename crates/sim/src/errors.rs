@@ -11,6 +11,8 @@ pub enum BuildError {
     BarrelOnChild(String, String),
     #[error("cylinder.{0}: no joint coordinate between the ends of its stroke was found; the linkage cannot close")]
     NoStroke(String),
+    #[error("link.{0}: its mass or moment of inertia is out of all proportion to the other links'; the motion of the joints cannot be resolved in double precision")]
+    Unresolvable(String),
     #[error("joint.{0}.limits: the cylinder `{1}` turns back inside these limits, so a stroke would mean two joint coordinates; narrow them")]
     DeadCentreInside(String, String),
 }

@@ -112,7 +112,8 @@ fn plan_fault(plan: &SampledPlan, period: f64) -> Option<String> {
         let (values, times) = (sticks.deflections.len(), sticks.times.len());
         return Some(format!("{values} deflections for {times} times and {} stick axes", sticks.axes));
     }
-    None
+    let beyond = sticks.deflections.iter().find(|d| d.is_nan() || d.abs() > 1.0);
+    beyond.map(|d| format!("a stick's deflection is {d}; it must lie between -1 and 1"))
 }
 
 struct ClosedLoop<'a> {

@@ -123,7 +123,7 @@ impl Sensors {
         };
         let channels: Vec<Channel> = signals.into_iter().filter_map(channel).collect();
         Sensors {
-            readings: vec![0.0; channels.len()],
+            readings: vec![f64::NAN; channels.len()],
             joints: machine.joints.len(),
             pressures: vec![[0.0; 2]; machine.cylinders.len()],
             outputs: vec![0.0; model.output_info().len()],
@@ -137,7 +137,7 @@ impl Sensors {
         self.channels.iter().map(|channel| channel.signal.as_str())
     }
 
-    /// Last readings.
+    /// Last readings; NaN before the first.
     pub fn readings(&self) -> &[f64] {
         &self.readings
     }
@@ -204,6 +204,8 @@ impl Channel {
             Device::Force(cell) => cell.read(truth),
         };
         self.faults.iter().filter(|(_, from)| t >= *from - 1e-12).fold(healthy, |reading, (kind, _)| match kind {
+            // One that is frozen from the start stays at its first reading.
+            FaultKind::Freeze if last.is_nan() => reading,
             FaultKind::Freeze => last,
             FaultKind::Jump(size) => reading + size,
             FaultKind::DropOut => f64::NAN,

@@ -15,16 +15,19 @@ pub struct Simulator {
     stepper: Option<Stepper>,
     lines: ValveLines,
     sensors: Sensors,
+    /// The sensors before their first reading, whose noise a reset repeats.
+    unread: Sensors,
 }
 
 impl Simulator {
     pub fn new(model: Arc<dyn Model>, sample_time: f64, options: RunOptions) -> Self {
         let (lines, sensors) = (ValveLines::new(model.machine()), Sensors::ideal(model.as_ref()));
-        Simulator { model, options, sample_time, stepper: None, lines, sensors }
+        Simulator { model, options, sample_time, stepper: None, lines, unread: sensors.clone(), sensors }
     }
 
     /// Reads through these sensors instead of ideal ones.
     pub fn with_sensors(mut self, sensors: Sensors) -> Self {
+        self.unread = sensors.clone();
         self.sensors = sensors;
         self
     }
@@ -37,6 +40,7 @@ impl Simulator {
         self.lines.clear();
         self.stepper = method(&self.options.method, x0.len(), 0)
             .map(|method| Stepper::new(method, self.options.tolerances, 0.0, x0, 0));
+        self.sensors = self.unread.clone();
         self.sensors.settle(0.0, x0);
         self.sensors.read(self.model.as_ref(), 0.0, x0, self.options.payload);
         Ok(())

@@ -164,6 +164,28 @@ fn impossible_plans_are_refused_before_the_first_step() {
     }
 }
 
+#[test]
+fn impossible_sticks_are_refused_before_the_first_step() {
+    let m = model(&[]);
+    for deflection in [1.5, f64::NAN] {
+        let mut plan = plan(m.as_ref());
+        (plan.sticks.times, plan.sticks.deflections) = (vec![0.0], vec![0.0, deflection]);
+        let done = run(m.as_ref(), 0.1, &mut Law(0, |_, _: &Measurement, _: Stick| Ok([0.0; 3])), &plan);
+        assert_eq!(done.run.outcome.kind, OutcomeKind::BadState);
+        assert!(done.run.outcome.message.contains("deflection"), "{}", done.run.outcome.message);
+    }
+}
+
+#[test]
+fn a_sensor_frozen_from_the_start_stays_at_its_first_reading() {
+    let m = model(&[]);
+    let fault = SensorFault { signal: "joint.boom.q".into(), kind: FaultKind::Freeze, from: 0.0 };
+    let done = measured_under(m.as_ref(), data_sheet(m.as_ref(), 0, &[fault]));
+    let width = data_sheet(m.as_ref(), 0, &[]).signals().count();
+    let boom: Vec<f64> = done.samples.measured.iter().step_by(width).copied().collect();
+    assert!((boom[0] - 100f64.to_radians()).abs() < 0.004 && boom.iter().all(|q| *q == boom[0]), "{boom:?}");
+}
+
 fn data_sheet(m: &dyn Model, seed: u64, faults: &[SensorFault]) -> Sensors {
     Sensors::new(m, SensorMode::DataSheet, seed, faults).expect("signals of the machine")
 }
