@@ -94,7 +94,7 @@ class Metrics:
 
 def metrics(motion: Motion) -> Metrics:
     """All figures of a motion."""
-    aside = distance_to_path(motion.tip, motion.asked)
+    aside = _length(motion.tip - nearest_on_path(motion.tip, motion.asked))
     error = _length(motion.tip - motion.asked)
     fastest = float(_length(motion.asked_velocity).max())
     return Metrics(
@@ -103,7 +103,7 @@ def metrics(motion: Motion) -> Metrics:
         end_error=float(error[-1]),
         speed_error=_speed_error(motion, fastest),
         time=_rest_from(motion),
-        energy=float(np.trapezoid(motion.power, motion.time)),
+        energy=float(0.5 * (motion.power[1:] + motion.power[:-1]) @ np.diff(motion.time)),
         end_stop_hits=int(np.count_nonzero(np.diff((motion.end_stops > HIT).astype(int)) == 1)),
         spool_rms=_rms(motion.command),
         spool_travel=float(np.abs(np.diff(motion.command, axis=0)).sum(axis=0).mean() / np.ptp(motion.time)),
@@ -112,36 +112,43 @@ def metrics(motion: Motion) -> Metrics:
     )
 
 
-def distance_to_path(points: Array, path: Array) -> Array:
-    """Distance (m,) of points (m, 2) from a path (k, 2) of straight pieces.
+def nearest_on_path(points: Array, path: Array) -> Array:
+    """Places (m, 2) nearest to points (m, 2) on a path (k, 2) of straight pieces.
 
     A path that does not end where it began goes on straight at both ends: stopping late on a line is no deviation.
     """
     corners = _corners(path)
-    if len(corners) < 2:
-        return _length(points - path[0])
+    nearest = np.broadcast_to(corners[0], points.shape).copy()
     begin, way = corners[:-1], np.diff(corners, axis=0)
-    square = np.sum(way**2, axis=1)
     low, high = np.zeros(len(way)), np.ones(len(way))
-    if _length(corners[-1] - corners[0]) > 1e-3 * _length(way).sum():
+    if len(way) and _length(corners[-1] - corners[0]) > 1e-3 * _length(way).sum():
         low[0], high[-1] = -np.inf, np.inf
-    nearest = np.full(len(points), np.inf)
-    for from_, along, length, least, most in zip(begin, way, square, low, high, strict=True):
-        share = np.clip((points - from_) @ along / length, least, most)
-        nearest = np.minimum(nearest, _length(points - from_ - share[:, np.newaxis] * along))
+    distance = np.full(len(points), np.inf)
+    for corner, along, least, most in zip(begin, way, low, high, strict=True):
+        share = np.clip((points - corner) @ along / (along @ along), least, most)
+        place = corner + share[:, np.newaxis] * along
+        here = _length(points - place)
+        closer = here < distance
+        nearest[closer], distance[closer] = place[closer], here[closer]
     return nearest
 
 
+def significant(value: float) -> str:
+    """A number with three significant digits, at most two of them behind the point, and no exponent."""
+    digits = 2 - int(np.floor(np.log10(abs(value)))) if value else 2
+    return f"{value:.{min(max(digits, 0), 2)}f}"
+
+
 def _corners(path: Array) -> Array:
-    """Of the path, the points where it turns, first and last included; repetitions and points on a line are left out."""
+    """Points where the path turns, its first and last included; repetitions and points on a line are left out."""
     moved = np.concatenate([[True], _length(np.diff(path, axis=0)) > 1e-9])
     points = path[moved]
     if len(points) < 3:
-        return points
+        return np.asarray(points)
     way = np.diff(points, axis=0)
     way = way / _length(way)[:, np.newaxis]
     turns = _length(np.diff(way, axis=0)) > 1e-6
-    return points[np.concatenate([[True], turns, [True]])]
+    return np.asarray(points[np.concatenate([[True], turns, [True]])])
 
 
 def _speed_error(motion: Motion, fastest: float) -> float:

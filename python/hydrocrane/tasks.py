@@ -20,7 +20,8 @@ REST = 1.5
 SPEEDS = (0.05, 0.1, 0.2)
 LINE, SIDE, RADIUS = 0.5, 0.3, 0.2
 CURVE_SPEED = 0.08
-REACH = (-1.2, 1.4)
+# Both ends lie 0.3 m and more inside the laboratory crane's workspace.
+REACH = (-1.2, 0.9)
 SENSES = {"up": (0.0, 1.0), "down": (0.0, -1.0), "out": (1.0, 0.0), "in": (-1.0, 0.0)}
 
 

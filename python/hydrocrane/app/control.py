@@ -1,0 +1,107 @@
+"""``hydrocrane control``: benchmark of crane-tip control."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hydrocrane.app.console import bar, say
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from hydrocrane.benchmark import Benchmark
+
+control = typer.Typer(name="control", help="Crane-tip control.", no_args_is_help=True)
+
+# Column heading, figure, factor.
+COLUMNS = (
+    ("max\nmm", "path_max", 1e3),
+    ("RMS\nmm", "path_rms", 1e3),
+    ("end\nmm", "end_error", 1e3),
+    ("speed\nerr %", "speed_error", 1e2),
+    ("time\ns", "time", 1.0),
+    ("pump\nkJ", "energy", 1e-3),
+    ("stops\nhit", "end_stop_hits", 1),
+    ("spool\n%", "spool_rms", 1e2),
+    ("spool\n1/s", "spool_travel", 1.0),
+    ("rho\nms", "rho", 1e3),
+    ("own\nms", "rho_set_point", 1e3),
+)
+
+
+@control.callback()
+def _group() -> None:
+    """Crane-tip control."""
+
+
+@control.command(name="benchmark", epilog="Example:  hydrocrane control benchmark --quick -o results")
+def run_benchmark(
+    controllers: Annotated[list[str], typer.Argument(help="Names of controllers; tip and heinze-pid by default.")] = [],  # noqa: B006
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for table and picture.")] = Path("results"),
+    machine: Annotated[str, typer.Option(help="Machine with boom, jib and extension.")] = "rottne-f9-lab",
+    settings: Annotated[list[str], typer.Option("--set", help="Override a machine key: KEY=VALUE.")] = [],  # noqa: B006
+    seed: Annotated[int, typer.Option(help="Draws the errors of the sensors.")] = 0,
+    quick: Annotated[bool, typer.Option("--quick", help="Three cases in place of all.")] = False,
+) -> None:
+    """Run the tasks of the tip-control benchmark; print a table, write it as CSV and JSON, and draw a page."""
+    import matplotlib as mpl
+
+    from hydrocrane import benchmark
+    from hydrocrane.app.options import overrides
+    from hydrocrane.machine import load_machine
+
+    crane = load_machine(machine, overrides(settings))
+    cases = benchmark.quick_cases() if quick else benchmark.all_cases()
+    with bar("running the benchmark") as progress:
+        found = benchmark.benchmark(
+            controllers or benchmark.CONTROLLERS, cases, machine=crane, seed=seed, progress=progress
+        )
+    paths = found.save(output)
+    mpl.use("Agg")
+    paths += _picture(found, output / "control-benchmark.png")
+    say(benchmark_table(found), *_remarks(found), "written:", *(f"  {path}" for path in paths))
+
+
+def _picture(found: Benchmark, path: Path) -> list[Path]:
+    from hydrocrane.plots.benchmark import control_benchmark
+    from hydrocrane.plots.style import write
+
+    if not any(len(result.tip) for result in found.results):
+        return []
+    return [write(control_benchmark(found), path)]
+
+
+def benchmark_table(found: Benchmark) -> Table:
+    """One row per run."""
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, header_style="bold", collapse_padding=True)
+    for heading in ("controller", "task", "condition"):
+        table.add_column(heading, no_wrap=True)
+    for heading, *_ in COLUMNS:
+        table.add_column(heading, justify="right")
+    for result in found.results:
+        head = (result.controller, result.case.task.name, str(result.case.condition))
+        row = result.row
+        table.add_row(*head, *(_cell(row[key], factor) for _, key, factor in COLUMNS))
+    return table
+
+
+def _cell(value: float | None, factor: float) -> str:
+    from hydrocrane.metrics import significant
+
+    if value is None:
+        return "-"
+    return str(value) if isinstance(value, int) else significant(value * factor)
+
+
+def _remarks(found: Benchmark) -> list[str]:
+    """What the table cannot say: runs that did not come to their end, and why."""
+    return [
+        f"{result.controller}, {result.case.task.name}, {result.case.condition}: {result.outcome}; {result.message}"
+        for result in found.results
+        if result.outcome != "completed"
+    ]

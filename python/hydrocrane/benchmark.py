@@ -1,0 +1,299 @@
+"""Benchmark of crane-tip control: the same tasks for every controller, under the same conditions.
+
+Each case is one run of :func:`hydrocrane.simulate`: a task of :mod:`hydrocrane.tasks` under a :class:`Condition`. The
+tip starts at rest in ``START``. The payload hangs on the crane unknown to the controller; a changed friction is known
+to it, as the controllers of the package take their nominal model from the machine that runs. The errors of the sensors
+depend on the seed, everything else is the same in every run.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import tomllib
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hydrocrane import _core, tasks
+from hydrocrane.arrays import Array
+from hydrocrane.controllers import checked_controller
+from hydrocrane.errors import HydrocraneError, InputError
+from hydrocrane.joystick import Joystick
+from hydrocrane.machine import Machine, bundled_machines, load_machine
+from hydrocrane.metrics import Metrics, Motion, metrics
+from hydrocrane.result import Run
+from hydrocrane.scenario import Scenario
+from hydrocrane.simulation import simulate
+from hydrocrane.tasks import Task
+
+MACHINE = "rottne-f9-lab"
+START = {"boom": np.radians(100.0), "jib": np.radians(100.0), "extension": 0.0}
+CONTROLLERS = ("tip", "heinze-pid")
+FRICTION_KEYS = ("coulomb", "breakaway", "viscous")
+
+
+@dataclass(frozen=True)
+class Condition:
+    """Under what a task is run; the defaults are the reference.
+
+    Attributes
+    ----------
+    payload : float
+        At the tip, kg.
+    sensors : {"ideal", "data-sheet"}
+    period : float or None
+        Between samples, s; ``None``: the controller's own.
+    friction : float
+        Share of the machine's seal friction: Coulomb, break-away and viscous.
+    """
+
+    payload: float = 0.0
+    sensors: str = "ideal"
+    period: float | None = None
+    friction: float = 1.0
+
+    def __str__(self) -> str:
+        parts = [
+            f"{self.payload:g} kg" if self.payload else "",
+            self.sensors if self.sensors != "ideal" else "",
+            f"{self.period * 1e3:g} ms" if self.period else "",
+            f"friction x {self.friction:g}" if self.friction != 1.0 else "",
+        ]
+        return ", ".join(part for part in parts if part) or "reference"
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run of the benchmark."""
+
+    task: Task
+    condition: Condition = Condition()
+
+
+@dataclass(frozen=True)
+class Result:
+    """What came of a case.
+
+    Attributes
+    ----------
+    controller : str
+    case : Case
+    outcome : str
+        As of :class:`hydrocrane.Outcome`; ``refused`` where the controller cannot run under the condition.
+    message : str
+        Why it was refused or ended early.
+    metrics : Metrics or None
+        ``None`` without a recorded motion.
+    tip, asked : (m, 2) arrays
+        Way of the true tip and of the stick, m; empty without a recorded motion.
+    """
+
+    controller: str
+    case: Case
+    outcome: str
+    message: str = ""
+    metrics: Metrics | None = None
+    tip: Array = field(default_factory=lambda: np.empty((0, 2)))
+    asked: Array = field(default_factory=lambda: np.empty((0, 2)))
+
+    @property
+    def row(self) -> dict[str, Any]:
+        """Plain values for a table; figures that are not there are ``None``."""
+        nothing = {f.name: None for f in fields(Metrics)}
+        figures = nothing if self.metrics is None else {k: _plain(v) for k, v in asdict(self.metrics).items()}
+        head = {"controller": self.controller, "task": self.case.task.name, "speed": self.case.task.speed}
+        end = {"outcome": self.outcome, "message": self.message}
+        return head | asdict(self.case.condition) | figures | end
+
+
+@dataclass(frozen=True)
+class Benchmark:
+    """All results of a benchmark."""
+
+    machine: str
+    seed: int
+    results: tuple[Result, ...]
+
+    def save(self, folder: Path) -> list[Path]:
+        """Write ``control-benchmark.csv`` and ``control-benchmark.json`` (SI units); returns their paths."""
+        from hydrocrane import __version__
+
+        folder.mkdir(parents=True, exist_ok=True)
+        rows = [result.row for result in self.results]
+        table, text = folder / "control-benchmark.csv", folder / "control-benchmark.json"
+        with table.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, list(rows[0]))
+            writer.writeheader()
+            writer.writerows(rows)
+        content = {"hydrocrane": __version__, "machine": self.machine, "seed": self.seed, "results": rows}
+        text.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        return [table, text]
+
+
+def all_cases() -> list[Case]:
+    """Every task under the reference; one vertical, one horizontal line and the circle under every other condition."""
+    every = [*tasks.lines(), tasks.square(), tasks.circle(), tasks.reach()]
+    chosen = [task for task in every if task.name in ("up 0.1 m/s", "out 0.1 m/s", "circle")]
+    return [Case(task) for task in every] + [Case(task, c) for c in _conditions() for task in chosen]
+
+
+def quick_cases() -> list[Case]:
+    """One slow and one fast line, and the slow one with payload and data-sheet sensors together."""
+    slow, fast = [task for task in tasks.lines() if task.name in ("up 0.1 m/s", "out 0.2 m/s")]
+    return [Case(slow), Case(fast), Case(slow, Condition(payload=100.0, sensors="data-sheet"))]
+
+
+def _conditions() -> list[Condition]:
+    return [
+        Condition(payload=100.0),
+        Condition(payload=200.0),
+        Condition(sensors="data-sheet"),
+        Condition(period=0.01),
+        Condition(period=0.02),
+        Condition(friction=0.5),
+        Condition(friction=2.0),
+        Condition(payload=200.0, sensors="data-sheet", friction=2.0),
+    ]
+
+
+def benchmark(
+    controllers: Iterable[Any] = CONTROLLERS,
+    cases: Sequence[Case] | None = None,
+    *,
+    machine: str | Machine = MACHINE,
+    seed: int = 0,
+    progress: Callable[[int, int], None] | None = None,
+) -> Benchmark:
+    """Run every case with every controller.
+
+    Parameters
+    ----------
+    controllers : iterable
+        Names, or controllers of one's own as in :class:`hydrocrane.Scenario`.
+    cases : sequence of Case, optional
+        Default is :func:`all_cases`.
+    machine : str or Machine
+        With the joints of the laboratory crane: boom, jib, extension.
+    seed : int
+        Draws the errors of the sensors.
+    progress : callable, optional
+        Called with (runs done, runs in all) before each run.
+    """
+    cases = all_cases() if cases is None else list(cases)
+    drivers = [checked_controller(controller) for controller in controllers]
+    if not drivers or not cases:
+        raise InputError("a benchmark needs one controller and one case or more")
+    crane = machine if isinstance(machine, Machine) else load_machine(machine)
+    missing = [joint for joint in START if joint not in crane.joint_names]
+    if missing or len(crane.joint_names) != len(START):
+        fit = f"the benchmark's tasks fit a crane with the joints {', '.join(START)}"
+        raise InputError(f"{fit}; {crane.name} has {', '.join(crane.joint_names)}")
+    plan = [(driver, case) for driver in drivers for case in cases]
+    results = []
+    for done, (driver, case) in enumerate(plan):
+        if progress is not None:
+            progress(done, len(plan))
+        results.append(run_case(crane, driver, case, seed=seed))
+    return Benchmark(crane.name, seed, tuple(results))
+
+
+def run_case(crane: Machine, controller: Any, case: Case, *, seed: int = 0) -> Result:
+    """Run one case; what the controller refuses or fails at is part of the result."""
+    name = controller if isinstance(controller, str) else getattr(controller, "__name__", type(controller).__name__)
+    try:
+        run = simulate(scenario_of(crane, controller, case, seed=seed), ledger=False)
+    except HydrocraneError as error:
+        return Result(name, case, "refused", str(error))
+    message = "" if run.outcome.completed else run.outcome.message
+    if run.data.sizes["time"] < 2:
+        return Result(name, case, run.outcome.kind, message)
+    motion = motion_of(run, case.task)
+    return Result(name, case, run.outcome.kind, message, metrics(motion), motion.tip, motion.asked)
+
+
+def scenario_of(crane: Machine, controller: Any, case: Case, *, seed: int = 0) -> Scenario:
+    """The scenario of a case."""
+    task, condition = case.task, case.condition
+    stick = Joystick(task.time, task.deflections, interpolation="linear", full_speed=task.speed)
+    return Scenario(
+        machine=crane.source,
+        joints=START,
+        duration=task.duration,
+        payload=condition.payload,
+        overrides={**crane.overrides, **friction_overrides(crane, condition.friction)},
+        name=task.name,
+        seed=seed,
+        controller=controller,
+        joystick=stick,
+        period=condition.period,
+        sensors=condition.sensors,
+    )
+
+
+def motion_of(run: Run, task: Task) -> Motion:
+    """What the metrics need of a run of a task."""
+    crane, data = run.machine, run.data
+    time = data.time.values
+
+    def columns(names: Iterable[str]) -> Array:
+        return np.column_stack([data[name].values for name in names])
+
+    q, qd = (columns(f"joint.{joint}.{kind}" for joint in crane.joint_names) for kind in ("q", "qd"))
+    tip = columns(("tip.x", "tip.z"))
+    way, velocity = task.displacement, task.velocity
+    return Motion(
+        time=time,
+        tip=tip,
+        tip_velocity=np.einsum("tij,tj->ti", crane.tip_jacobian(q), qd),
+        asked=tip[0] + np.column_stack([np.interp(time, task.time, way[:, i]) for i in (0, 1)]),
+        asked_velocity=np.column_stack([np.interp(time, task.time, velocity[:, i]) for i in (0, 1)]),
+        set_point=columns(("set_point.x", "set_point.z")) if "set_point.x" in data else None,
+        command=columns(f"cylinder.{c}.command" for c in crane.cylinder_names) / crane.spool_strokes,
+        power=data["supply.power"].values,
+        end_stops=data["energy.end_stops"].values,
+    )
+
+
+def friction_overrides(crane: Machine, share: float) -> dict[str, Any]:
+    """Overrides that scale the forces of every seal friction in a machine's file by `share`."""
+    if share == 1.0:
+        return {}
+    tables = _friction_tables(crane.source)
+    stated = {f"friction.{name}.{key}": table[key] for name, table in tables.items() for key in FRICTION_KEYS}
+    if not stated:
+        raise InputError(f"{crane.name} has no friction that could be scaled")
+    return {key: _scaled(crane.overrides.get(key, value), share) for key, value in stated.items()}
+
+
+def _friction_tables(source: str) -> dict[str, dict[str, Any]]:
+    """The friction tables of a machine file, with those of the file that it extends."""
+    known = bundled_machines()
+    text = _core.bundled_text("machine", source) if source in known else Path(source).read_text(encoding="utf-8")
+    content = tomllib.loads(text)
+    parent = content.get("extends")
+    tables = {}
+    if parent is not None:
+        tables = _friction_tables(parent if parent in known else str(Path(source).parent / parent))
+    for name, own in content.get("friction", {}).items():
+        tables[name] = {**tables.get(name, {}), **own}
+    return tables
+
+
+def _scaled(value: Any, share: float) -> Any:
+    """A number, a quantity with its unit, a table with a `value`, or a list of these, times `share`."""
+    if isinstance(value, dict):
+        return _scaled(value["value"], share)
+    if isinstance(value, list):
+        return [_scaled(item, share) for item in value]
+    if isinstance(value, str):
+        number, _, unit = value.strip().partition(" ")
+        return f"{float(number) * share!r} {unit}"
+    return float(value) * share
+
+
+def _plain(value: float) -> float | None:
+    return value if np.isfinite(value) else None

@@ -1,0 +1,292 @@
+"""The benchmark of tip control: figures are right where the answer is known, runs repeat, files are whole."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hydrocrane as hc
+from hydrocrane import tasks
+from hydrocrane.app.cli import main
+from hydrocrane.benchmark import (
+    MACHINE,
+    Benchmark,
+    Case,
+    Condition,
+    Result,
+    all_cases,
+    benchmark,
+    friction_overrides,
+    quick_cases,
+    run_case,
+    scenario_of,
+)
+from hydrocrane.metrics import Motion, metrics, nearest_on_path, significant
+from hydrocrane.plots.benchmark import control_benchmark
+
+EVERY_TASK = [*tasks.lines(), tasks.square(), tasks.circle(), tasks.reach()]
+
+
+@pytest.fixture(scope="module")
+def crane():
+    return hc.load_machine(MACHINE)
+
+
+@pytest.fixture(scope="module")
+def quick(crane):
+    return benchmark(["tip"], quick_cases(), machine=crane, seed=3)
+
+
+def followed(task, *, offset=(0.0, 0.0), late=0.0):
+    """A made-up motion: the tip goes where it is asked to, `offset` (m) aside and `late` (s)."""
+    time = np.arange(0.0, task.duration, 1e-3)
+
+    def at(table, t):
+        return np.column_stack([np.interp(t, task.time, column) for column in table.T])
+
+    still = np.zeros_like(time)
+    return Motion(
+        time=time,
+        tip=at(task.displacement, time - late) + offset,
+        tip_velocity=at(task.velocity, time - late),
+        asked=at(task.displacement, time),
+        asked_velocity=at(task.velocity, time),
+        set_point=at(task.displacement, time - late),
+        command=np.zeros((time.size, 3)),
+        power=still + 50.0,
+        end_stops=still,
+    )
+
+
+# --- tasks ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("task", EVERY_TASK, ids=lambda task: task.name)
+def test_a_task_asks_for_what_its_stick_can_say(task):
+    """Deflections within the stick's range, full at the task's speed, and centred at both ends."""
+    deflections = np.column_stack(list(task.deflections.values()))
+    assert np.hypot(*deflections.T).max() == pytest.approx(1.0, abs=1e-6)
+    assert not deflections[0].any() and not deflections[-1].any()
+    assert (np.diff(task.time) > 0).all() and task.moving_time < task.duration - 1.0
+    steps = np.diff(task.velocity, axis=0) / np.diff(task.time)[:, np.newaxis]
+    assert np.hypot(*steps.T).max() < 1.01 * task.speed * np.hypot(1 / tasks.RAMP, task.speed / tasks.RADIUS)
+
+
+@pytest.mark.parametrize(
+    ("task", "end", "largest"),
+    [
+        (tasks.lines()[0], (0.0, tasks.LINE), (0.0, tasks.LINE)),
+        (tasks.square(), (0.0, 0.0), (tasks.SIDE, tasks.SIDE)),
+        (tasks.circle(), (0.0, 0.0), (2 * tasks.RADIUS, tasks.RADIUS)),
+        (tasks.reach(), (0.0, 0.0), (-tasks.REACH[0], 0.0)),
+    ],
+    ids=lambda value: getattr(value, "name", ""),
+)
+def test_the_stick_integrates_to_the_shape(task, end, largest):
+    way = task.displacement
+    np.testing.assert_allclose(way[-1], end, atol=1e-6)
+    np.testing.assert_allclose(np.abs(way).max(axis=0), largest, atol=1e-5)
+
+
+def test_the_circle_is_round():
+    way = tasks.circle().displacement + (tasks.RADIUS, 0.0)
+    np.testing.assert_allclose(np.hypot(*way.T), tasks.RADIUS, atol=1e-5)
+
+
+def test_every_path_lies_in_the_workspace(crane):
+    tip = crane.tip([np.radians(100.0), np.radians(100.0), 0.0])
+    for task in EVERY_TASK:
+        places = tip + task.displacement[::20]
+        poses = [[pose for x3 in (-0.2, 0.0, 0.2) for pose in crane.inverse_kinematics(p, x3=x3)] for p in places]
+        assert all(poses), task.name
+
+
+# --- figures --------------------------------------------------------------------------------------------------------
+
+
+def test_a_perfect_motion_has_no_error():
+    for task in (tasks.lines()[4], tasks.square(), tasks.circle()):
+        found = metrics(followed(task))
+        assert found.path_max < 1e-9 and found.rho < 1e-12 and found.speed_error < 1e-12
+        assert found.energy == pytest.approx(50.0 * task.duration, rel=1e-3)
+        assert found.end_stop_hits == 0 and found.spool_rms == 0
+        assert task.moving_time - 0.1 < found.time <= task.moving_time
+
+
+def test_being_late_is_no_deviation_but_an_error():
+    """At constant speed v a delay T leaves the tip v T behind: rho = T, whatever v."""
+    for task in tasks.lines():
+        found = metrics(followed(task, late=0.05))
+        assert found.path_max < 1e-12
+        assert found.rho == pytest.approx(0.05, rel=1e-9)
+        assert found.rho_set_point < 1e-12
+
+
+def test_being_aside_is_deviation():
+    found = metrics(followed(tasks.lines()[0], offset=(3e-3, 1e-3)))
+    assert found.path_max == pytest.approx(3e-3) and found.path_rms == pytest.approx(3e-3)
+    assert found.end_error == pytest.approx(np.hypot(3e-3, 1e-3))
+    assert found.rho_set_point == pytest.approx(found.end_error / tasks.SPEEDS[0], rel=1e-6)
+
+
+def test_distance_from_a_corner_and_beyond_the_ends():
+    path = np.array([[0.0, 0.0], [0.5, 0.0], [0.5, 0.0], [1.0, 0.0], [1.0, 1.0]])
+    points = np.array([[0.3, -0.2], [1.3, -0.4], [-2.0, 0.1], [1.1, 7.0]])
+    nearest = nearest_on_path(points, path)
+    np.testing.assert_allclose(nearest, [[0.3, 0.0], [1.0, -0.0], [-2.0, 0.0], [1.0, 7.0]], atol=1e-12)
+    closed = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 0.0]])
+    np.testing.assert_allclose(nearest_on_path(np.array([[-1.0, 0.0]]), closed), [[0.0, 0.0]])
+    np.testing.assert_allclose(nearest_on_path(points, np.zeros((5, 2))), np.zeros((4, 2)))
+
+
+def test_effort_and_hits_are_counted():
+    motion = followed(tasks.lines()[1])
+    turn = 2 * np.pi * motion.time
+    wave = np.sin(turn)[:, np.newaxis] * [1.0, 0.5, 0.0]
+    stops = 2.0 * (np.sin(turn / 2) > 0.5)
+    found = metrics(replace(motion, command=wave, end_stops=stops, set_point=None))
+    assert found.spool_travel == pytest.approx(4.0 * 1.5 / 3, rel=0.02)
+    assert found.spool_rms == pytest.approx(np.sqrt((0.5 + 0.125) / 3), rel=0.02)
+    assert found.end_stop_hits == 4
+    assert np.isnan(found.rho_set_point)
+
+
+def test_a_tip_that_never_rests_has_no_time():
+    motion = followed(tasks.lines()[0])
+    assert np.isnan(metrics(replace(motion, tip_velocity=motion.tip_velocity + 0.01)).time)
+
+
+@pytest.mark.parametrize(("value", "text"), [(0.0, "0.00"), (0.2753, "0.28"), (-15.58, "-15.6"), (1333.2, "1333")])
+def test_numbers_of_the_table(value, text):
+    assert significant(value) == text
+
+
+# --- runs -----------------------------------------------------------------------------------------------------------
+
+
+def test_tip_keeps_to_the_lines(quick):
+    """Within 5 mm on ideal sensors also where the stick asks for more than the pump gives, 20 mm on real ones."""
+    assert [result.outcome for result in quick.results] == ["completed"] * 3
+    slow, fast, real = (result.metrics for result in quick.results)
+    assert slow.path_max < 5e-3 and slow.path_rms < 2e-3
+    assert fast.path_max < 10e-3
+    assert real.path_max < 20e-3 and real.path_rms < 8e-3
+
+
+def test_the_slow_line_ends_where_the_stick_says(quick):
+    """The stick's full speed reaches the controller: a speed the valves can give leads to the line's end."""
+    slow = quick.results[0].metrics
+    assert slow.end_error < 0.01
+    assert slow.speed_error < 0.25
+
+
+def test_the_thesis_controller_is_worse(crane, quick):
+    slow = quick.results[0]
+    theirs = run_case(crane, "heinze-pid", slow.case)
+    assert theirs.metrics is not None and theirs.metrics.path_max > 20 * slow.metrics.path_max
+
+
+def test_runs_repeat_by_their_seed(crane, quick):
+    again, other = (run_case(crane, "tip", quick.results[2].case, seed=seed) for seed in (3, 4))
+    assert again.row == quick.results[2].row
+    assert other.metrics != again.metrics
+
+
+def test_a_controller_of_ones_own_is_measured(crane):
+    def idle(obs, command):
+        return np.zeros(3)
+
+    task = tasks.lines()[2]
+    found = run_case(crane, idle, Case(task))
+    assert found.controller == "idle" and found.outcome == "completed"
+    assert found.metrics.path_max < 5e-3
+    assert found.metrics.end_error == pytest.approx(tasks.LINE, abs=5e-3)
+    assert np.isnan(found.metrics.rho_set_point) and found.row["rho_set_point"] is None
+
+
+def test_a_controller_that_fails_is_a_result(crane):
+    def broken(obs, command):
+        return [0.0]
+
+    found = run_case(crane, broken, Case(tasks.lines()[2]))
+    assert found.outcome == "controller-failed" and "1 spool commands for 3" in found.message
+
+
+def test_conditions_reach_the_run(crane):
+    case = Case(tasks.circle(), Condition(payload=200.0, sensors="data-sheet", period=0.02, friction=2.0))
+    plan = scenario_of(crane, "tip", case, seed=5)
+    assert (plan.payload, plan.sensors, plan.period, plan.seed) == (200.0, "data-sheet", 0.02, 5)
+    assert str(case.condition) == "200 kg, data-sheet, 20 ms, friction x 2"
+
+
+@pytest.mark.parametrize("source", [MACHINE, "heinze-2007", "child.toml"])
+def test_friction_is_scaled_at_every_speed(source, tmp_path, monkeypatch):
+    """Also where the file says nothing of friction itself, and on top of overrides."""
+    monkeypatch.chdir(tmp_path)
+    value = '{ value = ["90 N", "95 N"], class = "assumed", source = "test" }'
+    child = f'extends = "{MACHINE}"\n[machine]\nname = "child"\n[friction.lift]\ncoulomb = {value}\n'
+    Path("child.toml").write_text(child, encoding="utf-8")
+    one = hc.load_machine(
+        source, {"friction.jib.coulomb": ["100 N", "150 N"], "friction.jib.breakaway": [200.0, 250.0]}
+    )
+    doubled = hc.load_machine(source, {**one.overrides, **friction_overrides(one, 2.0)})
+    v = np.array([-0.2, -0.02, 1e-4, 0.05])
+    for cylinder in one.cylinder_names:
+        np.testing.assert_allclose(doubled.friction_map(v, cylinder), 2.0 * one.friction_map(v, cylinder), rtol=1e-9)
+    assert friction_overrides(one, 1.0) == {}
+
+
+def test_every_condition_of_the_benchmark_is_there():
+    conditions = {case.condition for case in all_cases()}
+    assert {c.payload for c in conditions} == {0.0, 100.0, 200.0}
+    assert {c.friction for c in conditions} == {0.5, 1.0, 2.0}
+    assert {c.sensors for c in conditions} == {"ideal", "data-sheet"}
+    assert {c.period for c in conditions} == {None, 0.01, 0.02}
+    assert {case.task.name for case in all_cases()} == {task.name for task in EVERY_TASK}
+
+
+# --- output ---------------------------------------------------------------------------------------------------------
+
+
+def test_files_hold_every_run(quick, tmp_path):
+    table, text = quick.save(tmp_path / "new")
+    rows = list(csv.DictReader(table.read_text(encoding="utf-8").splitlines()))
+    content = json.loads(text.read_text(encoding="utf-8"))
+    assert content["machine"] == MACHINE and content["seed"] == 3
+    for row, entry, result in zip(rows, content["results"], quick.results, strict=True):
+        assert entry == result.row
+        assert float(row["path_max"]) == result.metrics.path_max
+
+
+def test_the_page_is_drawn_with_refused_runs_too(quick, tmp_path):
+    refused = Result("other", quick.results[0].case, "refused", "no such period")
+    figure = control_benchmark(Benchmark(MACHINE, 3, (*quick.results, refused)))
+    figure.savefig(tmp_path / "page.png")
+    assert (tmp_path / "page.png").stat().st_size > 10_000
+    with pytest.raises(hc.InputError, match="nothing to draw"):
+        control_benchmark(Benchmark(MACHINE, 3, (refused,)))
+
+
+def test_the_command_prints_and_writes(tmp_path, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["control", "benchmark", "tip", "--quick", "-o", str(tmp_path)])
+    assert not ended.value.code
+    out = capsys.readouterr().out
+    assert "out 0.2 m/s" in out and "100 kg, data-sheet" in out
+    assert {p.name for p in tmp_path.iterdir()} == {f"control-benchmark.{suffix}" for suffix in ("csv", "json", "png")}
+
+
+def test_wrong_input_is_one_message(capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["control", "benchmark", "tipp", "--quick"])
+    assert ended.value.code == 2
+    assert "did you mean `tip`?" in " ".join(capsys.readouterr().err.split())
+    with pytest.raises(hc.InputError, match="boom, jib, extension"):
+        benchmark(["tip"], quick_cases(), machine="single-cylinder")
+    with pytest.raises(hc.InputError, match="one controller"):
+        benchmark([], quick_cases())
