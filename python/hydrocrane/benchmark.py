@@ -179,7 +179,7 @@ def benchmark(
     machine : str or Machine
         With the joints of the laboratory crane: boom, jib, extension.
     seed : int
-        Draws the errors of the sensors.
+        Draws the errors of the sensors; zero or greater.
     progress : callable, optional
         Called with (runs done, runs in all) before each run.
     """
@@ -187,6 +187,8 @@ def benchmark(
     drivers = [checked_controller(controller) for controller in controllers]
     if not drivers or not cases:
         raise InputError("a benchmark needs one controller and one case or more")
+    if not isinstance(seed, int) or not 0 <= seed < 2**64:
+        raise InputError(f"seed must be a whole number, zero or greater; got {seed!r}")
     crane = machine if isinstance(machine, Machine) else load_machine(machine)
     missing = [joint for joint in START if joint not in crane.joint_names]
     if missing or len(crane.joint_names) != len(START):

@@ -281,12 +281,23 @@ def test_the_command_prints_and_writes(tmp_path, capsys):
     assert {p.name for p in tmp_path.iterdir()} == {f"control-benchmark.{suffix}" for suffix in ("csv", "json", "png")}
 
 
-def test_wrong_input_is_one_message(capsys):
+def test_runs_that_do_not_come_to_their_end_are_told(tmp_path, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["control", "benchmark", "lever", "--quick", "-o", str(tmp_path)])
+    assert ended.value.code == 1
+    assert capsys.readouterr().out.count("refused; controller `lever` does not take the stick mode `tip`") == 3
+    assert not (tmp_path / "control-benchmark.png").exists()
+
+
+def test_wrong_input_is_one_message(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
     with pytest.raises(SystemExit) as ended:
         main(["control", "benchmark", "tipp", "--quick"])
     assert ended.value.code == 2
     assert "did you mean `tip`?" in " ".join(capsys.readouterr().err.split())
     with pytest.raises(hc.InputError, match="boom, jib, extension"):
         benchmark(["tip"], quick_cases(), machine="single-cylinder")
+    with pytest.raises(hc.InputError, match="seed must be"):
+        benchmark(["tip"], quick_cases(), seed=-1)
     with pytest.raises(hc.InputError, match="one controller"):
         benchmark([], quick_cases())

@@ -54,6 +54,8 @@ def run_benchmark(
     from hydrocrane.machine import load_machine
 
     crane = load_machine(machine, overrides(settings))
+    # A folder that cannot be made shall not cost the runs.
+    output.mkdir(parents=True, exist_ok=True)
     cases = benchmark.quick_cases() if quick else benchmark.all_cases()
     with bar("running the benchmark") as progress:
         found = benchmark.benchmark(
@@ -62,7 +64,10 @@ def run_benchmark(
     paths = found.save(output)
     mpl.use("Agg")
     paths += _picture(found, output / "control-benchmark.png")
-    say(benchmark_table(found), *_remarks(found), "written:", *(f"  {path}" for path in paths))
+    remarks = _remarks(found)
+    say(benchmark_table(found), *remarks, "written:", *(f"  {path}" for path in paths))
+    if remarks:
+        raise typer.Exit(1)
 
 
 def _picture(found: Benchmark, path: Path) -> list[Path]:
