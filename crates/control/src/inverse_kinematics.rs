@@ -36,8 +36,24 @@ pub fn solve<const N: usize>(
     held: &[f64; N],
     printed: Printed,
 ) -> Result<Vec<[f64; N]>, TooFewRevolute> {
-    let revolute: Vec<usize> = (0..N).filter(|&i| mechanics.joints[i].revolute).collect();
-    let [first, second, ..] = revolute[..] else { return Err(TooFewRevolute(revolute.len())) };
+    let mut solutions: Vec<[f64; N]> =
+        branches(mechanics, limits, target, held, printed)?.into_iter().flatten().collect();
+    solutions.sort_by(|a, b| clearance(limits, b).total_cmp(&clearance(limits, a)));
+    Ok(solutions)
+}
+
+/// The two branches of [`solve`] without a list: elbow on the one side and on the other.
+pub fn branches<const N: usize>(
+    mechanics: &Mechanics<f64, N>,
+    limits: &[[f64; 2]; N],
+    target: [f64; 2],
+    held: &[f64; N],
+    printed: Printed,
+) -> Result<[Option<[f64; N]>; 2], TooFewRevolute> {
+    let mut revolute = (0..N).filter(|&i| mechanics.joints[i].revolute);
+    let (Some(first), Some(second)) = (revolute.next(), revolute.next()) else {
+        return Err(TooFewRevolute((0..N).filter(|&i| mechanics.joints[i].revolute).count()));
+    };
     let mut posture = *held;
     if printed.extension {
         (0..N).filter(|&i| !mechanics.joints[i].revolute).for_each(|i| posture[i] = 0.0);
@@ -45,21 +61,15 @@ pub fn solve<const N: usize>(
     let (neutral, rods) = rods(mechanics, first, second, posture);
     let pivot = mechanics.pose(&neutral).links[first].origin;
     let reach = Vec2::c(target) - pivot;
-    let Some(bend) = bend(&rods, reach.norm(), printed.unreachable) else { return Ok(Vec::new()) };
+    let Some(bend) = bend(&rods, reach.norm(), printed.unreachable) else { return Ok([None; 2]) };
 
     let mut direction = reach.z.atan2(reach.x);
     if printed.quadrant && reach.x < 0.0 {
         direction = PI - direction;
     }
-    let mut solutions: Vec<[f64; N]> = [bend, -bend]
-        .into_iter()
-        .filter_map(|bend| posture_for(mechanics, limits, &neutral, (first, second), &rods, direction, bend))
-        .collect();
-    solutions.sort_by(|a, b| clearance(limits, b).total_cmp(&clearance(limits, a)));
-    if bend == 0.0 || bend == PI {
-        solutions.truncate(1);
-    }
-    Ok(solutions)
+    let solution = |bend| posture_for(mechanics, limits, &neutral, (first, second), &rods, direction, bend);
+    let straight = bend == 0.0 || bend == PI;
+    Ok([solution(bend), if straight { None } else { solution(-bend) }])
 }
 
 /// The two rods seen from the frames of their links: length and angle.

@@ -1,4 +1,16 @@
 //! Control: sees geometry and measurements, never the plant.
 
 pub mod controller;
+pub mod drive;
+pub mod feed_forward;
+pub mod heinze_pid;
 pub mod inverse_kinematics;
+pub mod lever;
+pub mod nominal;
+pub mod observer;
+pub mod penalty;
+pub mod pid;
+pub mod redundancy;
+pub mod set_point;
+pub mod slow_down;
+pub mod tip;

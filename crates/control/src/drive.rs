@@ -1,0 +1,174 @@
+//! One cylinder's part of tip control: from the piston's reference to a spool command.
+//!                                                               theory: docs/theory/control/drive.md
+//!
+//! v_c = v_ref + k_p (x_ref - x^) - d^ + F'_ref/k_oil - (c/k_oil) band-pass(F - F_ref)
+//!
+//! and the spool that gives the speed v_c at the measured pressures. F' winds the oil spring for the
+//! load that comes; the last term damps it: force fed back as velocity acts like a leak that only lets oscillations pass.
+
+use crate::feed_forward::{steady_speed, Mains, Moment};
+use crate::nominal::NominalCylinder;
+use crate::observer::Observer;
+use hydrocrane_physics::hydraulics::fluid::Fluid;
+
+/// Gains of the drive; the same for every cylinder.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DriveGains {
+    /// k_p, 1/s
+    pub position: f64,
+    /// c, 1/s: adds c/(2 omega) to the damping ratio of an oil mode at omega.
+    pub damping: f64,
+    /// Corners of the band of oil modes that the damping acts on, rad/s: below lie wrong loads, above it
+    /// the delay of a period would turn damping into its opposite.
+    pub damping_band: [f64; 2],
+    /// Bandwidth of the position observer, rad/s.
+    pub observer: f64,
+    /// Corner of the low-pass on the pressures in the valve law, rad/s.
+    pub pressure: f64,
+    /// Share of the stroke that the reference may plan with.
+    pub reserve: f64,
+    /// Piston error that is left alone at rest, m.
+    pub rest_band: f64,
+}
+
+/// What the piston shall do over the coming period.
+#[derive(Debug, Clone, Copy)]
+pub struct Demand {
+    /// m and m/s
+    pub stroke: f64,
+    pub speed: f64,
+    /// Cylinder force without friction (N), and the same with the friction at `speed`.
+    pub load: f64,
+    /// Stand still: correct only errors beyond the rest band.
+    pub rest: bool,
+}
+
+#[derive(Debug, Clone, Copy)]
+pub struct Drive {
+    cylinder: NominalCylinder,
+    fluid: Fluid<f64>,
+    mains: Mains,
+    gains: DriveGains,
+    period: f64,
+    observer: Observer,
+    /// Low-passed pressures with the measured position.
+    moment: Moment,
+    force: f64,
+    /// F - F_ref behind low-passes at both corners of the damping band, N.
+    lags: [f64; 2],
+    /// F_ref of the last sample, N.
+    planned: f64,
+    /// Speed that the last command should give.
+    expected: f64,
+}
+
+/// Least speed at full stroke, as a share of the steady one: a regenerative cylinder that is still being filled would not
+/// move at any opening.
+const LEAST_SHARE: f64 = 0.35;
+/// m/s: keeps quotients finite where the supply cannot move the load.
+const LEAST_SPEED: f64 = 1e-5;
+
+impl Drive {
+    /// At rest, with nothing yet known of the load but the measured force.
+    pub fn at(
+        cylinder: NominalCylinder,
+        fluid: Fluid<f64>,
+        mains: Mains,
+        gains: DriveGains,
+        period: f64,
+        moment: Moment,
+        load: f64,
+    ) -> Self {
+        let force = cylinder.chambers.force(moment.p[0], moment.p[1]);
+        Drive {
+            cylinder,
+            fluid,
+            mains,
+            gains,
+            period,
+            observer: Observer::at(moment.stroke),
+            moment,
+            force,
+            lags: [force - load; 2],
+            planned: load,
+            expected: 0.0,
+        }
+    }
+
+    /// Takes in a sample.
+    pub fn measure(&mut self, now: &Moment) {
+        self.force = self.cylinder.chambers.force(now.p[0], now.p[1]);
+        let share = 1.0 - (-self.gains.pressure * self.period).exp();
+        for (slow, p) in self.moment.p.iter_mut().zip(now.p) {
+            *slow += share * (p - *slow);
+        }
+        self.moment.stroke = now.stroke;
+        self.observer.update(now.stroke, self.expected, self.gains.observer, self.period);
+    }
+
+    /// Observed piston position, m.
+    pub fn position(&self) -> f64 {
+        self.observer.position
+    }
+
+    /// Lowest and highest piston speed that the reference may plan with, m/s.
+    pub fn range(&self) -> [f64; 2] {
+        [-1.0, 1.0].map(|s| {
+            // More than the steady speed would not last, and what the valve was seen to lack is not there either.
+            let lasting = (s * self.full_speed(s)).min(self.steady_speed(s));
+            s * (self.gains.reserve * lasting + (s * self.observer.disturbance).min(0.0)).max(0.0)
+        })
+    }
+
+    /// Magnitude of the steady speed at full stroke under the planned load.
+    fn steady_speed(&self, sense: f64) -> f64 {
+        let force = self.planned + self.cylinder.steady_friction(sense * FRICTION_SPEED);
+        (sense * steady_speed(&self.cylinder, &self.mains, force, sense)).max(LEAST_SPEED)
+    }
+
+    /// Signed speed at full stroke at the present pressures.
+    fn full_speed(&self, sense: f64) -> f64 {
+        let c = &self.cylinder;
+        let steady = self.steady_speed(sense);
+        let now = sense * c.momentary_speed(&self.fluid, &self.mains, &self.moment, sense * c.stroke);
+        sense * now.max(LEAST_SHARE * steady)
+    }
+
+    /// Spool command, m.
+    pub fn command(&mut self, d: &Demand) -> f64 {
+        let g = &self.gains;
+        let planned = d.load + self.cylinder.steady_friction(d.speed);
+        let stiffness = self.cylinder.oil_stiffness(&self.fluid, &self.moment);
+        let winding = (planned - self.planned) / (self.period * stiffness);
+        self.planned = planned;
+        let error = self.force - planned;
+        for (lag, corner) in self.lags.iter_mut().zip(g.damping_band) {
+            *lag += (1.0 - (-corner * self.period).exp()) * (error - *lag);
+        }
+        let spring = winding - g.damping * (self.lags[1] - self.lags[0]) / stiffness;
+
+        let behind = d.stroke - self.observer.position;
+        if d.rest && behind.abs() <= g.rest_band {
+            self.expected = -self.observer.disturbance;
+            return 0.0;
+        }
+        let motion = d.speed + g.position * behind - self.observer.disturbance;
+        let spool = self.spool_for(motion + spring);
+        self.expected = self.cylinder.momentary_speed(&self.fluid, &self.mains, &self.moment, spool) - spring;
+        spool
+    }
+
+    fn spool_for(&self, speed: f64) -> f64 {
+        let c = &self.cylinder;
+        let closed = c.momentary_speed(&self.fluid, &self.mains, &self.moment, 0.0);
+        let sense = if speed < closed { -1.0 } else { 1.0 };
+        let share = ((speed - closed) / (self.full_speed(sense) - closed)).clamp(0.0, 1.0);
+        if share == 0.0 {
+            return 0.0;
+        }
+        sense * (c.valve.overlap + share * (c.stroke - c.valve.overlap))
+    }
+}
+
+/// Speed at which friction is taken when asking how fast a piston could be, m/s.
+const FRICTION_SPEED: f64 = 0.01;

@@ -1,0 +1,72 @@
+//! Piston speed through the valve and back.                   theory: docs/theory/control/feed_forward.md
+//!
+//! Steady speed under a force F with the spool at x:   v = |x| sqrt(s),
+//!     s = (force of the connected mains - F) sense / (A_1^3/C_a^2 + A_2^3/C_b^2)
+//! because p_1 = p_a -+ (A_1/C_a)^2 s and p_2 = p_b +- (A_2/C_b)^2 s behind the mains p_a and p_b that the edges open to.
+//!
+//! Speed at given pressures, not yet steady, with the load's force changing at F':
+//!     v (A_1^2 E_1/V_1 + A_2^2 E_2/V_2) = A_1 E_1/V_1 (q_1 - q_int) + A_2 E_2/V_2 (q_2 - q_int + q_ext) - F'
+//! from A_1 p_1' - A_2 p_2' = F' with (94), (95): both metering edges act, each with the stiffness of its chamber. After
+//! opening a valve the two pressures take some tenths of a second to reach their steady level; this law holds meanwhile.
+
+use crate::nominal::NominalCylinder;
+use hydrocrane_physics::hydraulics::fluid::Fluid;
+use hydrocrane_physics::hydraulics::spool_valve::PortPressures;
+
+/// Supply and tank pressure, Pa.
+#[derive(Debug, Clone, Copy)]
+pub struct Mains {
+    pub supply: f64,
+    pub tank: f64,
+}
+
+/// Signed piston speed at full stroke towards `sense` (+1 or -1) in steady motion under `force` (N, positive where
+/// the cylinder pushes outward); zero where the supply cannot move it.
+pub fn steady_speed(c: &NominalCylinder, mains: &Mains, force: f64, sense: f64) -> f64 {
+    let a = [c.chambers.area_1, c.chambers.area_2];
+    let coefficients = [c.valve.edge_a.coefficient, c.valve.edge_b.coefficient];
+    // Pressures that chamber 1 and chamber 2 would have without any drop over their edges.
+    let (p1, p2) = match (sense > 0.0, c.valve.regenerative) {
+        (true, false) => (mains.supply, mains.tank),
+        (true, true) => (mains.supply, mains.supply),
+        (false, _) => (mains.tank, mains.supply),
+    };
+    let drive = (p1 * a[0] - p2 * a[1] - force) * sense;
+    let resistance: f64 = (0..2).map(|i| a[i].powi(3) / coefficients[i].powi(2)).sum();
+    sense * (c.stroke - c.valve.overlap) * (drive.max(0.0) / resistance).sqrt()
+}
+
+/// A cylinder at one sample: position (m) and chamber pressures (Pa).
+#[derive(Debug, Clone, Copy)]
+pub struct Moment {
+    pub stroke: f64,
+    pub p: [f64; 2],
+}
+
+impl NominalCylinder {
+    /// A_1 E_1/V_1 and A_2 E_2/V_2, Pa/m. Volumes are kept positive for measurements beyond the stroke.
+    fn chamber_rates(&self, fluid: &Fluid<f64>, m: &Moment) -> [f64; 2] {
+        let (v1, v2) = self.chambers.volumes(m.stroke);
+        let least = 1e-3 * self.chambers.mid_volume_1;
+        [
+            self.chambers.area_1 * fluid.bulk_modulus(m.p[0]) / v1.max(least),
+            self.chambers.area_2 * fluid.bulk_modulus(m.p[1]) / v2.max(least),
+        ]
+    }
+
+    /// Stiffness of the oil between closed edges, N/m.
+    pub fn oil_stiffness(&self, fluid: &Fluid<f64>, m: &Moment) -> f64 {
+        let [r1, r2] = self.chamber_rates(fluid, m);
+        r1 * self.chambers.area_1 + r2 * self.chambers.area_2
+    }
+
+    /// Piston speed (m/s) with the spool held at `spool` (m) at these pressures and constant force.
+    pub fn momentary_speed(&self, fluid: &Fluid<f64>, mains: &Mains, m: &Moment, spool: f64) -> f64 {
+        let [r1, r2] = self.chamber_rates(fluid, m);
+        let ports = PortPressures { supply: mains.supply, tank: mains.tank, a: m.p[0], b: m.p[1] };
+        let edges = self.valve.flows(spool, &ports);
+        let (internal, external) = self.leakage.flows(m.p[0], m.p[1], mains.tank);
+        let (q1, q2) = (edges.port_a() - internal, edges.port_b() - internal + external);
+        (r1 * q1 + r2 * q2) / (r1 * self.chambers.area_1 + r2 * self.chambers.area_2)
+    }
+}

@@ -1,0 +1,132 @@
+//! The thesis's tip controller, sampled.                     theory: docs/theory/control/heinze_pid.md
+//!
+//! Table 6: the stick moves a set-point once per set-point interval; inverse kinematics turns it into joint targets; a
+//! PID per joint (129), (130) drives the joint's spool. The program drives cylinder 2 the other way round because
+//! its joint angle falls as the piston extends; here the sign is that of dx/dq. The printed run has a set-point interval of
+//! 5 s: one set-point, 2.5 m away. Departs from the source: the PID runs at a fixed period, not at every evaluation
+//! of the right-hand side (E22).
+
+use crate::controller::{Controller, Fault, Measurement, Stick};
+use crate::inverse_kinematics::{branches, Printed, TooFewRevolute};
+use crate::nominal::Nominal;
+use crate::penalty::{self, Weights};
+use crate::pid::{Gains, Pid};
+use crate::slow_down::{checked, checked_stick};
+use std::f64::consts::PI;
+
+/// How the coordinates of prismatic joints are chosen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Extension<const N: usize> {
+    /// Zero, as in the program.
+    Zero,
+    /// By the penalty function (131) over this many candidates.
+    Penalty { weights: Weights<N>, candidates: usize },
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings<const N: usize> {
+    /// s
+    pub period: f64,
+    /// Time between set-points, s.
+    pub set_point_interval: f64,
+    /// Tip speed at full stick, m/s.
+    pub full_speed: f64,
+    /// Per sample: m of spool per rad or m.
+    pub gains: [Gains; N],
+    pub extension: Extension<N>,
+    pub printed: Printed,
+}
+
+/// K_i of joint 1 and of the others, K_p, K_d: section 7.2.
+pub fn printed_gains<const N: usize>() -> [Gains; N] {
+    let of = |integral| Gains { proportional: 1.0, integral, derivative: 0.01 };
+    std::array::from_fn(|i| of(if i == 0 { 1e-4 } else { 5e-3 }))
+}
+
+pub struct HeinzePid<const N: usize> {
+    nominal: Nominal<N>,
+    settings: Settings<N>,
+    pids: [Pid; N],
+    target: [f64; N],
+    set_point: [f64; 2],
+    /// Time of the next set-point; `None` before the first sample.
+    due: Option<f64>,
+}
+
+impl<const N: usize> HeinzePid<N> {
+    pub fn new(nominal: Nominal<N>, settings: Settings<N>) -> Self {
+        let pids = std::array::from_fn(|i| {
+            let stroke = nominal.cylinders[i].stroke;
+            Pid::new(settings.gains[i], [-stroke, stroke])
+        });
+        HeinzePid { nominal, settings, pids, target: [0.0; N], set_point: [0.0; 2], due: None }
+    }
+
+    fn begin(&mut self, q: &[f64; N], t: f64) {
+        self.pids.iter_mut().for_each(Pid::reset);
+        self.target = *q;
+        self.set_point = self.nominal.tip(q);
+        self.due = Some(t);
+    }
+
+    /// Moves the set-point and finds joint targets; an unreachable one leaves the targets as they are.
+    fn aim(&mut self, q: &[f64; N], stick: [f64; 2]) -> Result<(), Fault> {
+        let travel = self.settings.full_speed * self.settings.set_point_interval;
+        let moved = [self.set_point[0] + stick[0] * travel, self.set_point[1] + stick[1] * travel];
+        let found = match &self.settings.extension {
+            Extension::Zero => self.nearest_branch(moved, q),
+            Extension::Penalty { weights, candidates } => {
+                penalty::search(&self.nominal, weights, moved, q, *candidates)
+            }
+        };
+        if let Some(target) = found.map_err(|e| Fault::Failed(e.to_string()))? {
+            self.target = target;
+            self.set_point = moved;
+        }
+        Ok(())
+    }
+
+    /// Inverse kinematics with prismatic joints at zero, on the branch nearest to the posture, whatever the limits.
+    fn nearest_branch(&self, tip: [f64; 2], q: &[f64; N]) -> Result<Option<[f64; N]>, TooFewRevolute> {
+        let whole_turn = q.map(|q| [q.min(0.0) - PI, q.max(0.0) + PI]);
+        let held = std::array::from_fn(|i| if self.nominal.mechanics.joints[i].revolute { q[i] } else { 0.0 });
+        let found = branches(&self.nominal.mechanics, &whole_turn, tip, &held, self.settings.printed)?;
+        let distance = |c: &[f64; N]| (0..N).map(|i| (c[i] - q[i]).powi(2)).sum::<f64>();
+        Ok(found.into_iter().flatten().min_by(|a, b| distance(a).total_cmp(&distance(b))))
+    }
+}
+
+impl<const N: usize> Controller for HeinzePid<N> {
+    fn period(&self) -> f64 {
+        self.settings.period
+    }
+
+    fn reset(&mut self, first: &Measurement) {
+        self.due = None;
+        if let Ok((q, _)) = checked::<N>(first) {
+            self.begin(&q, first.t);
+        }
+    }
+
+    fn step(&mut self, measured: &Measurement, stick: Stick, spool: &mut [f64]) -> Result<(), Fault> {
+        let (q, _) = checked::<N>(measured)?;
+        let stick = checked_stick(stick)?;
+        if self.due.is_none() {
+            self.begin(&q, measured.t);
+        }
+        // Half a period forgives rounding of the clock.
+        if self.due.is_none_or(|due| measured.t > due - 0.5 * self.settings.period) {
+            self.aim(&q, stick)?;
+            self.due = Some(measured.t + self.settings.set_point_interval);
+        }
+        let gain = self.nominal.posture(&q).gain;
+        for (i, (pid, out)) in self.pids.iter_mut().zip(spool).enumerate() {
+            *out = gain[i].signum() * pid.step(self.target[i] - q[i]);
+        }
+        Ok(())
+    }
+
+    fn set_point(&self) -> Option<[f64; 2]> {
+        self.due.map(|_| self.set_point)
+    }
+}

@@ -1,0 +1,89 @@
+//! What a controller believes of its crane: geometry, masses and the parameters of its cylinders, never a state.
+
+use hydrocrane_physics::dynamics::Mechanics;
+use hydrocrane_physics::friction::StaticParameters;
+use hydrocrane_physics::geometry::stroke::Actuation;
+use hydrocrane_physics::hydraulics::chamber::Chambers;
+use hydrocrane_physics::hydraulics::fluid::Fluid;
+use hydrocrane_physics::hydraulics::leakage::Leakage;
+use hydrocrane_physics::hydraulics::spool_valve::SpoolValve;
+
+/// One cylinder with its valve.
+#[derive(Debug, Clone, Copy)]
+pub struct NominalCylinder {
+    pub chambers: Chambers<f64>,
+    pub valve: SpoolValve<f64>,
+    pub leakage: Leakage<f64>,
+    pub friction: StaticParameters<f64>,
+    /// Largest spool displacement, m.
+    pub stroke: f64,
+    /// Piston positions between which no end stop acts, m.
+    pub free: [f64; 2],
+}
+
+/// A crane of `N` joints, each moved by the cylinder of the same index.
+#[derive(Debug, Clone, Copy)]
+pub struct Nominal<const N: usize> {
+    pub mechanics: Mechanics<f64, N>,
+    pub actuations: [Actuation<f64>; N],
+    pub cylinders: [NominalCylinder; N],
+    pub fluid: Fluid<f64>,
+    /// Pa
+    pub supply: f64,
+    pub tank: f64,
+    /// kg at the tip
+    pub payload: f64,
+    /// rad or m
+    pub joint_limits: [[f64; 2]; N],
+}
+
+/// Everything geometric at one posture.
+#[derive(Debug, Clone, Copy)]
+pub struct Posture<const N: usize> {
+    /// m
+    pub tip: [f64; 2],
+    /// Rows x and z.
+    pub jacobian: [[f64; N]; 2],
+    /// Piston position per cylinder, m.
+    pub stroke: [f64; N],
+    /// dx/dq per cylinder.
+    pub gain: [f64; N],
+}
+
+impl<const N: usize> Nominal<N> {
+    pub fn tip(&self, q: &[f64; N]) -> [f64; 2] {
+        let tip = self.mechanics.tip_position(&self.mechanics.pose(q));
+        [tip.x, tip.z]
+    }
+
+    pub fn posture(&self, q: &[f64; N]) -> Posture<N> {
+        let pose = self.mechanics.pose(q);
+        let tip = self.mechanics.tip_position(&pose);
+        let mut jacobian = [[0.0; N]; 2];
+        for j in 0..N {
+            let column = pose.column(j, tip);
+            (jacobian[0][j], jacobian[1][j]) = (column.x, column.z);
+        }
+        let strokes: [(f64, f64); N] = std::array::from_fn(|c| self.actuations[c].stroke(&pose.joints[c]));
+        Posture { tip: [tip.x, tip.z], jacobian, stroke: strokes.map(|s| s.0), gain: strokes.map(|s| s.1) }
+    }
+
+    /// Cylinder forces, friction left out, that carry the crane at the joint rates `qd` held constant, N.
+    pub fn cylinder_force(&self, q: &[f64; N], qd: &[f64; N]) -> [f64; N] {
+        let pose = self.mechanics.pose(q);
+        let bias = self.mechanics.equations(&pose, qd, self.payload).bias;
+        std::array::from_fn(|j| bias[j] / self.actuations[j].stroke(&pose.joints[j]).1)
+    }
+}
+
+impl NominalCylinder {
+    /// Friction at constant velocity, N, running smoothly through zero within the Stribeck velocity.
+    pub fn steady_friction(&self, v: f64) -> f64 {
+        let width = if v < 0.0 {
+            self.friction.stribeck_velocity_retracting
+        } else {
+            self.friction.stribeck_velocity_extending
+        };
+        self.friction.stribeck(v) * (v / width).tanh() + self.friction.viscous(v)
+    }
+}

@@ -1,0 +1,58 @@
+//! Position and disturbance of a piston behind a coarse sensor.   theory: docs/theory/control/observer.md
+//!
+//! x^ += T (v + d^ + 2 w (y - x^)),     d^ += T w^2 (y - x^)
+//!
+//! v is the speed that the commands should produce, y the measured position, d^ the speed that is missing: leakage, a wrong
+//! load, a valve that gives more or less than believed. One count of the encoder per period is more than the boom's
+//! full speed, so a difference of positions tells nothing; the model supplies the motion, the sensor its slow correction.
+
+/// State of the observer of one piston.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Observer {
+    /// x^, m
+    pub position: f64,
+    /// d^, m/s
+    pub disturbance: f64,
+}
+
+impl Observer {
+    pub fn at(position: f64) -> Self {
+        Observer { position, disturbance: 0.0 }
+    }
+
+    /// `speed`: expected over the period that ends with the measurement. `bandwidth`: w, rad/s.
+    pub fn update(&mut self, measured: f64, speed: f64, bandwidth: f64, period: f64) {
+        let predicted = self.position + period * (speed + self.disturbance);
+        let innovation = measured - predicted;
+        // The discrete gains of a double real pole at exp(-w T): stable for every w.
+        let pole = (-bandwidth * period).exp();
+        self.position = predicted + (1.0 - pole * pole) * innovation;
+        self.disturbance += (1.0 - pole).powi(2) / period * innovation;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn finds_a_missing_speed() {
+        let mut o = Observer::at(0.0);
+        for k in 1..=300 {
+            o.update(0.02 * 0.01 * k as f64, 0.015, 10.0, 0.01);
+        }
+        assert!((o.disturbance - 0.005).abs() < 1e-6 && (o.position - 0.06).abs() < 1e-6);
+    }
+
+    #[test]
+    fn counts_of_an_encoder_shake_the_position_by_less_than_half_a_count() {
+        let (count, mut o) = (4e-4, Observer::at(0.0));
+        let mut worst = 0.0f64;
+        for k in 1..=500 {
+            let x = 0.0102 * 0.01 * k as f64;
+            o.update((x / count).round() * count, 0.0102, 5.0, 0.01);
+            worst = worst.max((o.position - x).abs());
+        }
+        assert!(worst < 0.25 * count, "{worst}");
+    }
+}

@@ -1,0 +1,125 @@
+//! The set-point of the tip and the joint motion that belongs to it.    theory: docs/theory/control/set_point.md
+//!
+//! The stick's velocity passes a double lag and moves the set-point; [`redundancy`](crate::redundancy) turns it into
+//! joint rates; their integral is the reference. What integration loses on the path is fed back as a correction of
+//! the next step, so no inverse kinematics is needed and any chain will do. Joints beyond the first two revolute ones
+//! follow their measured positions: where the telescope lags, boom and jib make up for it.
+
+use crate::nominal::{Nominal, Posture};
+use crate::redundancy::{resolve, Motion, Preference, Task};
+use crate::slow_down::joint_rates;
+
+/// How the reference moves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shape<const N: usize> {
+    /// Each of the two lags of the stick, rad/s.
+    pub stick_bandwidth: f64,
+    /// Rate at which a lost path is found again, 1/s.
+    pub path_rate: f64,
+    /// Rate of the slow-down before limits, 1/s.
+    pub limit_rate: f64,
+    /// Pull towards mid-range, rate per tip speed and distance from the middle, 1/m.
+    pub centring: [f64; N],
+    /// Relative reluctance to use a joint.
+    pub effort: [f64; N],
+}
+
+/// The reference at one sample.
+#[derive(Debug, Clone, Copy)]
+pub struct Reference<const N: usize> {
+    /// m
+    pub set_point: [f64; 2],
+    pub q: [f64; N],
+    pub rates: [f64; N],
+    /// Piston positions (m) and dx/dq at `q`.
+    pub posture: Posture<N>,
+    /// Of the commanded speed, how much the joints allow.
+    pub scale: f64,
+    lags: [[f64; 2]; 2],
+    leaders: [bool; N],
+}
+
+impl<const N: usize> Reference<N> {
+    /// At rest at `q`.
+    pub fn at(nominal: &Nominal<N>, q: [f64; N]) -> Self {
+        let posture = nominal.posture(&q);
+        let revolute = nominal.mechanics.joints.map(|j| j.revolute);
+        let rank = |i: usize| revolute[..i].iter().filter(|&&r| r).count();
+        // Without two revolute joints every joint leads.
+        let few = rank(N) < 2;
+        let leaders = std::array::from_fn(|i| few || revolute[i] && rank(i) < 2);
+        let lags = [[0.0; 2]; 2];
+        Reference { set_point: posture.tip, q, rates: [0.0; N], posture, scale: 1.0, lags, leaders }
+    }
+
+    /// Speed of the set-point before it is scaled, m/s.
+    pub fn speed(&self) -> f64 {
+        let [x, z] = self.lags[1];
+        x.hypot(z)
+    }
+
+    /// Whether the set-point still moves or shall move.
+    pub fn moving(&self, stick: [f64; 2]) -> bool {
+        stick != [0.0; 2] || self.speed() > STANDING
+    }
+
+    /// Moves on by one period towards the velocity `wish` (m/s). `observed`: joint coordinates; `piston`: lowest
+    /// and highest piston speeds (m/s).
+    pub fn advance(
+        &mut self,
+        nominal: &Nominal<N>,
+        shape: &Shape<N>,
+        period: f64,
+        wish: [f64; 2],
+        observed: &[f64; N],
+        piston: &[[f64; 2]; N],
+    ) {
+        self.shape_stick(shape, period, wish);
+        for i in (0..N).filter(|&i| !self.leaders[i]) {
+            self.q[i] = observed[i];
+        }
+        let posture = nominal.posture(&self.q);
+        let correction = std::array::from_fn(|r| shape.path_rate * (self.set_point[r] - posture.tip[r]));
+        let velocity = self.lags[1];
+        let bounds = joint_rates(nominal, &posture, &self.q, piston, shape.limit_rate);
+        let prefer = Preference {
+            weights: std::array::from_fn(|i| {
+                let capacity = (piston[i][1] - piston[i][0]) / posture.gain[i].abs().max(LEAST_GAIN);
+                (shape.effort[i] / capacity.max(LEAST_CAPACITY)).powi(2)
+            }),
+            rates: std::array::from_fn(|i| {
+                let middle = 0.5 * (nominal.joint_limits[i][0] + nominal.joint_limits[i][1]);
+                shape.centring[i] * self.speed() * (middle - self.q[i])
+            }),
+            bounds,
+        };
+        let Motion { rates, scale } = resolve(&posture.jacobian, &Task { velocity, correction }, &prefer);
+        for r in 0..2 {
+            self.set_point[r] += scale * velocity[r] * period;
+        }
+        for i in 0..N {
+            self.q[i] += rates[i] * period;
+        }
+        (self.rates, self.scale, self.posture) = (rates, scale, posture);
+    }
+
+    fn shape_stick(&mut self, shape: &Shape<N>, period: f64, wish: [f64; 2]) {
+        let share = 1.0 - (-shape.stick_bandwidth * period).exp();
+        for r in 0..2 {
+            self.lags[0][r] += share * (wish[r] - self.lags[0][r]);
+            self.lags[1][r] += share * (self.lags[0][r] - self.lags[1][r]);
+        }
+    }
+
+    /// Stops where it is.
+    pub fn stand(&mut self) {
+        self.lags = [[0.0; 2]; 2];
+        self.rates = [0.0; N];
+    }
+}
+
+/// Set-point speed that counts as standing, m/s.
+const STANDING: f64 = 1e-4;
+/// Guards of the weights near a dead centre and for a piston that cannot move.
+const LEAST_GAIN: f64 = 1e-6;
+const LEAST_CAPACITY: f64 = 1e-9;

@@ -1,0 +1,88 @@
+//! Speeds allowed on the way to a limit, and what a controller accepts as input.
+//!                                                            theory: docs/theory/control/slow_down.md
+//!
+//! v <= k (upper - x),   v >= -k (x - lower)
+//!
+//! which brings a piston to rest at its limit exponentially, with the time constant 1/k. Beyond a limit only the
+//! way back is open.
+
+use crate::controller::{Fault, Measurement, Stick};
+use crate::nominal::{Nominal, Posture};
+
+/// Lowest and highest velocity allowed at `x` between the limits, both including zero.
+pub fn allowed(x: f64, [lower, upper]: [f64; 2], rate: f64) -> [f64; 2] {
+    [-rate * (x - lower).max(0.0), rate * (upper - x).max(0.0)]
+}
+
+/// Joint rates allowed by joint limits, end stop zones and the pistons' own limits of speed (m/s).
+pub fn joint_rates<const N: usize>(
+    nominal: &Nominal<N>,
+    posture: &Posture<N>,
+    q: &[f64; N],
+    piston: &[[f64; 2]; N],
+    rate: f64,
+) -> [[f64; 2]; N] {
+    std::array::from_fn(|i| {
+        let [stop_low, stop_high] = allowed(posture.stroke[i], nominal.cylinders[i].free, rate);
+        let (low, high) = (piston[i][0].max(stop_low), piston[i][1].min(stop_high));
+        let gain = posture.gain[i];
+        let [from, to] = if gain > 0.0 { [low / gain, high / gain] } else { [high / gain, low / gain] };
+        let [joint_low, joint_high] = allowed(q[i], nominal.joint_limits[i], rate);
+        // At a dead centre the gain is zero and the quotient not a number: max and min then take the other bound.
+        [joint_low.max(from), joint_high.min(to)]
+    })
+}
+
+/// Joint coordinates and pressures as arrays; the fault names the first that is missing or not finite.
+pub fn checked<const N: usize>(m: &Measurement) -> Result<([f64; N], [[f64; 2]; N]), Fault> {
+    let bad = |name: String| Err(Fault::BadMeasurement(name));
+    if !m.t.is_finite() {
+        return bad("t".to_string());
+    }
+    for i in 0..N {
+        if !m.q.get(i).is_some_and(|q| q.is_finite()) {
+            return bad(format!("q[{i}]"));
+        }
+        if !m.p.get(i).is_some_and(|p| p[0].is_finite() && p[1].is_finite()) {
+            return bad(format!("p[{i}]"));
+        }
+    }
+    Ok((std::array::from_fn(|i| m.q[i]), std::array::from_fn(|i| m.p[i])))
+}
+
+/// The tip's stick inside its range.
+pub fn checked_stick(stick: Stick) -> Result<[f64; 2], Fault> {
+    match stick {
+        Stick::Tip(s) if s.iter().all(|s| s.abs() <= 1.0) => Ok(s),
+        Stick::Tip(_) => Err(Fault::BadStick),
+        Stick::Lever(_) => Err(Fault::WrongStick("tip")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn comes_to_rest_at_the_limit_and_finds_the_way_back() {
+        let (limits, rate, period) = ([-0.1, 0.2], 2.0, 0.01);
+        let mut x = 0.0;
+        for _ in 0..1000 {
+            x += allowed(x, limits, rate)[1] * period;
+            assert!(x <= limits[1]);
+        }
+        assert!(limits[1] - x < 1e-6);
+        let beyond = allowed(0.21, limits, rate);
+        assert!(beyond[1] == 0.0 && beyond[0] < 0.0);
+    }
+
+    #[test]
+    fn input_that_is_not_finite_or_out_of_range_is_named() {
+        let p = [[1e5, f64::NAN]];
+        let m = Measurement { t: 0.0, q: &[0.0], p: &p };
+        assert_eq!(checked::<1>(&m), Err(Fault::BadMeasurement("p[0]".to_string())));
+        assert_eq!(checked::<2>(&m).map(|_| ()), Err(Fault::BadMeasurement("p[0]".to_string())));
+        assert_eq!(checked_stick(Stick::Tip([0.0, f64::NAN])), Err(Fault::BadStick));
+        assert_eq!(checked_stick(Stick::Lever(&[0.0])), Err(Fault::WrongStick("tip")));
+    }
+}
