@@ -45,9 +45,9 @@ $(VENV)/.built: $(BIN)/python $(SOURCES)
 	$(BIN)/python -m pip install --quiet --editable '.[parquet]'
 	@touch $@
 
-$(VENV)/.tested: $(VENV)/.built
+$(VENV)/.tested: $(BIN)/python $(SOURCES)
 	$(BIN)/python -m pip install --quiet --editable '.[test]'
-	@touch $@
+	@touch $(VENV)/.built $@
 
 clean:
 	rm -rf $(VENV) target results
