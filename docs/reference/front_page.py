@@ -29,8 +29,8 @@ def speed() -> str:
     runs = results["vertical-lift-open-loop"]
     ours, theirs = runs["hydrocrane rodas5p"], runs["LSODA solve_ivp"]
     return (
-        f"* Speed: the 5 s run above goes {ours['times_real_time']:.0f} times faster than the machine on one core, at a tip error of "
-        f"{ours['tip_error_m'] * 1e6:.0f} um; SciPy's LSODA on the same right-hand side takes "
+        f"* Speed: the 5 s run above goes {ours['times_real_time']:.0f} times faster than the machine on one core, at "
+        f"a tip error of {ours['tip_error_m'] * 1e6:.0f} um; SciPy's LSODA on the same right-hand side takes "
         f"{theirs['seconds'] / ours['seconds']:.1f} times as long for {theirs['tip_error_m'] * 1e6:.0f} um. "
         "[What was compared](benches/README.md)"
     )

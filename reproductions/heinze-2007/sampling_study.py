@@ -6,9 +6,10 @@ same PID with the same gains runs once per sampling time, outside the solver, wi
 
 from __future__ import annotations
 
-import hydrocrane as hc
 import numpy as np
 from common import RUN_REPEATABILITY, printed_controller
+
+import hydrocrane as hc
 
 SAMPLE_TIMES = (1e-4, 2e-4, 2.8e-4, 1e-3, 1e-2)
 DURATION = 5.0
