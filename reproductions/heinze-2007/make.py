@@ -194,8 +194,8 @@ def page(numbers: dict[str, dict[str, float]]) -> str:
             "## What each correction does to the published runs",
             "",
             "Tip heights with one switch of `heinze-2007` corrected at a time; the thesis states 1.1 m for the "
-            "vertical task at 5 s, and -0.6 m and -0.3 m for the horizontal task at 3 s and 5 s. A controller inside the "
-            "right-hand side amplifies rounding: the heights repeat to 6 mm, the vertical ones with "
+            "vertical task at 5 s, and -0.6 m and -0.3 m for the horizontal task at 3 s and 5 s. A controller inside "
+            "the right-hand side amplifies rounding: the heights repeat to 6 mm, the vertical ones with "
             "`leakage-viscosity` to 33 mm.",
             "",
             *switch_rows(numbers["errata_switches"]),
