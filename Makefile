@@ -33,6 +33,8 @@ bench: $(VENV)/.tested
 lint: $(VENV)/.tested
 	$(CARGO) fmt --check
 	$(CARGO) clippy --workspace --all-targets -- -D warnings
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
 
 $(BIN)/python:
 	$(PYTHON) -c 'import sys; sys.exit("hydrocrane needs Python 3.11 or newer, this is %d.%d; set PYTHON=" % sys.version_info[:2] if sys.version_info < (3, 11) else 0)'
@@ -45,9 +47,9 @@ $(VENV)/.built: $(BIN)/python $(SOURCES)
 	$(BIN)/python -m pip install --quiet --editable '.[parquet]'
 	@touch $@
 
-$(VENV)/.tested: $(VENV)/.built
+$(VENV)/.tested: $(BIN)/python $(SOURCES)
 	$(BIN)/python -m pip install --quiet --editable '.[test]'
-	@touch $@
+	@touch $(VENV)/.built $@
 
 clean:
 	rm -rf $(VENV) target results

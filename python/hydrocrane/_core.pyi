@@ -8,7 +8,18 @@ from numpy.typing import NDArray
 
 _Array = NDArray[float64]
 
-__all__ = ["Machine", "MachineFileError", "Simulator", "bundled_machines", "bundled_scenarios", "bundled_text", "load_machine", "load_scenario", "simulate", "simulate_controlled"]
+__all__ = [
+    "Machine",
+    "MachineFileError",
+    "Simulator",
+    "bundled_machines",
+    "bundled_scenarios",
+    "bundled_text",
+    "load_machine",
+    "load_scenario",
+    "simulate",
+    "simulate_controlled",
+]
 
 class MachineFileError(ValueError):
     """args: message, slug, file, line, column, key"""

@@ -18,8 +18,19 @@ if _TESTS not in sys.path:
 
 from oracles import printed_controller, printed_program  # noqa: E402
 
-__all__ = ["EXPECTED", "HERE", "PICTURES", "ROOT", "RUN_REPEATABILITY", "TABLE_1", "figure",
-           "printed_controller", "printed_program", "program_rhs", "save"]
+__all__ = [
+    "EXPECTED",
+    "HERE",
+    "PICTURES",
+    "ROOT",
+    "RUN_REPEATABILITY",
+    "TABLE_1",
+    "figure",
+    "printed_controller",
+    "printed_program",
+    "program_rhs",
+    "save",
+]
 
 # A controller inside the right-hand side amplifies rounding: twelve runs, each with a relative
 # disturbance of 1e-13 on the right-hand side, spread by up to 6 mm at the tip.

@@ -36,8 +36,11 @@ def e2_inertia() -> dict[str, float]:
     # A body between its two end pins cannot exceed m d1 d2 about its centre of gravity.
     ends = (program.JIB_JOINT, 0.98 + 0j, program.TIP_ON_BEAM)
     bound = [m * c.real * (e.real - c.real) for m, c, e in zip(program.MASSES, program.CENTRES, ends)]
-    return {f"link{i + 2}_{key}": float(value[i]) for i in range(3)
-            for key, value in (("about_centre_kg_m2", about_centre), ("slender_bound_kg_m2", bound))}
+    return {
+        f"link{i + 2}_{key}": float(value[i])
+        for i in range(3)
+        for key, value in (("about_centre_kg_m2", about_centre), ("slender_bound_kg_m2", bound))
+    }
 
 
 def e3_e4_orifice() -> dict[str, float]:
@@ -88,11 +91,16 @@ def e13_e14_strokes() -> dict[str, float]:
     x1, x2 = program.lift_stroke(np.deg2rad([45, 172])), program.jib_stroke(np.deg2rad([178, 5]))
     ends = [(c.barrel - c.piston) / 2 for c in program.CYLINDERS]
     out = {
-        "x1_at_45deg_m": x1[0], "x1_at_172deg_m": x1[1], "x2_at_178deg_m": x2[0], "x2_at_5deg_m": x2[1],
-        "offset_1_m": np.mean([-0.155, 0.217] - x1), "offset_2_m": np.mean([-0.101, 0.210] - x2),
+        "x1_at_45deg_m": x1[0],
+        "x1_at_172deg_m": x1[1],
+        "x2_at_178deg_m": x2[0],
+        "x2_at_5deg_m": x2[1],
+        "offset_1_m": np.mean([-0.155, 0.217] - x1),
+        "offset_2_m": np.mean([-0.101, 0.210] - x2),
         "alpha_at_stroke_end_deg": np.rad2deg(brentq(lambda a: program.lift_stroke(a) - ends[0], 1.0, 3.0)),
         "beta_at_rod_contact_deg": np.rad2deg(
-            brentq(lambda b: program.jib_stroke(b) - (ends[1] - program.CYLINDERS[1].rod), 2.0, 3.12)),
+            brentq(lambda b: program.jib_stroke(b) - (ends[1] - program.CYLINDERS[1].rod), 2.0, 3.12)
+        ),
     }
     for task in controller.TASKS:
         target = controller.ik(program.tip(POSE) + np.array(controller.TASKS[task]))
@@ -108,7 +116,7 @@ def e15_e16_friction() -> dict[str, float]:
     """Break-away of the program's map; equation (119) without sign() on its first two terms."""
     a0, a1, a2, vs = ROTTNE_EXTENDING
     v = -0.05
-    stribeck = a0 + a1 * np.exp(-abs(v / vs) ** 2)
+    stribeck = a0 + a1 * np.exp(-(abs(v / vs) ** 2))
     viscous = a2 * abs(v) ** 1.5
     return {
         "program_breakaway_n": float(program.friction(1e-12)),
@@ -126,8 +134,10 @@ def e23_to_e28_geometry() -> dict[str, float]:
     poses = np.random.default_rng(0).uniform(low, high, (5000, 3))
     behind = [q for q in poses if program.tip(q)[0] < 0]
     before = [q for q in poses if program.tip(q)[0] >= 0]
-    wrong = {name: max(abs(controller.ik(program.tip(q), q[2]) - q).max() for q in group)
-             for name, group in (("behind", behind), ("before", before))}
+    wrong = {
+        name: max(abs(controller.ik(program.tip(q), q[2]) - q).max() for q in group)
+        for name, group in (("behind", behind), ("before", before))
+    }
     tip, pin = program.tip(POSE), program.JIB_CYLINDER_ON_BOOM
     to_pillar = abs(program.LIFT_ON_PILLAR - program.PILLAR_JOINT)
     lift = program.CYLINDERS[0]
@@ -136,8 +146,9 @@ def e23_to_e28_geometry() -> dict[str, float]:
         "poses_behind_pillar": len(behind),
         "ik_worst_error_behind_deg": np.rad2deg(wrong["behind"]),
         "ik_worst_error_before_deg": np.rad2deg(wrong["before"]),
-        "eq36_printed_m": abs(complex(*tip) - (program.PILLAR_JOINT + np.exp(1j * (POSE[0] - np.pi / 2))
-                                               * program.JIB_JOINT)),
+        "eq36_printed_m": abs(
+            complex(*tip) - (program.PILLAR_JOINT + np.exp(1j * (POSE[0] - np.pi / 2)) * program.JIB_JOINT)
+        ),
         "eq36_m": abs(complex(*tip) - program.PILLAR_JOINT),
         "eq40_printed_x1_m": length - 0.05 + lift.rod + 0.01 + (lift.barrel + lift.piston) / 2,
         "eq12_printed_acos_argument": (to_pillar**2 + abs(pin) ** 2 - length**2) / (2 * to_pillar * abs(pin)),
@@ -158,14 +169,22 @@ def e40_e42_size() -> dict[str, float]:
     return out
 
 
-CHECKS = (e1_gravity, e2_inertia, e3_e4_orifice, e5_to_e8_text, e9_to_e11_leakage, e13_e14_strokes,
-          e15_e16_friction, e23_to_e28_geometry, e40_e42_size)
+CHECKS = (
+    e1_gravity,
+    e2_inertia,
+    e3_e4_orifice,
+    e5_to_e8_text,
+    e9_to_e11_leakage,
+    e13_e14_strokes,
+    e15_e16_friction,
+    e23_to_e28_geometry,
+    e40_e42_size,
+)
 
 
 def compute() -> dict[str, float]:
     """All numbers, keyed `<check>.<name>`."""
-    return {f"{check.__name__}.{key}": float(value)
-            for check in CHECKS for key, value in check().items()}
+    return {f"{check.__name__}.{key}": float(value) for check in CHECKS for key, value in check().items()}
 
 
 if __name__ == "__main__":

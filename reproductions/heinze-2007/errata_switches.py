@@ -6,11 +6,20 @@ before the pillar and at x3 = 0, where as-printed and corrected agree.
 
 from __future__ import annotations
 
-import hydrocrane as hc
 from common import RUN_REPEATABILITY, printed_controller, program_rhs
 
-SWITCHES = ("gravity-sign", "inertia-about", "orifice-law", "extension-leakage", "extension-dead-volume",
-            "leakage-viscosity", "end-stop", "friction-map")
+import hydrocrane as hc
+
+SWITCHES = (
+    "gravity-sign",
+    "inertia-about",
+    "orifice-law",
+    "extension-leakage",
+    "extension-dead-volume",
+    "leakage-viscosity",
+    "end-stop",
+    "friction-map",
+)
 
 
 def repeatability(key: str) -> float:

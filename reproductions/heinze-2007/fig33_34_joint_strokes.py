@@ -6,12 +6,15 @@ The text around the figures prints two points of each curve. Both curves miss th
 
 from __future__ import annotations
 
-import hydrocrane as hc
 import numpy as np
 from common import figure, save
 
-POINTS = {"33": (np.deg2rad([45.0, 172.0]), np.array([-0.155, 0.217])),
-          "34": (np.deg2rad([178.0, 5.0]), np.array([-0.101, 0.210]))}
+import hydrocrane as hc
+
+POINTS = {
+    "33": (np.deg2rad([45.0, 172.0]), np.array([-0.155, 0.217])),
+    "34": (np.deg2rad([178.0, 5.0]), np.array([-0.101, 0.210])),
+}
 LENGTH = 0.670
 PRINTED_LENGTHS = {"lift": 0.635, "jib": 0.7125}  # offsets, rod, half barrel and half piston of DIMENSION
 PRINTED_OFFSETS = {"lift": 0.010, "jib": 0.095}
@@ -19,8 +22,10 @@ PRINTED_OFFSETS = {"lift": 0.010, "jib": 0.095}
 
 def other_lengths():
     """The crane with 0.670 m between the pins of both cylinders at mid-stroke."""
-    overrides = {f"cylinder.{name}.rod-offset": PRINTED_OFFSETS[name] + LENGTH - PRINTED_LENGTHS[name]
-                 for name in PRINTED_LENGTHS}
+    overrides = {
+        f"cylinder.{name}.rod-offset": PRINTED_OFFSETS[name] + LENGTH - PRINTED_LENGTHS[name]
+        for name in PRINTED_LENGTHS
+    }
     return hc.load_machine("heinze-2007", overrides=overrides)
 
 

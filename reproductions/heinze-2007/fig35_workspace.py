@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-import hydrocrane as hc
 import numpy as np
 from common import TABLE_1, figure, save
 
+import hydrocrane as hc
+
 JOINT_2 = np.array([0.0, 0.73])
-LIMITS = {f"joint.{joint}.limits": list(TABLE_1[symbol])
-          for joint, symbol in (("boom", "alpha"), ("jib", "beta"), ("extension", "x3"))}
+LIMITS = {
+    f"joint.{joint}.limits": list(TABLE_1[symbol])
+    for joint, symbol in (("boom", "alpha"), ("jib", "beta"), ("extension", "x3"))
+}
 CORRECTED_IK = {"errata.ik-quadrant": "corrected", "errata.ik-extension": "corrected"}
 
 
@@ -39,14 +42,22 @@ def compute() -> dict[str, float]:
 
 def draw() -> None:
     fig, axes = figure(1, 2, (10.0, 5.0))
-    cranes = {"Table 1": hc.load_machine("heinze-2007", overrides=LIMITS),
-              "printed cylinders": hc.load_machine("heinze-2007")}
+    cranes = {
+        "Table 1": hc.load_machine("heinze-2007", overrides=LIMITS),
+        "printed cylinders": hc.load_machine("heinze-2007"),
+    }
     for axis, (name, crane) in zip(axes.flat, cranes.items()):
         for x3, label, colour in zip(crane.joint_limits[2], ("retracted", "extended"), ("black", "tab:blue")):
             edge = boundary(crane, x3)
             axis.fill(*edge.T, color=colour, alpha=0.15)
             axis.plot(*edge.T, color=colour, label=label)
-        axis.set(title=f"Figure 35, limits of {name}", xlabel="x [m]", ylabel="z [m]", aspect="equal",
-                 xlim=(-1.5, 4.6), ylim=(-3.6, 5.0))
+        axis.set(
+            title=f"Figure 35, limits of {name}",
+            xlabel="x [m]",
+            ylabel="z [m]",
+            aspect="equal",
+            xlim=(-1.5, 4.6),
+            ylim=(-3.6, 5.0),
+        )
     axes[0, 0].legend(frameon=False)
     save(fig, "fig35_workspace")

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import hydrocrane as hc
 import numpy as np
 from common import figure, save
+
+import hydrocrane as hc
 
 LAWS = {"printed": "as-printed", "corrected": "corrected"}
 FULL_STROKE = 0.05
@@ -29,7 +30,8 @@ def compute() -> dict[str, float]:
         flow = crane.orifice_flow(np.full_like(wide, FULL_STROKE), wide)
         half = crane.orifice_flow(np.full_like(wide, FULL_STROKE / 2), wide)
         numbers[f"{name}_departure_from_line"] = departure_from_line(
-            crane.orifice_flow(np.full_like(low, FULL_STROKE), low))
+            crane.orifice_flow(np.full_like(low, FULL_STROKE), low)
+        )
         numbers[f"{name}_half_opening_error"] = float(np.abs(2 * half - flow).max() / flow.max())
         numbers[f"{name}_flow_at_10bar_m3_s"] = float(flow[-1])
     return numbers

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import hydrocrane as hc
 import numpy as np
 from common import figure, save
+
+import hydrocrane as hc
 
 COULOMB, BREAKAWAY, VISCOUS = 160.0, 340.0, 8000.0  # Table 3, Rottne cylinder, extending, no load
 SPEEDS = np.concatenate([[1e-7], np.linspace(1e-5, 0.05, 2000)])  # the first shows stiction
@@ -13,10 +14,19 @@ SPEEDS = np.concatenate([[1e-7], np.linspace(1e-5, 0.05, 2000)])  # the first sh
 def friction(breakaway=COULOMB, viscous=0.0, stribeck=0.002, exponent=2.0, v=SPEEDS) -> np.ndarray:
     """Static map of the extension cylinder with the given parameters, N."""
     key = "friction.extension."
-    crane = hc.load_machine("rottne-f9-lab", overrides={
-        key + "model": "static", key + "coulomb": COULOMB, key + "breakaway": breakaway,
-        key + "viscous": viscous, key + "viscous-exponent": 1.5, key + "stribeck-velocity": stribeck,
-        key + "stribeck-exponent": exponent, key + "smoothing-velocity": 1e-8})
+    crane = hc.load_machine(
+        "rottne-f9-lab",
+        overrides={
+            key + "model": "static",
+            key + "coulomb": COULOMB,
+            key + "breakaway": breakaway,
+            key + "viscous": viscous,
+            key + "viscous-exponent": 1.5,
+            key + "stribeck-velocity": stribeck,
+            key + "stribeck-exponent": exponent,
+            key + "smoothing-velocity": 1e-8,
+        },
+    )
     return crane.friction_map(v, cylinder="extension")
 
 
@@ -43,10 +53,15 @@ def properties(family: dict[str, dict[str, np.ndarray]]) -> dict[str, list[bool]
     return {
         "48": [np.allclose(one["48"], COULOMB)],
         "49": [odd, np.isclose(one["49"][0], COULOMB, rtol=1e-3), np.all(np.diff(one["49"]) > 0)],
-        "50": [friction(BREAKAWAY, VISCOUS, 1e-5, v=np.array([1e-7]))[0] > 0.99 * BREAKAWAY,
-               np.allclose(one["50"][beyond], one["49"][beyond])],
-        "51": [one["51"][0] > 0.99 * BREAKAWAY, 0 < one["51"].argmin() < len(SPEEDS) - 1,
-               np.all(one["51"] >= one["49"] - 1e-9)],
+        "50": [
+            friction(BREAKAWAY, VISCOUS, 1e-5, v=np.array([1e-7]))[0] > 0.99 * BREAKAWAY,
+            np.allclose(one["50"][beyond], one["49"][beyond]),
+        ],
+        "51": [
+            one["51"][0] > 0.99 * BREAKAWAY,
+            0 < one["51"].argmin() < len(SPEEDS) - 1,
+            np.all(one["51"] >= one["49"] - 1e-9),
+        ],
         "52": [np.all(np.diff(by_speed, axis=0) >= -1e-9)],
         "53": [np.all(np.diff(by_exponent[:, fast], axis=0) <= 1e-9)],
     }

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from functools import cache
 
-import hydrocrane as hc
 import numpy as np
 from common import RUN_REPEATABILITY, figure, printed_controller, printed_program, program_rhs, save
+
+import hydrocrane as hc
 
 HEIGHTS = {"vertical": ((0.0, -0.2), (5.0, 1.1)), "horizontal": ((0.0, -0.2), (3.0, -0.6), (5.0, -0.3))}
 

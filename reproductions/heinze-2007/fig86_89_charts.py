@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-import hydrocrane as hc
 import numpy as np
 from common import figure, printed_program, save
 from fig80_85_published_run import run
 
+import hydrocrane as hc
+
 LABELS = ("$p_1$ [bar]", "$p_2$ [bar]", "$x_s$ [mm]", "$v_s$ [m/s]")
 SCALES = (1e-5, 1e-5, 1e3, 1.0)
-COORDINATES = ((r"$\alpha$ [deg]", r"$\omega_\alpha$ [deg/s]"), (r"$\beta$ [deg]", r"$\omega_\beta$ [deg/s]"),
-               (r"$x_3$ [mm]", r"$v_3$ [mm/s]"))
+COORDINATES = (
+    (r"$\alpha$ [deg]", r"$\omega_\alpha$ [deg/s]"),
+    (r"$\beta$ [deg]", r"$\omega_\beta$ [deg/s]"),
+    (r"$x_3$ [mm]", r"$v_3$ [mm/s]"),
+)
 
 
 def repeatability(key: str) -> float:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import hydrocrane as hc
 import numpy as np
 from common import figure, save
+
+import hydrocrane as hc
 
 POSE = np.array([np.deg2rad(100.0), np.deg2rad(100.0), 0.0])
 JOINTS = ("boom", "jib", "extension")
@@ -35,15 +36,19 @@ def compute() -> dict[str, float]:
     motion = responses()
     # A closed valve holds when the joint creeps less than a hundredth of its driven motion.
     signs = np.where(np.abs(motion) < 0.01 * np.abs(motion[:, :1]), 0, np.sign(motion))
-    numbers = {f"{joint}_{position}": float(value) for joint, row in zip(JOINTS, motion)
-               for position, value in zip(("positive", "negative", "closed"), row)}
+    numbers = {
+        f"{joint}_{position}": float(value)
+        for joint, row in zip(JOINTS, motion)
+        for position, value in zip(("positive", "negative", "closed"), row)
+    }
     return numbers | {"entries_missed": float((signs != PRINTED).sum())}
 
 
 def draw() -> None:
     fig, axes = figure(1, 3, (9.5, 3.0))
-    for axis, joint, row, scale, unit in zip(axes.flat, JOINTS, responses(), (57.2958, 57.2958, 1e3),
-                                             ("deg", "deg", "mm")):
+    for axis, joint, row, scale, unit in zip(
+        axes.flat, JOINTS, responses(), (57.2958, 57.2958, 1e3), ("deg", "deg", "mm")
+    ):
         axis.bar(("$x_s>0$", "$x_s<0$", "$x_s=0$"), scale * row)
         axis.axhline(0.0, color="black", lw=0.8)
         axis.set(title=f"Table 2, {joint}", ylabel=f"motion in 0.5 s [{unit}]")

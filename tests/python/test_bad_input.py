@@ -59,6 +59,10 @@ WRONG_CALLS = {
     "command too long": (lambda: CRANE.state_derivative(REST, np.zeros(4)), ["spool_command", "(3,)", "(4,)"]),
     "batches of two sizes": (lambda: CRANE.bias_force(np.ones((2, 3)), np.ones((3, 3))), ["(2, 3)", "(3, 3)"]),
     "tip in space": (lambda: CRANE.inverse_kinematics([1.0, 1.0, 1.0]), ["tip", "(2,)"]),
+    "a rod longer than a country": (
+        lambda: hc.load_machine("rottne-f9-lab", {"cylinder.extension.rod-length": 1.06e8}),
+        ["extension", "stroke"],
+    ),
     "strokes beyond the end": (lambda: CRANE.joints_from_strokes([0.5, 0.0, 0.0]), ["lift", "0.165"]),
     "payload below zero": (lambda: CRANE.mass_matrix(CRANE.home, payload=-1.0), ["payload", "-1.0"]),
     "unknown mode": (lambda: CRANE.equilibrium(CRANE.home, "holding"), ["holding", "hold"]),

@@ -85,7 +85,7 @@ def test_stored_energy_is_what_the_ledger_brought(run):
     brought = sum(data[n].attrs["sign"] * data[n].values for n in data if n.startswith("ledger."))
     energy = stored(data)
     assert throughput(data) > 1.0
-    assert np.abs(energy - energy[0] - brought).max() < 1e-8 * throughput(data)
+    assert np.abs(energy - energy[0] - brought).max() < 1e-9 * throughput(data)
 
 
 def test_work_of_the_cylinders_moves_the_links(run):
@@ -93,7 +93,7 @@ def test_work_of_the_cylinders_moves_the_links(run):
     data = run.data
     mechanical = data["energy.kinetic"].values + data["energy.potential"].values
     work = sum(data[n].values for n in data if n.startswith("ledger.") and n.endswith(".work"))
-    assert np.abs(mechanical - mechanical[0] - work).max() < 1e-8 * throughput(data)
+    assert np.abs(mechanical - mechanical[0] - work).max() < 1e-9 * throughput(data)
 
 
 def test_every_loss_only_grows(run):

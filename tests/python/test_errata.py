@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import hydrocrane as hc
 import numpy as np
 import pytest
 from oracles import printed_controller as controller
 from oracles import printed_program as program
+
+import hydrocrane as hc
 
 POSE = np.array([np.deg2rad(100.0), np.deg2rad(100.0), 0.0])
 BAR = 1e5
@@ -76,6 +77,7 @@ def test_orifice_law():
 
 def test_extension_leakage():
     """E9. Printed, cylinder 3 leaks outwards from p1: 1.42 instead of 0.79 l/min at 180 and 100 bar."""
+
     def lost(crane):
         x = state(crane, extension_p1=180 * BAR, extension_p2=100 * BAR)
         dry = state(crane, extension_p1=180 * BAR, extension_p2=180 * BAR)
@@ -91,8 +93,10 @@ def test_extension_leakage():
 def flow_into_rod_side(crane, x: np.ndarray, cylinder: str = "extension") -> float:
     """Net flow into the rod-side chamber with a closed valve at rest: V p2' / E, m^3/s."""
     p2 = x[crane.state_names.index(f"cylinder.{cylinder}.p2")]
-    volume = {"extension": 1.2337e-6 + np.pi / 4 * (0.05**2 - 0.03**2) * 0.315,
-              "lift": 1.5708e-6 + np.pi / 4 * (0.1**2 - 0.04**2) * (0.165 - crane.strokes(POSE)[0])}[cylinder]
+    volume = {
+        "extension": 1.2337e-6 + np.pi / 4 * (0.05**2 - 0.03**2) * 0.315,
+        "lift": 1.5708e-6 + np.pi / 4 * (0.1**2 - 0.04**2) * (0.165 - crane.strokes(POSE)[0]),
+    }[cylinder]
     bulk = 0.5e9 * np.log10(90 * p2 / 200e5 + 3)
     return rate(crane, x, f"cylinder.{cylinder}.p2") * volume / bulk
 
@@ -117,6 +121,7 @@ def test_extension_dead_volume():
 
 def test_leakage_viscosity():
     """E11. The 0.6 is no friction coefficient but a viscosity; with 0.04 Pa s leakage is 15 times larger."""
+
     def external(crane):
         x = state(crane, lift_p1=100 * BAR, lift_p2=100 * BAR)
         return -flow_into_rod_side(crane, x, "lift")
@@ -153,6 +158,7 @@ def test_end_stop():
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")  # the printed run ends in negative chamber volumes
 def test_end_stop_in_the_published_run():
     """E14. Run on past 5 s, the published vertical task drives piston 1 to its end and dies; a real stop holds."""
+
     def run(switch: str | None):
         return controller.published_run(program_order(printed(switch)), "vertical", duration=15.0)
 
@@ -169,8 +175,11 @@ def program_order(crane):
     return lambda x, u: crane.state_derivative(x[inverse], u)[order]
 
 
-WITHOUT_STOPS = {f"cylinder.{name}.end-stop.{key}": value for name in ("lift", "jib", "extension")
-                 for key, value in (("stiffness", 1e-9), ("damping", 0.0))}
+WITHOUT_STOPS = {
+    f"cylinder.{name}.end-stop.{key}": value
+    for name in ("lift", "jib", "extension")
+    for key, value in (("stiffness", 1e-9), ("damping", 0.0))
+}
 
 
 def test_friction_map():
@@ -206,8 +215,10 @@ def test_ik_quadrant():
 def test_ik_unreachable():
     """E24. A set-point 5 m above the start is out of reach; printed, a pose is returned all the same."""
     room_to_stretch = {"joint.jib.limits": ["5 deg", "185 deg"]} | {"joint.boom.limits": ["45 deg", "172 deg"]}
-    machines = [hc.load_machine("heinze-2007", overrides=room_to_stretch | switch)
-                for switch in ({}, {"errata.ik-unreachable": "corrected"})]
+    machines = [
+        hc.load_machine("heinze-2007", overrides=room_to_stretch | switch)
+        for switch in ({}, {"errata.ik-unreachable": "corrected"})
+    ]
     target = machines[0].tip(POSE) + [0.0, 5.0]
     assert np.linalg.norm(target - [0.0, 0.73]) > 4.2
     [carried_on] = machines[0].inverse_kinematics(target)

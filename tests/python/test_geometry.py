@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import hydrocrane as hc
 import numpy as np
 import pytest
+
+import hydrocrane as hc
 
 ALPHA, BETA, X3 = np.deg2rad(112.0), np.deg2rad(83.0), 0.11
 

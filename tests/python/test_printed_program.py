@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import hydrocrane as hc
 import numpy as np
 import pytest
 from oracles import printed_controller as controller
 from oracles import printed_program as program
+
+import hydrocrane as hc
 
 TOLERANCE = 1e-11
 POSE = np.array([np.deg2rad(100.0), np.deg2rad(100.0), 0.0])
@@ -48,7 +49,8 @@ def assert_equal(crane, order, states: np.ndarray, commands: np.ndarray) -> None
     error = np.abs(ours - theirs) / np.where(scale > 0, scale, 1.0)
     worst = np.unravel_index(error.argmax(), error.shape)
     assert error.max() < TOLERANCE, (
-        f"{program.STATE_NAMES[worst[1]]}: {ours[worst]!r} against {theirs[worst]!r} in state {worst[0]}")
+        f"{program.STATE_NAMES[worst[1]]}: {ours[worst]!r} against {theirs[worst]!r} in state {worst[0]}"
+    )
 
 
 def commands_for(states: np.ndarray, seed: int) -> np.ndarray:
@@ -116,8 +118,13 @@ def test_oracle_mechanics_follow_from_the_lagrangian():
         boom = np.exp(1j * (q[0] - np.pi / 2))
         jib = boom * np.exp(1j * (q[1] - np.pi))
         knee = program.PILLAR_JOINT + boom * program.JIB_JOINT
-        return np.array([program.PILLAR_JOINT + boom * program.CENTRES[0], knee + jib * program.CENTRES[1],
-                         knee + jib * (program.beam_offset(q[2]) + program.CENTRES[2])])
+        return np.array(
+            [
+                program.PILLAR_JOINT + boom * program.CENTRES[0],
+                knee + jib * program.CENTRES[1],
+                knee + jib * (program.beam_offset(q[2]) + program.CENTRES[2]),
+            ]
+        )
 
     def slope(function, q):
         return np.array([(function(q + step * e) - function(q - step * e)) / (2 * step) for e in np.eye(3)])
@@ -127,8 +134,9 @@ def test_oracle_mechanics_follow_from_the_lagrangian():
         mass, rate, gravity = program.mechanics(q, qd)
         jac = slope(centres, q).T
         omega = np.array([[1, 0, 0], [1, 1, 0], [1, 1, 0]])
-        expected = (np.einsum("k,ki,kj->ij", program.MASSES, jac.conj(), jac).real
-                    + np.einsum("k,ki,kj->ij", program.INERTIAS, omega, omega))
+        expected = np.einsum("k,ki,kj->ij", program.MASSES, jac.conj(), jac).real + np.einsum(
+            "k,ki,kj->ij", program.INERTIAS, omega, omega
+        )
         np.testing.assert_allclose(mass, expected, rtol=1e-8, atol=1e-8)
         gradient = slope(lambda p: program.mechanics(p, qd)[0], q)
         lagrange = -np.einsum("kij,k,j->i", gradient, qd, qd) + 0.5 * np.einsum("kij,i,j->k", gradient, qd, qd)

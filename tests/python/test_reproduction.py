@@ -7,8 +7,9 @@ import re
 import sys
 from pathlib import Path
 
-import hydrocrane as hc
 import pytest
+
+import hydrocrane as hc
 
 FOLDER = Path(__file__).resolve().parents[2] / "reproductions" / "heinze-2007"
 sys.path.insert(0, str(FOLDER))

@@ -249,7 +249,7 @@ pub enum FrictionModel {
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fluid {
-    /// Density at tank pressure, kg/m^3.
+    /// Density at zero gauge pressure, kg/m^3.
     pub density: f64,
     /// E = 1/2 bulk_max log10(c1 p / bulk_reference_pressure + c2)   (96). A constant modulus E is c1 = 0, c2 = 100.
     pub bulk_modulus_max: f64,
@@ -264,7 +264,7 @@ pub struct Fluid {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cavitation {
-    /// Below tank pressure free gas expands by Boyle's law; pressure stays above `vacuum` (gauge, Pa, negative).
+    /// Below zero gauge pressure free gas expands by Boyle's law; pressure stays above `vacuum` (gauge, Pa, negative).
     FreeGas { vacuum: f64 },
     /// The modulus of |p|, as in the printed program: pressures may fall without bound.
     None,

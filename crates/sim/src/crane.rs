@@ -60,6 +60,7 @@ impl<const N: usize> Crane<N> {
             crane.limits.push(limits);
         }
         crane.check_mass_matrix()?;
+        crane.require_finite()?;
         Ok(crane)
     }
 
@@ -74,6 +75,22 @@ impl<const N: usize> Crane<N> {
         let heavy = |i: &usize| mechanics.bodies[*i].inertia.abs().max(mechanics.bodies[*i].mass);
         let heaviest = (0..N).max_by(|a, b| heavy(a).total_cmp(&heavy(b))).unwrap_or(0);
         Err(BuildError::Unresolvable(self.machine.links[heaviest + 1].name.clone()))
+    }
+
+    /// A file can hold numbers that are fine one by one and overflow together; one look at the middle tells.
+    fn require_finite(&self) -> Result<(), BuildError> {
+        let mut x = vec![0.0; self.layout.len()];
+        for (i, limits) in self.limits.iter().enumerate() {
+            x[self.layout.q(i)] = 0.5 * (limits.lower + limits.upper);
+            x[self.layout.p1(i)] = 0.5 * self.plant.mains.supply;
+            x[self.layout.p2(i)] = 0.4 * self.plant.mains.supply;
+        }
+        let mut dx = vec![0.0; x.len()];
+        self.plant.derivative(&self.layout, &x, &[0.0; N], self.machine.payload.mass, &mut dx);
+        match dx.iter().position(|d| !d.is_finite()) {
+            Some(i) => Err(BuildError::NotFinite(self.layout.names[i].clone())),
+            None => Ok(()),
+        }
     }
 
     fn drivetrain(&self, i: usize) -> Drivetrain<'_> {

@@ -15,6 +15,8 @@ pub enum BuildError {
     Unresolvable(String),
     #[error("joint.{0}.limits: the cylinder `{1}` turns back inside these limits, so a stroke would mean two joint coordinates; narrow them")]
     DeadCentreInside(String, String),
+    #[error("the derivative of `{0}` is not finite in the middle of the joint limits; some value of this machine is extreme")]
+    NotFinite(String),
 }
 
 /// A stroke that no joint coordinate inside the limits gives.

@@ -39,6 +39,8 @@ pub struct JointLimits {
 /// Scan step of a revolute joint, rad, and of a prismatic one as a share of the stroke.
 const SCAN: f64 = 0.25 * PI / 180.0;
 const SHARE: f64 = 1.0 / 1000.0;
+/// Scan steps to either side after which a linkage counts as impossible: lengths of one machine differ by less.
+const MOST_STEPS: f64 = 2e5;
 
 /// One joint with its cylinder.
 pub struct Drivetrain<'a> {
@@ -84,7 +86,7 @@ impl Drivetrain<'_> {
             _ => 0.0,
         };
         let (step, reach) = self.scan();
-        let count = (reach / step).ceil() as i64;
+        let count = (reach / step).ceil().min(MOST_STEPS) as i64;
         let (low, high, _) = self.stroke_limits();
         let middle = 0.5 * (low + high);
         let mut best: Option<(f64, f64)> = None;

@@ -32,8 +32,9 @@ def ik(target: np.ndarray, x3: float = 0.0) -> np.ndarray:
     pillar = abs(program.PILLAR_JOINT)
     diagonal = abs(point - program.PILLAR_JOINT)
     beta = np.arccos((r2**2 + r3**2 - diagonal**2) / (2 * r2 * r3))
-    alpha = (np.arccos((pillar**2 + diagonal**2 - abs(point) ** 2) / (2 * pillar * diagonal))
-             + np.arccos((r2**2 + diagonal**2 - r3**2) / (2 * r2 * diagonal)))
+    alpha = np.arccos((pillar**2 + diagonal**2 - abs(point) ** 2) / (2 * pillar * diagonal)) + np.arccos(
+        (r2**2 + diagonal**2 - r3**2) / (2 * r2 * diagonal)
+    )
     tilt = np.arctan(program.JIB_JOINT.imag / program.JIB_JOINT.real)
     return np.array([alpha - tilt, beta + tilt - np.arctan(arm.imag / arm.real), x3])
 

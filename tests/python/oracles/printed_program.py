@@ -91,6 +91,7 @@ class Cylinder:
     @property
     def leakages(self) -> tuple[float, float]:
         """Internal and external coefficient, equation (99), m^3/(s Pa)."""
+
         def gap(diameter: float, length: float) -> float:
             return np.pi * (diameter / 2 + LEAKAGE_GAP) * LEAKAGE_GAP**3 / (6 * LEAKAGE_MU * length)
 
@@ -100,8 +101,9 @@ class Cylinder:
 CYLINDERS = (
     Cylinder(0.060, 0.43, 0.1, 0.31, 0.1, 0.04, blends_port_a=True),
     Cylinder(0.130, 0.445, 0.1, 0.31, 0.09, 0.045),
-    Cylinder(0.080, 0.71, 0.08, 0.71, 0.05, 0.03, dead_factor=np.pi / 4,
-             leaks_from_piston_side=True, regenerative=True),
+    Cylinder(
+        0.080, 0.71, 0.08, 0.71, 0.05, 0.03, dead_factor=np.pi / 4, leaks_from_piston_side=True, regenerative=True
+    ),
 )
 
 
@@ -122,8 +124,11 @@ def jib_stroke(beta):
     d2 = abs(base) ** 2 + abs(COUPLER_ON_JIB) ** 2 - 2 * abs(base) * abs(COUPLER_ON_JIB) * np.cos(theta1)
     theta2 = np.arccos((ROCKER**2 + COUPLER**2 - d2) / (2 * ROCKER * COUPLER))
     diagonal = np.sqrt(d2)
-    epsilon = (np.arcsin(abs(COUPLER_ON_JIB) / diagonal * np.sin(theta1))
-               + np.arcsin(COUPLER / diagonal * np.sin(theta2)) + slope)
+    epsilon = (
+        np.arcsin(abs(COUPLER_ON_JIB) / diagonal * np.sin(theta1))
+        + np.arcsin(COUPLER / diagonal * np.sin(theta2))
+        + slope
+    )
     arm = ROCKER_ON_BOOM - JIB_CYLINDER_ON_BOOM
     dx, dz = arm.real + ROCKER * np.cos(epsilon), arm.imag + ROCKER * np.sin(epsilon)
     return np.sqrt(dx * dx + dz * dz) - CYLINDERS[1].mid_length
@@ -133,8 +138,7 @@ def strokes(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Piston positions (3,) in m and their own derivatives dx_i/dq_i (3,)."""
     step = 1e-30
     lift, jib = lift_stroke(q[0] + 1j * step), jib_stroke(q[1] + 1j * step)
-    return (np.array([lift.real, jib.real, q[2]]),
-            np.array([lift.imag / step, jib.imag / step, 1.0]))
+    return (np.array([lift.real, jib.real, q[2]]), np.array([lift.imag / step, jib.imag / step, 1.0]))
 
 
 def beam_offset(x3: float) -> complex:
@@ -159,9 +163,9 @@ def mechanics(q: np.ndarray, qd: np.ndarray) -> tuple[np.ndarray, np.ndarray, np
     jib = -boom * np.exp(1j * q[1])
     reach = [CENTRES[1], beam_offset(q[2]) + CENTRES[2]]
     omega2, omega3 = qd[0], qd[0] + qd[1]
-    knee, knee_acc = 1j * boom * JIB_JOINT, -omega2**2 * boom * JIB_JOINT
+    knee, knee_acc = 1j * boom * JIB_JOINT, -(omega2**2) * boom * JIB_JOINT
     jacobians = [[1j * boom * CENTRES[0], 0, 0]]
-    accelerations = [-omega2**2 * boom * CENTRES[0]]
+    accelerations = [-(omega2**2) * boom * CENTRES[0]]
     for r, slides in zip(reach, (0.0, 1.0)):
         swing = 1j * jib * r
         jacobians.append([knee + swing, swing, slides * jib])
@@ -169,8 +173,7 @@ def mechanics(q: np.ndarray, qd: np.ndarray) -> tuple[np.ndarray, np.ndarray, np
         accelerations.append(knee_acc - omega3**2 * jib * r + coriolis)
     jac, acc = np.array(jacobians, dtype=complex), np.array(accelerations)
     spin = np.array([[1.0, 0, 0], [1, 1, 0], [1, 1, 0]])
-    mass = (np.einsum("k,ki,kj->ij", MASSES, jac.conj(), jac).real
-            + np.einsum("k,ki,kj->ij", INERTIAS, spin, spin))
+    mass = np.einsum("k,ki,kj->ij", MASSES, jac.conj(), jac).real + np.einsum("k,ki,kj->ij", INERTIAS, spin, spin)
     rate = -np.einsum("k,ki,k->i", MASSES, jac.conj(), acc).real
     gravity = GRAVITY * MASSES @ jac.imag
     return mass, rate, gravity
@@ -227,10 +230,12 @@ def state_derivative(state: np.ndarray, command: np.ndarray) -> np.ndarray:
     q, qd, p, xs, vs = y[:, 0], y[:, 1], y[:, 2:4], y[:, 4], y[:, 5]
     x, slope = strokes(q)
     v = slope * qd
-    force = np.array([
-        p[i, 0] * c.areas[0] - p[i, 1] * c.areas[1] + stop_force(c, x[i]) - friction(v[i])
-        for i, c in enumerate(CYLINDERS)
-    ])
+    force = np.array(
+        [
+            p[i, 0] * c.areas[0] - p[i, 1] * c.areas[1] + stop_force(c, x[i]) - friction(v[i])
+            for i, c in enumerate(CYLINDERS)
+        ]
+    )
     mass, rate, gravity = mechanics(q, qd)
     out = np.empty((3, 6))
     out[:, 0] = qd

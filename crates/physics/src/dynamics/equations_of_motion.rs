@@ -32,12 +32,13 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
             let (origin_acceleration, rate) = drift[i];
             let arm = r - pose.links[i].origin;
             let pull = origin_acceleration - arm * rate.square() + Vec2::new(zero, self.gravity);
+            let columns: [Vec2<T>; N] = std::array::from_fn(|j| pose.column(j, r));
             for j in 0..=i {
-                let column = pose.column(j, r);
-                bias[j] += mass * column.dot(pull);
+                let momentum = columns[j] * mass;
+                bias[j] += momentum.dot(pull);
+                let spin = inertia * pose.joints[j].turn;
                 for k in 0..=j {
-                    let spin = inertia * pose.joints[j].turn * pose.joints[k].turn;
-                    mass_matrix[j][k] += mass * column.dot(pose.column(k, r)) + spin;
+                    mass_matrix[j][k] += momentum.dot(columns[k]) + spin * pose.joints[k].turn;
                 }
             }
         });

@@ -8,7 +8,7 @@
 //! | E      | bulk modulus, d rho / rho = dp / E     | Pa |
 //!
 //! Departs from the source: (96) knows no negative pressure, and the printed program takes |p|, so that oil pulls
-//! like a rod. Below tank pressure we let free gas expand by Boyle's law: v/v_0 = 1 + a (1/y - 1). The gas volume `a`
+//! like a rod. Below zero we let free gas expand by Boyle's law: v/v_0 = 1 + a (1/y - 1). The gas volume `a`
 //! is the one whose compressibility at p = 0 equals that of (96), so E is continuous. As the chamber is torn open
 //! E falls to the absolute pressure and p nears p_v without reaching it; closing it, the same oil is found again.
 //! Not modelled: vapour heat, air going into and out of solution.
@@ -18,7 +18,7 @@ use hydrocrane_num::{smooth, Dual, Real};
 
 parameters! {
     pub struct Fluid {
-        /// At tank pressure, kg/m^3.
+        /// At p = 0, kg/m^3.
         density,
         /// Pa
         bulk_max,
@@ -97,7 +97,7 @@ impl OilTables {
         T::select(p.lt(T::c(0.0)), below, above) * self.fluid.density
     }
 
-    /// Elastic energy per volume w = rho u, Pa (J/m^3), zero at tank pressure.
+    /// elastic energy per volume w = rho u, Pa (J/m^3), zero at p = 0.
     pub fn energy_density<T: Real>(&self, p: T) -> T {
         let below = match &self.below {
             Some(branch) => branch.energy.eval(p),
@@ -106,7 +106,7 @@ impl OilTables {
         T::select(p.lt(T::c(0.0)), below, self.above.energy.eval(p))
     }
 
-    /// Density ratio and energy density below tank pressure: w = -p + rho h with h the integral of dp/rho.
+    /// Density ratio and energy density below p = 0: w = -p + rho h with h the integral of dp/rho.
     fn gas<T: Real>(&self, p: T) -> (T, T) {
         let absolute_zero = -self.fluid.vacuum;
         let share = absolute_zero / self.fluid.bulk_modulus(0.0);
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn bulk_modulus_matches_96_and_is_continuous_at_tank_pressure() {
+    fn bulk_modulus_matches_96_and_is_continuous_at_zero() {
         let f = oil(false);
         assert!((f.bulk_modulus(200e5) - 0.5e9 * 93f64.log10()).abs() < 1.0);
         assert!((f.bulk_modulus(-1e-6) / f.bulk_modulus(0.0) - 1.0).abs() < 1e-9);
