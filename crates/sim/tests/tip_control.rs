@@ -7,6 +7,7 @@ use hydrocrane_control::nominal::Nominal;
 use hydrocrane_control::redundancy::{resolve, Preference, Task};
 use hydrocrane_control::tip::Tip;
 use hydrocrane_machine::{load, OverrideValue};
+use hydrocrane_num::Draws;
 use hydrocrane_sim::controllers::{heinze_settings, nominal, tip_settings};
 use hydrocrane_sim::integrator::Tolerances;
 use hydrocrane_sim::{build, controllers, EquilibriumMode, Model, OutcomeKind, RunOptions, Simulator};
@@ -238,30 +239,18 @@ fn keeps_its_path_although_the_controller_is_wrong_about_the_crane() {
     }
 }
 
-/// Reproducible numbers in -1 to 1.
-struct Dice(u64);
-
-impl Dice {
-    fn roll(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-}
-
 #[test]
 fn random_sticks_stay_within_the_limits() {
     let believed = nominal::<3>(crane(&[]).machine()).expect("a nominal model");
     for seed in 1..=4 {
         let mut l = Loop::tip_control(IDEAL);
-        let mut dice = Dice(seed * 0x9E37_79B9_7F4A_7C15);
+        let mut dice = Draws::new(seed, "sticks");
         let (mut stick, mut until, mut farthest, mut over) = ([0.0; 2], 0.0, 0.0f64, 0.0f64);
         while l.simulator.time() < 60.0 {
             if l.simulator.time() >= until {
                 // Pushed beyond what the crane can do, so that every limit is met.
-                stick = [dice.roll(), dice.roll()].map(|s| if s.abs() < 0.1 { 0.0 } else { s });
-                until = l.simulator.time() + 2.0 + 1.8 * dice.roll();
+                stick = [dice.symmetric(), dice.symmetric()].map(|s| if s.abs() < 0.1 { 0.0 } else { s });
+                until = l.simulator.time() + 2.0 + 1.8 * dice.symmetric();
             }
             l.step(stick);
             let q: [f64; 3] = std::array::from_fn(|i| l.joints()[i]);
