@@ -39,7 +39,11 @@ def table(heading: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
 def closed_loop() -> list[tuple[str, ...]]:
     """What a controller adds, from a short run of one."""
     data = hc.simulate("tip-vertical-line", duration=0.02, sensors="ideal").data
-    added = [name for name in map(str, data.data_vars) if name.split(".")[0] in ("measured", "stick", "controller", "set_point")]
+    added = [
+        name
+        for name in map(str, data.data_vars)
+        if name.split(".")[0] in ("measured", "stick", "controller", "set_point")
+    ]
     return [(f"`{n}`", data[n].attrs["units"], data[n].attrs["long_name"]) for n in [*added, "tip.deviation"]]
 
 

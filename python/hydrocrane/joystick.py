@@ -91,7 +91,9 @@ class Joystick:
         object.__setattr__(self, "axes", axes)
 
     @classmethod
-    def from_log(cls, log: Any, *, mode: str = "tip", columns: Mapping[str, str] | None = None, **more: Any) -> Joystick:
+    def from_log(
+        cls, log: Any, *, mode: str = "tip", columns: Mapping[str, str] | None = None, **more: Any
+    ) -> Joystick:
         """A joystick from a log.
 
         Parameters
@@ -116,7 +118,9 @@ class Joystick:
             if name not in table:
                 raise unknown("column of the log", name, table)
         if not columns:
-            raise InputError(f"the log has no column of a stick axis; it has {', '.join(table)}; say which with columns=")
+            raise InputError(
+                f"the log has no column of a stick axis; it has {', '.join(table)}; say which with columns="
+            )
         axes = {axis: table[name] for name, axis in columns.items()}
         return cls(time_of(table), axes, mode, **{"interpolation": "linear", **more})
 

@@ -5,8 +5,8 @@ use crate::machine::Machine;
 use crate::simulation::{record_of, stopper, Settings};
 use hydrocrane_sim::controller::{Controller, Fault, Measurement, Stick};
 use hydrocrane_sim::{
-    named_controller, simulate_sampled, FaultKind, SampledPlan, SampledRun, SensorFault, SensorMode, Sensors,
-    StickKind, Sticks,
+    controllers, simulate_sampled, FaultKind, SampledPlan, SampledRun, SensorFault, SensorMode, Sensors, StickKind,
+    Sticks,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -141,7 +141,7 @@ pub fn simulate_controlled<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let model = machine.model.clone();
     let mut controller: Box<dyn Controller> = match controller.extract::<String>() {
-        Ok(name) => named_controller(model.machine(), &name).map_err(PyValueError::new_err)?,
+        Ok(name) => controllers::build(model.machine(), &name).map_err(PyValueError::new_err)?,
         Err(_) => Box::new(PythonController { object: controller.clone().unbind(), period: plan.period, failed: None }),
     };
     let surroundings = SampledPlan {

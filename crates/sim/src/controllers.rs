@@ -8,6 +8,7 @@ use hydrocrane_control::drive::DriveGains;
 use hydrocrane_control::feed_forward::{steady_speed, Mains};
 use hydrocrane_control::heinze_pid::{self, Extension, HeinzePid};
 use hydrocrane_control::inverse_kinematics::Printed;
+use hydrocrane_control::lever::Lever;
 use hydrocrane_control::nominal::{Nominal, NominalCylinder};
 use hydrocrane_control::set_point::Shape;
 use hydrocrane_control::tip::{self, Tip};
@@ -16,8 +17,16 @@ use hydrocrane_machine::Machine;
 /// Names of the controllers, the default first.
 pub const CONTROLLERS: [&str; 2] = ["tip", "heinze-pid"];
 
-/// Builds a controller for a machine.
+/// Lever control's name, and its period where the machine states none, s.
+pub const LEVER: &str = "lever";
+const LEVER_PERIOD: f64 = 0.01;
+
+/// The controller `name` for a machine, with the machine's period and gains where it states them.
 pub fn build(machine: &Machine, name: &str) -> Result<Box<dyn Controller>, String> {
+    if name == LEVER {
+        let strokes = machine.cylinders.iter().map(|cylinder| cylinder.valve.stroke).collect();
+        return Ok(Box::new(Lever::new(machine.control.period.unwrap_or(LEVER_PERIOD), strokes)));
+    }
     match machine.joints.len() {
         1 => sized::<1>(machine, name),
         2 => sized::<2>(machine, name),
@@ -33,7 +42,7 @@ fn sized<const N: usize>(machine: &Machine, name: &str) -> Result<Box<dyn Contro
     match name {
         "tip" => Ok(Box::new(Tip::new(nominal::<N>(machine)?, tip_settings(machine)?))),
         "heinze-pid" => Ok(Box::new(HeinzePid::new(nominal::<N>(machine)?, heinze_settings(machine)))),
-        _ => Err(format!("no controller `{name}`; there are {}", CONTROLLERS.join(", "))),
+        _ => Err(format!("no controller `{name}`; there are {}, {LEVER}", CONTROLLERS.join(", "))),
     }
 }
 
@@ -73,27 +82,29 @@ fn nominal_cylinder(unit: &CylinderUnit<f64>, stroke: f64) -> NominalCylinder {
 pub fn tip_settings<const N: usize>(machine: &Machine) -> Result<tip::Settings<N>, String> {
     let nominal = nominal::<N>(machine)?;
     let telescope = nominal.mechanics.joints.map(|j| !j.revolute);
+    let gain = |key: &str, default: f64| machine.control.gain("tip", key).unwrap_or(default);
+    let centring = gain("telescope-centring", 0.5);
     Ok(tip::Settings {
-        period: 0.01,
-        full_speed: fastest_joint(&nominal),
+        period: machine.control.period.unwrap_or(0.01),
+        full_speed: gain("full-speed", fastest_joint(&nominal)),
         shape: Shape {
-            stick_bandwidth: 15.0,
-            path_rate: 30.0,
-            limit_rate: 2.0,
-            centring: telescope.map(|t| if t { 0.5 } else { 0.0 }),
+            stick_bandwidth: gain("stick-bandwidth", 15.0),
+            path_rate: gain("path-rate", 30.0),
+            limit_rate: gain("limit-rate", 2.0),
+            centring: telescope.map(|t| if t { centring } else { 0.0 }),
             effort: [1.0; N],
         },
         drive: DriveGains {
-            position: 4.0,
-            damping: 5.0,
-            damping_band: [5.0, 20.0],
-            observer: 5.0,
-            pressure: 15.0,
-            reserve: 0.95,
-            rest_band: 2e-4,
+            position: gain("position-gain", 4.0),
+            damping: gain("damping", 5.0),
+            damping_band: [gain("damping-low", 5.0), gain("damping-high", 20.0)],
+            observer: gain("observer-bandwidth", 5.0),
+            pressure: gain("pressure-bandwidth", 15.0),
+            reserve: gain("reserve", 0.95),
+            rest_band: gain("rest-band", 2e-4),
         },
-        lag_limit: 0.03,
-        settling: 0.5,
+        lag_limit: gain("lag-limit", 0.03),
+        settling: gain("settling-time", 0.5),
     })
 }
 
@@ -108,13 +119,16 @@ fn fastest_joint<const N: usize>(n: &Nominal<N>) -> f64 {
     (0..N).map(speed).fold(0.0, f64::max)
 }
 
-/// Settings of `heinze-pid`: printed gains, 1 m/s at full stick, the set-point moved at every sample.
+/// Settings of `heinze-pid`: printed gains, 1 m/s at full stick, the set-point moved at every sample, unless the
+/// machine says otherwise.
 pub fn heinze_settings<const N: usize>(machine: &Machine) -> heinze_pid::Settings<N> {
     let errata = &machine.errata;
+    let gain = |key: &str, default: f64| machine.control.gain("heinze-pid", key).unwrap_or(default);
+    let period = machine.control.period.unwrap_or(2e-4);
     heinze_pid::Settings {
-        period: 2e-4,
-        set_point_interval: 2e-4,
-        full_speed: 1.0,
+        period,
+        set_point_interval: gain("set-point-interval", period),
+        full_speed: gain("full-speed", 1.0),
         gains: heinze_pid::printed_gains(),
         extension: Extension::Zero,
         printed: Printed {
@@ -122,5 +136,43 @@ pub fn heinze_settings<const N: usize>(machine: &Machine) -> heinze_pid::Setting
             unreachable: !errata.ik_unreachable,
             extension: !errata.ik_extension,
         },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hydrocrane_machine::{load, OverrideValue, CONTROLLERS as IN_FILES};
+
+    #[test]
+    fn every_controller_of_the_file_format_can_be_built_and_no_other() {
+        let machine = load("rottne-f9-lab", &[]).unwrap();
+        assert_eq!(IN_FILES.map(|(name, _)| name), super::CONTROLLERS);
+        for (name, _) in IN_FILES {
+            assert!(build(&machine, name).unwrap().period() > 0.0);
+        }
+        let message = build(&machine, "tipp").err().unwrap();
+        assert!(message.contains("tip, heinze-pid, lever"), "{message}");
+    }
+
+    #[test]
+    fn every_controller_takes_the_period_of_the_machine() {
+        let machine = load("rottne-f9-lab", &[("control.period".into(), OverrideValue::Number(0.02))]).unwrap();
+        for name in [LEVER, "tip", "heinze-pid"] {
+            assert_eq!(build(&machine, name).unwrap().period(), 0.02, "{name}");
+        }
+    }
+
+    #[test]
+    fn every_gain_of_the_file_format_changes_its_controller() {
+        let settings = |key: &str, value: f64| {
+            let key = format!("control.tip.{key}");
+            let machine = load("rottne-f9-lab", &[(key, OverrideValue::Number(value))]).unwrap();
+            format!("{:?}", tip_settings::<3>(&machine).unwrap())
+        };
+        let (_, keys) = IN_FILES[0];
+        for (key, _) in keys {
+            assert_ne!(settings(key, 0.123), settings(key, 0.124), "{key}");
+        }
     }
 }

@@ -10,7 +10,27 @@ use crate::units::Quantity;
 type Known = (&'static str, &'static [(&'static str, &'static str)]);
 
 /// The controllers that a scenario can name, with the gains that a machine file can give them.
-pub const CONTROLLERS: [Known; 2] = [("tip", &[("full-speed", "m/s")]), ("heinze-pid", &[("full-speed", "m/s")])];
+pub const CONTROLLERS: [Known; 2] = [("tip", &TIP), ("heinze-pid", &HEINZE_PID)];
+
+const TIP: [(&str, &str); 15] = [
+    ("full-speed", "m/s"),
+    ("stick-bandwidth", "rad/s"),
+    ("path-rate", "1/s"),
+    ("limit-rate", "1/s"),
+    ("telescope-centring", "1/m"),
+    ("position-gain", "1/s"),
+    ("damping", "1/s"),
+    ("damping-low", "rad/s"),
+    ("damping-high", "rad/s"),
+    ("observer-bandwidth", "rad/s"),
+    ("pressure-bandwidth", "rad/s"),
+    ("reserve", ""),
+    ("rest-band", "m"),
+    ("lag-limit", "m"),
+    ("settling-time", "s"),
+];
+
+const HEINZE_PID: [(&str, &str); 2] = [("full-speed", "m/s"), ("set-point-interval", "s")];
 
 pub fn read(root: &Reader) -> Result<Control> {
     let names = CONTROLLERS.map(|(name, _)| name);
