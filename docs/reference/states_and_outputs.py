@@ -20,9 +20,10 @@ their own joints and cylinders. Each variable carries `units` and `long_name`; s
 [NOTATION.md](../../NOTATION.md).
 """
 
-CLOSED_LOOP = """Runs under a controller also hold its samples, each from one sample to the next. `measured.*` has what the sensors read: with
-ideal sensors the joint coordinates and pressures, with those of the data sheets also whatever else the machine has a sensor for.
-`set_point.*` and `tip.deviation` are there where the controller has a set-point of the tip.
+CLOSED_LOOP = """\
+Runs under a controller also hold its samples, each from one sample to the next. `measured.*` has what the sensors
+read: with ideal sensors the joint coordinates and pressures, with those of the data sheets also whatever else the
+machine has a sensor for. `set_point.*` and `tip.deviation` are there where the controller has a set-point of the tip.
 """
 
 LEDGER = """Energies since the start, J. The sum of all terms, each times its sign, equals the gain of the `energy.*`

@@ -50,7 +50,7 @@ def _add_set_point(data: xr.Dataset, set_points: Array, held: np.ndarray) -> Non
 
 
 def distance_to_path(points: Array, path: Array) -> Array:
-    """Distance of each point (m, 2) from the nearest place of a polyline (k, 2); rows of NaN in the path are left out."""
+    """Distance of each point (m, 2) from the nearest place of a polyline (k, 2); NaN rows of it are left out."""
     path = path[np.isfinite(path).all(axis=1)]
     # A set-point at rest repeats itself; one of each is enough.
     moved = np.any(np.diff(path, axis=0) != 0, axis=1)
