@@ -200,6 +200,11 @@ class Machine:
         """d(strokes)/d(q), (..., n_cyl, n)."""
         return self._over(self.core.stroke_jacobian, self._joints(q))
 
+    @property
+    def tip_gains(self) -> dict[str, float]:
+        """Gains of the controller ``tip`` by their keys in ``[control.tip]``, SI: the file's, else the defaults."""
+        return dict(self.core.tip_gains)
+
     def cylinder_slopes(self, q: ArrayLike) -> Array:
         """Direction of each cylinder from barrel to rod (..., n_cyl), rad from x towards z; thesis (15), (28)."""
         return self._over(self.core.cylinder_slopes, self._joints(q))

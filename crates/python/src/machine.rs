@@ -1,7 +1,7 @@
 //! The machine as Python asks it: batches of rows in, arrays out.
 
 use crate::arrays::{matrix, row, rows, tensor, vector, Row, Rows};
-use hydrocrane_sim::{EquilibriumMode, Model, OutputInfo, LEDGER_TERMS};
+use hydrocrane_sim::{controllers, EquilibriumMode, Model, OutputInfo, LEDGER_TERMS};
 use numpy::{PyArray1, PyArray2, PyArray3};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
@@ -362,6 +362,15 @@ impl Machine {
         let width = self.model.output_info().len();
         let data = self.over_states(py, &x, &u, width, |m, x, _, out| m.outputs(x, payload, out))?;
         matrix(py, data, width)
+    }
+    /// Gains of the controller `tip` by key, SI: the machine's, else the defaults.
+    #[getter]
+    fn tip_gains<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let out = PyDict::new(py);
+        for (key, _) in controllers::TIP_GAINS {
+            out.set_item(key, controllers::tip_gain(self.model.machine(), key))?;
+        }
+        Ok(out)
     }
     /// Name, unit, meaning and sign in the energy balance.
     #[getter]

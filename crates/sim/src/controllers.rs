@@ -78,33 +78,57 @@ fn nominal_cylinder(unit: &CylinderUnit<f64>, stroke: f64) -> NominalCylinder {
     }
 }
 
-/// Default settings of `tip` for a machine.
+/// Gains of `tip` where the machine file gives none, SI: found on the laboratory crane.
+pub const TIP_GAINS: [(&str, f64); 14] = [
+    ("stick-bandwidth", 15.0),
+    ("path-rate", 30.0),
+    ("limit-rate", 2.0),
+    ("telescope-centring", 0.5),
+    ("position-gain", 4.0),
+    ("damping", 5.0),
+    ("damping-low", 5.0),
+    ("damping-high", 20.0),
+    ("observer-bandwidth", 5.0),
+    ("pressure-bandwidth", 15.0),
+    ("reserve", 0.95),
+    ("rest-band", 2e-4),
+    ("lag-limit", 0.03),
+    ("settling-time", 0.5),
+];
+
+/// One gain of `tip`: the machine's, else that of [`TIP_GAINS`].
+pub fn tip_gain(machine: &Machine, key: &str) -> f64 {
+    let default = TIP_GAINS.iter().find(|(name, _)| *name == key).map_or(f64::NAN, |(_, value)| *value);
+    machine.control.gain("tip", key).unwrap_or(default)
+}
+
+/// Settings of `tip` for a machine.
 pub fn tip_settings<const N: usize>(machine: &Machine) -> Result<tip::Settings<N>, String> {
     let nominal = nominal::<N>(machine)?;
     let telescope = nominal.mechanics.joints.map(|j| !j.revolute);
-    let gain = |key: &str, default: f64| machine.control.gain("tip", key).unwrap_or(default);
-    let centring = gain("telescope-centring", 0.5);
+    let gain = |key: &str| tip_gain(machine, key);
+    let centring = gain("telescope-centring");
     Ok(tip::Settings {
         period: machine.control.period.unwrap_or(0.01),
-        full_speed: gain("full-speed", fastest_joint(&nominal)),
+        full_speed: machine.control.gain("tip", "full-speed").unwrap_or_else(|| fastest_joint(&nominal)),
         shape: Shape {
-            stick_bandwidth: gain("stick-bandwidth", 15.0),
-            path_rate: gain("path-rate", 30.0),
-            limit_rate: gain("limit-rate", 2.0),
+            stick_bandwidth: gain("stick-bandwidth"),
+            path_rate: gain("path-rate"),
+            limit_rate: gain("limit-rate"),
             centring: telescope.map(|t| if t { centring } else { 0.0 }),
             effort: [1.0; N],
         },
         drive: DriveGains {
-            position: gain("position-gain", 4.0),
-            damping: gain("damping", 5.0),
-            damping_band: [gain("damping-low", 5.0), gain("damping-high", 20.0)],
-            observer: gain("observer-bandwidth", 5.0),
-            pressure: gain("pressure-bandwidth", 15.0),
-            reserve: gain("reserve", 0.95),
-            rest_band: gain("rest-band", 2e-4),
+            position: gain("position-gain"),
+            damping: gain("damping"),
+            damping_band: [gain("damping-low"), gain("damping-high")],
+            observer: gain("observer-bandwidth"),
+            pressure: gain("pressure-bandwidth"),
+            reserve: gain("reserve"),
+            rest_band: gain("rest-band"),
         },
-        lag_limit: gain("lag-limit", 0.03),
-        settling: gain("settling-time", 0.5),
+        lag_limit: gain("lag-limit"),
+        settling: gain("settling-time"),
     })
 }
 

@@ -70,6 +70,34 @@ def run_benchmark(
         raise typer.Exit(1)
 
 
+@control.command(name="tune", epilog="Example:  hydrocrane control tune rottne-f9-lab --trials 20 -o gains.toml")
+def run_tune(
+    machine: Annotated[str, typer.Argument(help="Machine with boom, jib and extension.")] = "rottne-f9-lab",
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="File for the [control.tip] block.")] = None,
+    settings: Annotated[list[str], typer.Option("--set", help="Override a machine key: KEY=VALUE.")] = [],  # noqa: B006
+    trials: Annotated[int, typer.Option(help="Most sets of gains to simulate.")] = 60,
+    seed: Annotated[int, typer.Option(help="Draws the errors of the sensors.")] = 0,
+) -> None:
+    """Search the gains of the controller `tip` by simulation, and report them before and after."""
+    from hydrocrane import tuning
+    from hydrocrane.app.options import overrides
+    from hydrocrane.machine import load_machine
+
+    crane = load_machine(machine, overrides(settings))
+    with bar("tuning") as progress:
+        found = tuning.tune(crane, trials=trials, seed=seed, progress=progress)
+    lines = [f"{key:20} {found.before[key]:8.4g} -> {found.after[key]:8.4g} {tuning.UNITS[key]}" for key in found.after]
+    say(
+        *lines,
+        f"cost {found.cost_before * 1e3:.3f} mm -> {found.cost_after * 1e3:.3f} mm, {found.trials} sets simulated",
+        "(RMS deviation and priced spool travel, mean over the quick cases of the benchmark)",
+        found.toml(),
+    )
+    if output is not None:
+        output.write_text(found.toml(), encoding="utf-8")
+        say(f"written: {output}")
+
+
 def _picture(found: Benchmark, path: Path) -> list[Path]:
     from hydrocrane.plots.benchmark import control_benchmark
     from hydrocrane.plots.style import write

@@ -1,0 +1,115 @@
+"""Tuning of the controller ``tip`` by simulation.
+
+A pattern search over the logarithms of a few gains: each in turn is tried larger and smaller by a factor, an
+improvement is kept, and the factor shrinks once no gain improves. Every trial runs the same cases with the same seed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from hydrocrane.benchmark import Case, Result, quick_cases, run_case
+from hydrocrane.errors import InputError, unknown
+from hydrocrane.machine import Machine, load_machine
+
+# The gains that shape how a piston follows; the others are limits and shares, and not for a search.
+TUNED = ("position-gain", "damping", "observer-bandwidth", "pressure-bandwidth")
+UNITS = {"position-gain": "1/s", "damping": "1/s", "observer-bandwidth": "rad/s", "pressure-bandwidth": "rad/s"}
+# Metres of root-mean-square deviation that one full spool stroke of travel per second is worth: noise on the valves
+# is not a price for tenths of a millimetre.
+EFFORT_PRICE = 2e-4
+FIRST_FACTOR, LAST_FACTOR = 2.0, 1.15
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """Gains before and after, SI, with their cost, m.
+
+    Attributes
+    ----------
+    before, after : dict
+        By key of ``[control.tip]``.
+    cost_before, cost_after : float
+        Mean over the cases of the root-mean-square path deviation and the priced spool travel, m.
+    trials : int
+        Sets of gains simulated.
+    """
+
+    before: dict[str, float]
+    after: dict[str, float]
+    cost_before: float
+    cost_after: float
+    trials: int
+
+    def toml(self) -> str:
+        """The block for a machine file."""
+        lines = ["[control.tip]", 'class = "setting"', 'source = "hydrocrane control tune"']
+        lines += [f'{key} = "{value:.4g} {UNITS[key]}"' for key, value in self.after.items()]
+        return "\n".join(lines) + "\n"
+
+
+def tune(
+    machine: Machine,
+    *,
+    gains: Sequence[str] = TUNED,
+    cases: Sequence[Case] | None = None,
+    trials: int = 60,
+    seed: int = 0,
+    progress: Callable[[int, int], None] | None = None,
+) -> Tuning:
+    """Search the gains of ``tip`` for a machine with joints boom, jib and extension.
+
+    Parameters
+    ----------
+    gains : sequence of str
+        Keys among ``TUNED``.
+    cases : sequence of Case, optional
+        What is simulated; by default the quick cases of the benchmark.
+    trials : int
+        Most sets of gains to simulate.
+    progress : callable, optional
+        Called with the trials done and their largest number.
+    """
+    for name in gains:
+        if name not in TUNED:
+            raise unknown("gain to tune", name, TUNED)
+    if trials < 1:
+        raise InputError(f"trials must be at least 1, got {trials}")
+    chosen = list(quick_cases() if cases is None else cases)
+    before = {name: machine.tip_gains[name] for name in gains}
+    count = 0
+
+    def cost(values: dict[str, float]) -> float:
+        nonlocal count
+        count += 1
+        if progress is not None:
+            progress(count - 1, trials)
+        own = {f"control.tip.{name}": value for name, value in values.items()}
+        crane = load_machine(machine.source, {**machine.overrides, **own})
+        return sum(_price(run_case(crane, "tip", case, seed=seed)) for case in chosen) / len(chosen)
+
+    cost_before = least = cost(before)
+    best, factor = dict(before), FIRST_FACTOR
+    while factor > LAST_FACTOR and count < trials:
+        improved = False
+        for name in gains:
+            for step in (factor, 1.0 / factor):
+                if count >= trials:
+                    break
+                trial = {**best, name: best[name] * step}
+                price = cost(trial)
+                if price < least:
+                    best, least, improved = trial, price, True
+                    break
+        if not improved:
+            factor = math.sqrt(factor)
+    return Tuning(before, best, cost_before, least, count)
+
+
+def _price(result: Result) -> float:
+    """Infinite for a run that does not finish, so that no such gains are ever kept."""
+    if result.outcome != "completed" or result.metrics is None:
+        return math.inf
+    return result.metrics.path_rms + EFFORT_PRICE * result.metrics.spool_travel

@@ -1,0 +1,41 @@
+"""The search for gains: it never makes them worse, and what it writes is a machine file's block."""
+
+from __future__ import annotations
+
+import tomllib
+
+import pytest
+
+import hydrocrane as hc
+from hydrocrane import tuning
+from hydrocrane.benchmark import quick_cases
+
+
+def test_bad_gains_become_better_and_the_block_loads(tmp_path):
+    """From a tenth of the position gain the search finds its way; the block gives the same gains in a file."""
+    crane = hc.load_machine("rottne-f9-lab", {"control.tip.position-gain": 0.2, "control.tip.damping": 1.0})
+    found = tuning.tune(crane, gains=["position-gain", "damping"], cases=quick_cases()[:1], trials=8)
+    assert found.cost_after < found.cost_before
+    assert found.before == {"position-gain": 0.2, "damping": 1.0}
+    assert found.trials <= 8
+    path = tmp_path / "tuned.toml"
+    head = 'extends = "rottne-f9-lab"\n[machine]\nname = "tuned"\nclass = "setting"\nsource = "test"\n'
+    path.write_text(head + found.toml(), encoding="utf-8")
+    tomllib.loads(path.read_text(encoding="utf-8"))
+    gains = hc.load_machine(path).tip_gains
+    for key, value in found.after.items():
+        assert gains[key] == pytest.approx(value, rel=1e-3)
+
+
+def test_good_gains_are_kept_where_nothing_better_is_found():
+    crane = hc.load_machine("rottne-f9-lab")
+    found = tuning.tune(crane, cases=quick_cases()[:1], trials=1)
+    assert found.after == found.before and found.cost_after == found.cost_before
+
+
+def test_wrong_wishes_are_named():
+    crane = hc.load_machine("rottne-f9-lab")
+    with pytest.raises(hc.HydrocraneError, match="damping"):
+        tuning.tune(crane, gains=["dampin"])
+    with pytest.raises(hc.HydrocraneError, match="trials"):
+        tuning.tune(crane, trials=0)
