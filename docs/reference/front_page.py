@@ -5,6 +5,7 @@ Nothing between the two marks is typed.
 
 from __future__ import annotations
 
+import csv
 import json
 import re
 from pathlib import Path
@@ -36,12 +37,33 @@ def speed() -> str:
     )
 
 
+def tip_control() -> str:
+    """The worst deviations in the table of the tip-control benchmark."""
+    with (ROOT / "docs/validation/tip-control/control-benchmark.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    worst = {
+        (name, sensors): max(
+            float(row["path_max"])
+            for row in rows
+            if (row["controller"], row["sensors"]) == (name, sensors) and row["outcome"] == "completed"
+        )
+        for name in ("tip", "heinze-pid")
+        for sensors in ("ideal", "data-sheet")
+    }
+    return (
+        f"* Tip control in simulation, worst distance from the path over the benchmark's {len(rows) // 2} cases: "
+        f"{worst['tip', 'ideal'] * 1e3:.1f} mm with ideal sensors, {worst['tip', 'data-sheet'] * 1e3:.1f} mm "
+        f"with those of the data sheets; the thesis's controller {worst['heinze-pid', 'ideal'] * 1e3:.0f} mm. "
+        "[Details](docs/validation/tip-control.md)"
+    )
+
+
 def page() -> str:
     """README.md with its evidence brought up to date."""
     text = PAGE.read_text(encoding="utf-8")
     head, rest = text.split(BEGIN)
     tail = rest.split(END)[1]
-    return f"{head}{BEGIN}\n{reproduction()}\n{speed()}\n{END}{tail}"
+    return f"{head}{BEGIN}\n{reproduction()}\n{speed()}\n{tip_control()}\n{END}{tail}"
 
 
 if __name__ == "__main__":
