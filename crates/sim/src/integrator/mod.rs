@@ -60,3 +60,10 @@ pub fn method(name: &str, dimension: usize, quadratures: usize) -> Option<Box<dy
         _ => None,
     }
 }
+
+/// y += a x
+fn axpy(y: &mut [f64], a: f64, x: &[f64]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y += a * x;
+    }
+}

@@ -8,7 +8,7 @@
 //! and x_new = x + sum_j a_8j k_j + k_8, error k_8. A quadrature's row needs no solve:
 //!     kappa_i = h gamma (g + sum_j C_ij/h kappa_j + g_x k_i).
 
-use super::{Effort, Method, Point, Target};
+use super::{axpy, Effort, Method, Point, Target};
 use crate::system::System;
 use hydrocrane_num::dense::Lu;
 
@@ -257,12 +257,5 @@ impl Method for Rodas5p {
 
     fn effort(&self) -> Effort {
         self.effort
-    }
-}
-
-/// y += a x
-fn axpy(y: &mut [f64], a: f64, x: &[f64]) {
-    for (y, x) in y.iter_mut().zip(x) {
-        *y += a * x;
     }
 }

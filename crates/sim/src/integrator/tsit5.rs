@@ -5,7 +5,7 @@
 
 #![allow(clippy::excessive_precision)] // coefficients as published
 
-use super::{Effort, Method, Point, Target};
+use super::{axpy, Effort, Method, Point, Target};
 use crate::system::System;
 
 const STAGES: usize = 7;
@@ -146,11 +146,4 @@ fn interpolant(t: f64) -> [f64; STAGES] {
         -34.870_657_861_496_609_74 * (t - 1.2) * (t - 2.0 / 3.0) * t2,
         2.5 * (t - 1.0) * (t - 0.6) * t2,
     ]
-}
-
-/// y += a x
-fn axpy(y: &mut [f64], a: f64, x: &[f64]) {
-    for (y, x) in y.iter_mut().zip(x) {
-        *y += a * x;
-    }
 }
