@@ -1,7 +1,8 @@
 //! Controllers by name, each with a nominal model taken from a machine description.
 
+use crate::crane::Crane;
 use crate::cylinder_unit::{CylinderUnit, FrictionLaw};
-use crate::from_machine::plant;
+use crate::model::Model;
 use crate::plant::Plant;
 use hydrocrane_control::controller::Controller;
 use hydrocrane_control::drive::DriveGains;
@@ -40,7 +41,11 @@ pub fn build(machine: &Machine, name: &str) -> Result<Box<dyn Controller>, Strin
 
 fn sized<const N: usize>(machine: &Machine, name: &str) -> Result<Box<dyn Controller>, String> {
     match name {
-        "tip" => Ok(Box::new(Tip::new(nominal::<N>(machine)?, tip_settings(machine)?))),
+        "tip" => {
+            let nominal = nominal::<N>(machine)?;
+            let settings = tip_settings(machine, &nominal);
+            Ok(Box::new(Tip::new(nominal, settings)))
+        }
         "heinze-pid" => Ok(Box::new(HeinzePid::new(nominal::<N>(machine)?, heinze_settings(machine)))),
         _ => Err(format!("no controller `{name}`; there are {}, {LEVER}", CONTROLLERS.join(", "))),
     }
@@ -48,10 +53,9 @@ fn sized<const N: usize>(machine: &Machine, name: &str) -> Result<Box<dyn Contro
 
 /// What a controller believes of a machine: here, the truth but for the bristles of its friction.
 pub fn nominal<const N: usize>(machine: &Machine) -> Result<Nominal<N>, String> {
-    let model = crate::build(machine).map_err(|e| e.to_string())?;
-    let Plant { mechanics, actuations, cylinders, fluid, mains } = plant::<N>(machine).map_err(|e| e.to_string())?;
-    let strokes = model.spool_strokes();
-    let limits = model.joint_limits();
+    let crane = Crane::<N>::new(machine).map_err(|e| e.to_string())?;
+    let Plant { mechanics, actuations, cylinders, fluid, mains } = *crane.plant();
+    let (strokes, limits) = (crane.spool_strokes(), crane.joint_limits());
     Ok(Nominal {
         mechanics,
         actuations,
@@ -103,14 +107,13 @@ pub fn tip_gain(machine: &Machine, key: &str) -> f64 {
 }
 
 /// Settings of `tip` for a machine.
-pub fn tip_settings<const N: usize>(machine: &Machine) -> Result<tip::Settings<N>, String> {
-    let nominal = nominal::<N>(machine)?;
+pub fn tip_settings<const N: usize>(machine: &Machine, nominal: &Nominal<N>) -> tip::Settings<N> {
     let telescope = nominal.mechanics.joints.map(|j| !j.revolute);
     let gain = |key: &str| tip_gain(machine, key);
     let centring = gain("telescope-centring");
-    Ok(tip::Settings {
+    tip::Settings {
         period: machine.control.period.unwrap_or(0.01),
-        full_speed: machine.control.gain("tip", "full-speed").unwrap_or_else(|| fastest_joint(&nominal)),
+        full_speed: machine.control.gain("tip", "full-speed").unwrap_or_else(|| fastest_joint(nominal)),
         shape: Shape {
             stick_bandwidth: gain("stick-bandwidth"),
             path_rate: gain("path-rate"),
@@ -129,7 +132,7 @@ pub fn tip_settings<const N: usize>(machine: &Machine) -> Result<tip::Settings<N
         },
         lag_limit: gain("lag-limit"),
         settling: gain("settling-time"),
-    })
+    }
 }
 
 /// Tip speed that the fastest joint alone gives in the middle of all ranges, unloaded, m/s.
@@ -192,7 +195,7 @@ mod tests {
         let settings = |key: &str, value: f64| {
             let key = format!("control.tip.{key}");
             let machine = load("rottne-f9-lab", &[(key, OverrideValue::Number(value))]).unwrap();
-            format!("{:?}", tip_settings::<3>(&machine).unwrap())
+            format!("{:?}", tip_settings(&machine, &nominal::<3>(&machine).unwrap()))
         };
         let (_, keys) = IN_FILES[0];
         for (key, _) in keys {

@@ -93,6 +93,10 @@ impl<const N: usize> Crane<N> {
         }
     }
 
+    pub(crate) fn plant(&self) -> &Plant<f64, N> {
+        &self.plant
+    }
+
     fn drivetrain(&self, i: usize) -> Drivetrain<'_> {
         Drivetrain {
             joint: &self.plant.mechanics.joints[i],

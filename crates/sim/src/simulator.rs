@@ -1,9 +1,9 @@
 //! Step by step simulation for people's own controllers: commands held over one sample time.
 
-use crate::integrator::{method, Stepper};
+use crate::integrator::Stepper;
 use crate::model::Model;
 use crate::outcome::{Outcome, OutcomeKind};
-use crate::run::{failed, start_fault, Driven, RunOptions};
+use crate::run::{failed, start_fault, stepper, Driven, RunOptions};
 use crate::sensing::Sensors;
 use crate::valve_line::ValveLines;
 use std::sync::Arc;
@@ -38,8 +38,8 @@ impl Simulator {
             return Err(fault);
         }
         self.lines.clear();
-        self.stepper = method(&self.options.method, x0.len(), 0)
-            .map(|method| Stepper::new(method, self.options.tolerances, 0.0, x0, 0));
+        let driven = Driven::new(self.model.as_ref(), &self.options, 0.0);
+        self.stepper = stepper(x0, &driven, &self.options);
         self.sensors = self.unread.clone();
         self.sensors.settle(0.0, x0);
         self.sensors.read(self.model.as_ref(), 0.0, x0, self.options.payload);

@@ -77,9 +77,10 @@ impl Loop {
     /// `tip` on the laboratory crane at rest; 1 m/s at full stick.
     fn tip_control(reality: Reality) -> Self {
         let believed = crane(&[]);
-        let mut settings = tip_settings::<3>(believed.machine()).expect("settings");
+        let nominal = nominal::<3>(believed.machine()).expect("a nominal model");
+        let mut settings = tip_settings(believed.machine(), &nominal);
         (settings.period, settings.full_speed) = (reality.period, 1.0);
-        let controller = Box::new(Tip::new(nominal::<3>(believed.machine()).expect("a nominal model"), settings));
+        let controller = Box::new(Tip::new(nominal, settings));
         let model = crane(reality.overrides);
         let x0 = model.equilibrium(&START, EquilibriumMode::Hold, reality.payload).expect("a pose to rest in");
         Loop::new(model, controller, &x0, reality)
