@@ -15,6 +15,7 @@ __all__ = [
     "bundled_machines",
     "bundled_scenarios",
     "bundled_text",
+    "friction_map",
     "load_machine",
     "load_scenario",
     "simulate",
@@ -126,6 +127,7 @@ def load_scenario(source: str, pairs: list[tuple[str, Any]]) -> dict[str, Any]: 
 def bundled_machines() -> list[str]: ...
 def bundled_scenarios() -> list[str]: ...
 def bundled_text(kind: str, name: str) -> str: ...
+def friction_map(parameters: _Array, v: _Array) -> tuple[_Array, _Array, _Array]: ...
 def simulate(
     machine: Machine,
     x0: _Array,

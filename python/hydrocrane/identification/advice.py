@@ -1,0 +1,115 @@
+"""What cannot be told from the data, said in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.stats import f as fisher
+
+from hydrocrane.identification.least_squares import Scatter
+from hydrocrane.identification.points import DIRECTIONS
+from hydrocrane.identification.result import OFFSET, StaticFit, missing_directions
+
+# A parameter whose 95 % interval reaches further than this share of its value is called poorly known.
+POOR = 0.5
+# Above this condition number, columns scaled, parameters stand for each other.
+ILL_CONDITIONED = 1e4
+# Levels beyond this many Stribeck velocities show viscous friction alone.
+FAR = 2.5
+# A map that describes the levels scatters this much by chance in one of a hundred cases.
+UNLIKELY = 0.01
+
+
+def on_fit(fit: StaticFit, scatter: Scatter, with_offset: bool) -> tuple[str, ...]:
+    """Warnings of a fit, the most fundamental first."""
+    return (
+        *(f"no points {name}: nothing is known of friction {name}" for name in missing_directions(fit)),
+        *_levels(fit),
+        *_bounds(fit),
+        *_poorly_known(fit),
+        *_spread(fit, scatter),
+        *_offset(fit, with_offset),
+        *_rejection(fit),
+    )
+
+
+def _levels(fit: StaticFit) -> Iterator[str]:
+    """Where velocities are missing."""
+    used = fit.points.select(fit.accepted)
+    for side, name in enumerate(DIRECTIONS):
+        here = used.levels.direction == side
+        speed = np.abs(used.levels.velocity[here])
+        if speed.size == 0:
+            continue
+        stribeck = fit.params["stribeck-velocity"][side]
+        if speed.size == 1:
+            yield f"{name}: one velocity level only; Coulomb, Stribeck and viscous friction cannot be told apart"
+            continue
+        if not (speed < stribeck).any():
+            yield (
+                f"{name}: no level slower than the Stribeck velocity ({stribeck * 1e3:.3g} mm/s); "
+                "break-away force and Stribeck velocity cannot be told: add slower levels"
+            )
+        if (speed > FAR * stribeck).sum() < 2:
+            yield (
+                f"{name}: fewer than two levels beyond {FAR:g} Stribeck velocities ({FAR * stribeck * 1e3:.3g} mm/s); "
+                "viscous and Coulomb friction cannot be told apart: add faster levels"
+            )
+
+
+def _bounds(fit: StaticFit) -> Iterator[str]:
+    for label in fit.at_bounds:
+        name, direction = label.split(".")
+        what = "Stribeck rise (break-away less Coulomb)" if name == "breakaway" else name
+        yield f"{direction}: {what} ended at the edge of what is physical"
+
+
+def _poorly_known(fit: StaticFit) -> Iterator[str]:
+    for label, (low, high) in fit.intervals(0.95).items():
+        value = fit.value(label)
+        if label == OFFSET:
+            continue
+        if not np.isfinite(low):
+            yield f"{label} cannot be told from these points"
+        elif max(high - value, value - low) > POOR * abs(value):
+            yield f"{label} is poorly known: {value:.3g}, 95 % interval {low:.3g} to {high:.3g}"
+    spread = fit.spread
+    if spread is not None and spread.condition > ILL_CONDITIONED:
+        yield f"parameters stand for each other: condition number {spread.condition:.2g}; see the correlation"
+
+
+def _spread(fit: StaticFit, scatter: Scatter) -> Iterator[str]:
+    if scatter.between_freedom <= 0:
+        yield "as many parameters as levels or more: nothing is left to check the map against"
+        return
+    if scatter.within_freedom <= 0 or scatter.within == 0.0:
+        return
+    ratio = scatter.between / scatter.within
+    chance = float(fisher.sf(ratio, scatter.between_freedom, scatter.within_freedom))
+    if chance < UNLIKELY:
+        yield (
+            f"the levels lie {np.sqrt(ratio):.1f} times further off the map than the points within them scatter "
+            f"(chance {chance:.1g}): the map does not describe these data, or something changed between levels"
+        )
+
+
+def _offset(fit: StaticFit, with_offset: bool) -> Iterator[str]:
+    """A constant error of the force shifts Coulomb friction of the directions against each other."""
+    spread = fit.spread
+    if not with_offset or spread is None:
+        return
+    for label in ("coulomb.extending", "coulomb.retracting"):
+        if label in spread.labels:
+            at = spread.labels.index(label)
+            if spread.from_prior[at, at] > spread.from_data[at, at]:
+                yield (
+                    "the constant error of the force sensors decides how well Coulomb friction of a single direction "
+                    "is known; its sum over both directions is known better. A zero calibration helps"
+                )
+                return
+
+
+def _rejection(fit: StaticFit) -> Iterator[str]:
+    if len(fit.rejected) > 0.1 * len(fit.points):
+        yield f"{len(fit.rejected)} of {len(fit.points)} points were left out; look at them before trusting the rest"

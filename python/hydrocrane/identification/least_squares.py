@@ -1,0 +1,237 @@
+"""Weighted least squares of one friction map, in coordinates that a search can handle.   (122)"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import OptimizeResult, least_squares
+
+from hydrocrane.arrays import Array
+from hydrocrane.identification.points import FrictionPoints
+from hydrocrane.identification.result import fitted_velocity
+from hydrocrane.identification.static_map import Coordinates
+
+Loss = Literal["soft_l1", "huber", "cauchy", "arctan", "linear"]
+# Edges of the exponents; Coulomb force, rise and viscous force are not negative.
+STRIBECK_EXPONENT = (0.3, 6.0)
+VISCOUS_EXPONENT = (0.3, 3.0)
+# The Stribeck velocity is sought this far outside of the measured speeds.
+OUTSIDE = 10.0
+# A robust loss bends at this many standard deviations.
+BEND = 1.5
+# Singular values below this share of the largest belong to combinations that the points do not contain.
+NULL = 1e-9
+
+
+@dataclass(frozen=True)
+class OffsetPrior:
+    """What is known beforehand of a constant error of the measured force, N.
+
+    Attributes
+    ----------
+    deviation : float
+        Standard deviation, N.
+    mean : float
+        Expected error, N; subtract it from the forces beforehand or state it here.
+    """
+
+    deviation: float
+    mean: float = 0.0
+
+    @classmethod
+    def of_pressures(cls, areas: tuple[float, float], deviations: tuple[float, float]) -> OffsetPrior:
+        """From the zero errors of two pressure transmitters: A1 b1 - A2 b2.
+
+        Parameters
+        ----------
+        areas : (float, float)
+            Piston-side and rod-side area, m^2.
+        deviations : (float, float)
+            Standard deviations of the zero errors of p1 and p2, Pa. A data sheet states limits; a limit held to be
+            evenly likely everywhere inside has a deviation of limit/sqrt(3). After a zero calibration it is the
+            standard error of the mean reading at zero pressure.
+        """
+        return cls(float(np.hypot(areas[0] * deviations[0], areas[1] * deviations[1])))
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Points, which coordinates are free, and how the points are weighted.
+
+    Attributes
+    ----------
+    points : FrictionPoints
+    start : ndarray, shape (12,)
+        Coordinates to begin with; those not free stay.
+    column : ndarray of int, shape (12,)
+        Unknown that a coordinate follows, -1 where it is held; two coordinates may share one.
+    floor : float
+        Standard deviation of a whole level about any map, N: keeps a level of many points from outweighing others.
+    offset : OffsetPrior or None
+        Prior of the constant force error, the last unknown.
+    """
+
+    points: FrictionPoints
+    coordinates: Coordinates
+    start: Array
+    column: NDArray[np.int_]
+    floor: float
+    offset: OffsetPrior | None = None
+
+    @property
+    def unknowns(self) -> int:
+        """Free coordinates, the offset not counted."""
+        return int(self.column.max()) + 1
+
+    def theta(self, x: Array) -> Array:
+        """All coordinates at the unknowns `x`."""
+        free = self.column >= 0
+        theta = self.start.copy()
+        theta[free] = x[self.column[free]]
+        return theta
+
+    def begin(self, theta: Array) -> Array:
+        """Unknowns at the coordinates `theta`; shared ones at their mean."""
+        x = [float(np.mean(theta[self.column == k])) for k in range(self.unknowns)]
+        return np.array(x + ([self.offset.mean] if self.offset else []))
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Edges of the unknowns."""
+        moving = self.points.speed[self.points.speed > 0.0]
+        ends = (moving.min() / OUTSIDE, moving.max() * OUTSIDE) if moving.size else (1e-6, 1.0)
+        low = np.repeat([0.0, 0.0, np.log(ends[0]), np.log(STRIBECK_EXPONENT[0]), 0.0, VISCOUS_EXPONENT[0]], 2)
+        high = np.repeat(
+            [np.inf, np.inf, np.log(ends[1]), np.log(STRIBECK_EXPONENT[1]), np.inf, VISCOUS_EXPONENT[1]], 2
+        )
+        first = [int(np.flatnonzero(self.column == k)[0]) for k in range(self.unknowns)]
+        extra = [np.inf] if self.offset else []
+        return np.concatenate([low[first], -np.array(extra)]), np.concatenate([high[first], extra])
+
+    def standard_deviation(self, theta: Array) -> Array:
+        """What one point may scatter, N: force, velocity through the slope of the map, its share of the level's floor.
+
+        A level of n points then has the variance floor^2 + sigma^2/n: with a floor above the errors every level
+        weighs the same, however many points it has.
+        """
+        points = self.points
+        slope = self.coordinates.to_map(theta).evaluate(fitted_velocity(points))[1]
+        levels = points.levels
+        force = np.maximum(points.force_error, levels.error[points.level])
+        velocity = np.where(points.velocity == 0.0, 0.0, slope * points.velocity_error)
+        return np.sqrt(force**2 + velocity**2 + levels.count[points.level] * self.floor**2)
+
+    def misfit(self, x: Array) -> tuple[Array, Array]:
+        """Fitted less measured force (n,), N, and its slopes over the unknowns."""
+        theta = self.theta(x)
+        force, _, over_parameters = self.coordinates.to_map(theta).evaluate(fitted_velocity(self.points))
+        over_theta = over_parameters @ self.coordinates.slopes(theta)
+        slopes = np.zeros((len(self.points), x.size))
+        for i in np.flatnonzero(self.column >= 0):
+            slopes[:, self.column[i]] += over_theta[:, i]
+        if self.offset is None:
+            return force - self.points.force, slopes
+        slopes[:, -1] = 1.0
+        return force + x[-1] - self.points.force, slopes
+
+    def solve(self, x: Array, sigma: Array, *, loss: Loss = "linear", scale: float = 1.0) -> OptimizeResult:
+        """Minimise from `x`, with points of deviation `sigma` times `scale`; the prior of the offset is never scaled."""
+        low, high = self.bounds()
+        inside = np.where(np.isfinite(high), np.clip(x, low, high), np.maximum(x, low))
+        return least_squares(
+            lambda u: self._residual(u, sigma * scale)[0],
+            inside,
+            jac=lambda u: self._residual(u, sigma * scale)[1],
+            bounds=(low, high),
+            x_scale="jac",
+            loss=loss,
+            f_scale=BEND,
+            xtol=1e-10,
+            ftol=1e-10,
+            gtol=1e-10,
+            max_nfev=300,
+        )
+
+    def _residual(self, x: Array, sigma: Array) -> tuple[Array, Array]:
+        misfit, slopes = self.misfit(x)
+        r, jac = misfit / sigma, slopes / sigma[:, None]
+        if self.offset is None:
+            return r, jac
+        row = np.zeros(x.size)
+        row[-1] = 1.0 / self.offset.deviation
+        return np.append(r, (x[-1] - self.offset.mean) / self.offset.deviation), np.vstack([jac, row])
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """Scatter of the levels about a map, in units of what was expected.
+
+    Attributes
+    ----------
+    between, within : float
+        Mean square of the level means about the map and of the points about their level; NaN where there are none.
+    between_freedom, within_freedom : int
+    """
+
+    between: float
+    within: float
+    between_freedom: int
+    within_freedom: int
+
+
+def scatter(points: FrictionPoints, misfit: Array, sigma: Array, unknowns: int) -> Scatter:
+    """Variance of levels about the map and of points within levels; with independent errors both are equal."""
+    weight = sigma**-2
+    _, level = np.unique(points.level, return_inverse=True)
+    total = np.bincount(level, weight)
+    mean = np.bincount(level, weight * misfit) / total
+    between_freedom = int(total.size) - unknowns
+    within_freedom = len(points) - int(total.size)
+    between = float(np.sum(total * mean**2))
+    within = float(np.sum(weight * (misfit - mean[level]) ** 2))
+    return Scatter(
+        between / between_freedom if between_freedom > 0 else np.nan,
+        within / within_freedom if within_freedom > 0 else np.nan,
+        between_freedom,
+        within_freedom,
+    )
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """Inverse of the information of a fit.
+
+    Attributes
+    ----------
+    from_data, from_prior : ndarray, shape (n, n)
+        Covariance of the unknowns from the scatter of the points and from the prior; zero where `undetermined`.
+    undetermined : ndarray of bool, shape (n,)
+        Unknowns that take part in a combination which leaves every point as it is.
+    condition : float
+    """
+
+    from_data: Array
+    from_prior: Array
+    undetermined: NDArray[np.bool_]
+    condition: float
+
+
+def invert(jacobian: Array, prior: OffsetPrior | None) -> Inverse:
+    """Covariance of the unknowns from the weighted slopes (n_points, n) of the points, and the prior of the last one."""
+    information = np.vstack([jacobian, np.zeros(jacobian.shape[1])])
+    if prior is not None:
+        information[-1, -1] = 1.0 / prior.deviation
+    size = np.linalg.norm(information, axis=0)
+    size[size == 0.0] = 1.0
+    _, s, vt = np.linalg.svd(information / size, full_matrices=False)
+    kept = s > NULL * s[0]
+    undetermined = (np.abs(vt[~kept]) > 1e-3).any(axis=0)
+    root = vt[kept].T / s[kept]
+    inverse = (root @ root.T) / np.outer(size, size)
+    of_prior = np.zeros_like(inverse)
+    if prior is not None:
+        of_prior = np.outer(inverse[:, -1], inverse[:, -1]) / prior.deviation**2
+    condition = float(s[0] / s[-1]) if s[-1] > 0.0 else np.inf
+    return Inverse(inverse - of_prior, of_prior, undetermined, condition)

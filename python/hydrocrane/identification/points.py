@@ -1,0 +1,194 @@
+"""What static friction is identified from: steady velocity, friction force, and how well both are known."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hydrocrane.arrays import Array, real_array
+from hydrocrane.errors import InputError
+
+EXTENDING, RETRACTING = 0, 1
+DIRECTIONS = ("extending", "retracting")
+# Points whose velocities differ by less than this share belong to one commanded level.
+LEVEL_SHARE = 0.1
+# Levels are told apart only by gaps that the errors of the velocities do not explain.
+LEVEL_ERRORS = 3.0
+
+
+class SteadyWindow(Protocol):
+    """A stretch of a log at constant velocity; what finds them may keep more."""
+
+    @property
+    def velocity(self) -> float: ...
+    @property
+    def velocity_error(self) -> float: ...
+    @property
+    def force(self) -> float: ...
+    @property
+    def force_error(self) -> float: ...
+
+
+@dataclass(frozen=True)
+class Levels:
+    """Points gathered by commanded velocity, slowest first within each direction; arrays of shape (n_levels,).
+
+    Attributes
+    ----------
+    velocity, force : ndarray
+        Medians over the points of a level, m/s and N; force positive against positive velocity.
+    scatter : ndarray
+        Standard deviation of the force over the points of a level, N; NaN for a single point.
+    error : ndarray
+        Standard error of one point's force, N: the median of those handed in.
+    count, direction : ndarray of int
+        Number of points; 0 extending, 1 retracting.
+    """
+
+    velocity: Array
+    force: Array
+    scatter: Array
+    error: Array
+    count: NDArray[np.int_]
+    direction: NDArray[np.int_]
+
+
+@dataclass(frozen=True)
+class FrictionPoints:
+    """Steady friction readings; arrays of shape (n,).
+
+    Attributes
+    ----------
+    velocity : ndarray
+        Piston velocity, m/s, positive extending. Zero marks a break-away reading: the largest force that did not
+        move the piston.
+    force : ndarray
+        Friction, N, positive against positive velocity   (120).
+    velocity_error, force_error : ndarray
+        Standard errors, m/s and N.
+    direction : ndarray of int
+        0 extending, 1 retracting.
+    source : tuple of str
+        Names of the files that the points come from.
+    """
+
+    velocity: Array
+    force: Array
+    velocity_error: Array
+    force_error: Array
+    direction: NDArray[np.int_]
+    source: tuple[str, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        velocity: ArrayLike,
+        force: ArrayLike,
+        *,
+        velocity_error: ArrayLike = 0.0,
+        force_error: ArrayLike = 0.0,
+        direction: ArrayLike | None = None,
+        source: Iterable[str] = (),
+    ) -> FrictionPoints:
+        """Checked points from plain arrays; errors may be one number for all.
+
+        `direction` (+1 extending, -1 retracting) is needed for break-away readings only, whose velocity is zero.
+        """
+        v = np.atleast_1d(real_array(velocity, "velocity"))
+        f = np.atleast_1d(real_array(force, "force"))
+        if v.ndim != 1 or v.shape != f.shape:
+            raise InputError(f"velocity and force must be vectors of equal length, got shapes {v.shape} and {f.shape}")
+        if v.size == 0:
+            raise InputError("no friction points: no steady window was accepted, or none was handed in")
+        errors = [_error(velocity_error, "velocity_error", v), _error(force_error, "force_error", f)]
+        sign = np.sign(v) if direction is None else _signs(direction, v)
+        if (sign == 0).any():
+            at = int(np.flatnonzero(sign == 0)[0])
+            raise InputError(f"point {at} has velocity 0 and no direction; a break-away reading needs direction +1 or -1")
+        return cls(v, f, *errors, np.where(sign > 0, EXTENDING, RETRACTING), tuple(source))
+
+    @classmethod
+    def from_windows(cls, windows: Iterable[SteadyWindow], *, source: Iterable[str] = ()) -> FrictionPoints:
+        """Points from accepted steady windows: anything with velocity, force and their errors as attributes."""
+        table = [(w.velocity, w.force, w.velocity_error, w.force_error) for w in windows]
+        columns = np.array(table, dtype=float).reshape(-1, 4).T
+        return cls.of(columns[0], columns[1], velocity_error=columns[2], force_error=columns[3], source=source)
+
+    def __len__(self) -> int:
+        return self.velocity.size
+
+    def select(self, keep: NDArray[np.bool_]) -> FrictionPoints:
+        """The points where `keep` is true."""
+        arrays = (self.velocity, self.force, self.velocity_error, self.force_error, self.direction)
+        return FrictionPoints(*(a[keep] for a in arrays), self.source)
+
+    @cached_property
+    def sign(self) -> Array:
+        """+1 extending, -1 retracting."""
+        return np.where(self.direction == EXTENDING, 1.0, -1.0)
+
+    @cached_property
+    def speed(self) -> Array:
+        """Magnitude of the velocity, m/s."""
+        return np.abs(self.velocity)
+
+    @cached_property
+    def level(self) -> NDArray[np.int_]:
+        """Number of the level of each point, counted over both directions, slowest first.
+
+        Sorted by speed, a level ends where the next point is faster by more than a tenth and by more than the errors
+        of both velocities explain.
+        """
+        level = np.empty(len(self), dtype=int)
+        count = 0
+        for side in (EXTENDING, RETRACTING):
+            at = np.flatnonzero(self.direction == side)
+            at = at[np.argsort(self.speed[at], kind="stable")]
+            if at.size:
+                level[at] = count + np.concatenate([[0], np.cumsum(self._gaps(at))])
+                count = int(level[at[-1]]) + 1
+        return level
+
+    def _gaps(self, order: NDArray[np.int_]) -> NDArray[np.bool_]:
+        """Whether a level ends between neighbours in `order`."""
+        speed, error = self.speed[order], self.velocity_error[order]
+        explained = LEVEL_ERRORS * np.hypot(error[1:], error[:-1])
+        return np.diff(speed) > np.maximum(LEVEL_SHARE * speed[:-1], explained)
+
+    @cached_property
+    def levels(self) -> Levels:
+        """The points gathered by level."""
+        groups = [np.flatnonzero(self.level == k) for k in range(int(self.level.max()) + 1)]
+        force = [self.force[g] for g in groups]
+        return Levels(
+            velocity=np.array([np.median(self.velocity[g]) for g in groups]),
+            force=np.array([np.median(f) for f in force]),
+            scatter=np.array([f.std(ddof=1) if f.size > 1 else np.nan for f in force]),
+            error=np.array([np.median(self.force_error[g]) for g in groups]),
+            count=np.array([g.size for g in groups]),
+            direction=np.array([self.direction[g[0]] for g in groups]),
+        )
+
+
+def _error(value: ArrayLike, name: str, like: Array) -> Array:
+    error = real_array(value, name)
+    if error.shape not in ((), like.shape):
+        raise InputError(f"{name} must be one number or one per point ({like.size}), got shape {error.shape}")
+    if (error < 0).any():
+        raise InputError(f"{name} must not be negative")
+    return np.broadcast_to(error, like.shape).astype(float)
+
+
+def _signs(direction: ArrayLike, velocity: Array) -> Array:
+    sign = np.broadcast_to(real_array(direction, "direction"), velocity.shape).astype(float)
+    if not np.isin(sign, (-1.0, 1.0)).all():
+        raise InputError("direction must be +1 (extending) or -1 (retracting) for each point")
+    if (sign * velocity < 0).any():
+        at = int(np.flatnonzero(sign * velocity < 0)[0])
+        raise InputError(f"direction of point {at} contradicts its velocity {velocity[at]:g} m/s")
+    return sign

@@ -1,0 +1,192 @@
+"""A static friction map found in measurements, with everything that says how far it can be trusted."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hydrocrane.arrays import Array
+from hydrocrane.errors import InputError
+from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
+from hydrocrane.identification.static_map import BREAKAWAY_SPEED, LABELS, StaticMap
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+OFFSET = "offset"
+# Parameters whose error is even in the logarithm: they are scales, and positive.
+LOGARITHMIC = ("stribeck-velocity", "stribeck-exponent")
+
+
+@dataclass(frozen=True)
+class Spread:
+    """How well the free parameters are known; rows and columns in the order of `labels`.
+
+    Attributes
+    ----------
+    labels : tuple of str
+        Free parameters as ``coulomb.extending``, then ``offset`` where the sensors may have one.
+    from_data, from_prior : ndarray, shape (m, m)
+        Covariance that stems from the scatter of the points and from the prior of the offset; infinite on the
+        diagonal of a parameter that the data say nothing about.
+    degrees_of_freedom : float
+        Of the scatter; infinite where the errors handed in were trusted.
+    scale : float
+        Scatter found over scatter expected from the errors handed in and the floor.
+    condition : float
+        Condition number of the fit, columns scaled; large: parameters cannot be told apart.
+    """
+
+    labels: tuple[str, ...]
+    from_data: Array
+    from_prior: Array
+    degrees_of_freedom: float
+    scale: float
+    condition: float
+
+
+@dataclass(frozen=True)
+class Rejected:
+    """A point that was left out, and why."""
+
+    index: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class StaticFit:
+    """A static friction map and what it was found from.
+
+    Attributes
+    ----------
+    points : FrictionPoints
+        All points that were handed in.
+    law : StaticMap
+        The map; NaN in a direction without points.
+    method : str
+        ``least-squares`` or ``graphical``.
+    offset : float
+        Constant error of the force in both directions, N, as found   (zero unless a prior was given).
+    rejected : tuple of Rejected
+        Points left out.
+    at_bounds : tuple of str
+        Parameters that ended at the edge of what is physical.
+    warnings : tuple of str
+        What cannot be told from these data.
+    """
+
+    points: FrictionPoints
+    law: StaticMap
+    method: str = "least-squares"
+    offset: float = 0.0
+    spread: Spread | None = None
+    rejected: tuple[Rejected, ...] = ()
+    at_bounds: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = field(default=())
+
+    @property
+    def params(self) -> dict[str, tuple[float, float]]:
+        """Keys of ``[friction.<name>]``, each (extending, retracting), SI."""
+        return self.law.pairs
+
+    def force(self, v: Array) -> Array:
+        """Friction of the map, N, at velocities v, m/s."""
+        return self.law.force(v)
+
+    def value(self, label: str) -> float:
+        """One parameter by its label, as ``coulomb.extending``."""
+        return self.offset if label == OFFSET else float(self.law.values[LABELS.index(label)])
+
+    @cached_property
+    def residuals(self) -> Array:
+        """Measured less fitted force, N, (n,), of all points, rejected ones too; the offset counted to the fit."""
+        return self.points.force - self.law.force(fitted_velocity(self.points)) - self.offset
+
+    @cached_property
+    def accepted(self) -> Array:
+        """True for the points that were used, (n,)."""
+        used = np.ones(len(self.points), dtype=bool)
+        used[[r.index for r in self.rejected]] = False
+        return used
+
+    @property
+    def covariance(self) -> xr.DataArray:
+        """Covariance of the free parameters, in products of their SI units."""
+        spread = self._known_spread()
+        return _labelled(spread.labels, spread.from_data + spread.from_prior)
+
+    @property
+    def correlation(self) -> xr.DataArray:
+        """Correlation of the free parameters; NaN where one cannot be told from the data."""
+        spread = self._known_spread()
+        total = spread.from_data + spread.from_prior
+        sigma = np.sqrt(np.diag(total))
+        known = np.isfinite(sigma) & (sigma > 0.0)
+        out = np.full(total.shape, np.nan)
+        out[np.ix_(known, known)] = total[np.ix_(known, known)] / np.outer(sigma[known], sigma[known])
+        return _labelled(spread.labels, out)
+
+    def intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
+        """Confidence intervals of the free parameters, SI, by label.
+
+        Student's t with the degrees of freedom of the levels, widened by the prior of the offset (which is taken as
+        known, hence Welch's degrees of freedom for the sum); in the logarithm for Stribeck velocity and exponent.
+        """
+        from scipy.stats import t as student
+
+        if not 0.0 < level < 1.0:
+            raise InputError(f"level must lie between 0 and 1, got {level:g}; 0.95 is usual")
+        spread = self._known_spread()
+        data, prior = np.diag(spread.from_data), np.diag(spread.from_prior)
+        out = {}
+        for label, of_data, of_prior in zip(spread.labels, data, prior, strict=True):
+            value, sigma = self.value(label), float(np.sqrt(of_data + of_prior))
+            if not np.isfinite(sigma):
+                out[label] = (-np.inf, np.inf)
+                continue
+            share = of_data / (of_data + of_prior) if sigma > 0.0 else 1.0
+            freedom = spread.degrees_of_freedom / share**2 if share > 0.0 else np.inf
+            reach = float(student.ppf(0.5 + level / 2, freedom)) * sigma
+            if label.split(".")[0] in LOGARITHMIC:
+                out[label] = (value * np.exp(-reach / value), value * np.exp(reach / value))
+            else:
+                out[label] = (value - reach, value + reach)
+        return out
+
+    def toml(self, cylinder: str, *, name: str | None = None, source: Iterable[str] = (), date: str = "") -> str:
+        """The block ``[friction.<name>]`` for a machine file; see :mod:`hydrocrane.identification.block`."""
+        from hydrocrane.identification.block import friction_block
+
+        return friction_block(self, cylinder, name=name, source=source, date=date)
+
+    def plot(self) -> Figure:
+        """Points and map, near zero velocity and over the whole range, with residuals."""
+        from hydrocrane.plots.identification import static_fit
+
+        return static_fit(self)
+
+    def _known_spread(self) -> Spread:
+        if self.spread is None:
+            raise InputError(f"a {self.method} reading has no intervals or covariance; use fit_static")
+        return self.spread
+
+
+def fitted_velocity(points: FrictionPoints) -> Array:
+    """Velocities at which a map is compared with points, (n,): break-away readings stand for v -> 0."""
+    return np.where(points.velocity == 0.0, points.sign * BREAKAWAY_SPEED, points.velocity)
+
+
+def missing_directions(fit: StaticFit) -> list[str]:
+    """Directions without any point."""
+    return [name for side, name in enumerate(DIRECTIONS) if not (fit.points.direction == side).any()]
+
+
+def _labelled(labels: tuple[str, ...], table: Array) -> xr.DataArray:
+    import xarray as xr
+
+    return xr.DataArray(table, dims=("parameter", "with"), coords={"parameter": list(labels), "with": list(labels)})

@@ -1,0 +1,292 @@
+"""Fit of the static friction map to steady points.   (119), (122)"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import OptimizeResult
+
+from hydrocrane.arrays import Array
+from hydrocrane.errors import InputError, unknown
+from hydrocrane.identification import advice
+from hydrocrane.identification.graphical import graphical
+from hydrocrane.identification.least_squares import Loss, OffsetPrior, Problem, Scatter, invert, scatter
+from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
+from hydrocrane.identification.result import OFFSET, Rejected, Spread, StaticFit
+from hydrocrane.identification.static_map import EXPONENTS, LABELS, PARAMETERS, Coordinates, StaticMap
+
+Exponents = Literal["fixed", "free"] | Mapping[str, float | str]
+LOSSES = ("soft_l1", "huber", "cauchy", "arctan", "linear")
+# A level is not expected to lie closer to any map than this share of the median force.
+FLOOR_SHARE = 0.01
+# Points further off than this many standard deviations of the bulk are left out.
+OUTLIER = 5.0
+# A direction of motion must stand out of the error of its velocity.
+RESOLVED = 3.0
+# With fewer levels to spare than this the scatter within the levels helps to state the spread.
+FEW = 3
+# The search starts at the Stribeck velocity that was read off, and at these multiples of it.
+STARTS = (1.0, 0.4, 2.5)
+ROUNDS = 4
+
+
+def fit_static(
+    points: FrictionPoints,
+    *,
+    exponents: Exponents = "fixed",
+    bias: OffsetPrior | float | None = None,
+    symmetric: bool = False,
+    loss: Loss = "soft_l1",
+    floor: float | None = None,
+) -> StaticFit:
+    """Least-squares fit of both directions at once, safe against uneven levels and stray points.
+
+    Parameters
+    ----------
+    exponents : {"fixed", "free"} or dict
+        Exponents held at 2 (Stribeck) and 1.5 (viscous), or free; or each by name: a number holds it, ``"free"``
+        frees it.
+    bias : OffsetPrior or float, optional
+        What is known of a constant error of the force; a number is its standard deviation, N. The points alone
+        cannot tell it from Coulomb friction that differs between the directions: the prior decides, and widens the
+        intervals. None: there is no such error.
+    symmetric : bool
+        Coulomb and break-away force are the same in both directions. Then, and only then, the points tell the offset.
+    loss : str
+        Loss of the first, robust fit; what it shows to be stray is left out of the second. ``"linear"`` keeps all.
+    floor : float, optional
+        Standard deviation of a whole level about the map, N; by default 1 % of the median force. Above the errors of
+        the points it makes all levels weigh the same; 0 weighs by the errors alone.
+
+    Returns
+    -------
+    StaticFit
+    """
+    problem, rejected = _problem(points, exponents, bias, symmetric, loss, floor)
+    robust, scale = _robust(problem, loss)
+    sigma = problem.standard_deviation(problem.theta(robust.x))
+    kept, stray = _without_outliers(problem, robust, sigma * scale, loss)
+    solution, sigma = _refine(kept, robust.x)
+    return _result(points, kept, solution, sigma, rejected + _numbered(problem, stray, points))
+
+
+def _problem(
+    points: FrictionPoints,
+    exponents: Exponents,
+    bias: OffsetPrior | float | None,
+    symmetric: bool,
+    loss: str,
+    floor: float | None,
+) -> tuple[Problem, list[Rejected]]:
+    """The fit to be solved, and the points that cannot take part."""
+    if loss not in LOSSES:
+        raise unknown("loss", loss, LOSSES)
+    held = _held(exponents)
+    usable = (points.velocity == 0.0) | (points.speed > RESOLVED * points.velocity_error)
+    if not usable.any():
+        raise InputError("no point has a velocity that stands out of its error; take longer windows or faster motion")
+    rejected = [
+        Rejected(int(i), "velocity within its error of zero, direction unknown") for i in np.flatnonzero(~usable)
+    ]
+    used = points.select(usable)
+    if (used.velocity == 0.0).all():
+        raise InputError("only break-away readings (velocity 0): a map needs the piston to move")
+    coordinates = Coordinates(float(used.speed.max()))
+    start = _start(used, held, coordinates)
+    if floor is not None and not (np.isfinite(floor) and floor >= 0.0):
+        raise InputError(f"floor must be a force of zero or more, N, got {floor}")
+    smallest = 1e-9 * float(np.abs(used.force).max())
+    chosen = FLOOR_SHARE * float(np.median(np.abs(used.force))) if floor is None else floor
+    column = _columns(used, held, symmetric)
+    return Problem(used, coordinates, start, column, max(chosen, smallest), _prior(bias)), rejected
+
+
+def _held(exponents: Exponents) -> dict[str, float | None]:
+    """The value at which each exponent is held; None where it is free."""
+    if isinstance(exponents, str):
+        if exponents not in ("fixed", "free"):
+            raise unknown("choice of exponents", exponents, ("fixed", "free"))
+        return {name: value if exponents == "fixed" else None for name, value in EXPONENTS.items()}
+    held: dict[str, float | None] = dict(EXPONENTS)
+    for name, value in exponents.items():
+        if name not in EXPONENTS:
+            raise unknown("exponent", name, EXPONENTS)
+        if isinstance(value, str):
+            if value != "free":
+                raise unknown(f"value of {name}", value, ("free", "a number"))
+            held[name] = None
+        elif not 0.0 < value <= 10.0:
+            raise InputError(f"{name} must lie between 0 and 10, got {value:g}")
+        else:
+            held[name] = float(value)
+    return held
+
+
+def _prior(bias: OffsetPrior | float | None) -> OffsetPrior | None:
+    prior = bias if isinstance(bias, OffsetPrior) or bias is None else OffsetPrior(float(bias))
+    if prior is None or (prior.deviation == 0.0 and prior.mean == 0.0):
+        return None
+    if not (np.isfinite(prior.deviation) and prior.deviation > 0.0 and np.isfinite(prior.mean)):
+        raise InputError(f"bias needs a standard deviation above zero, N, got {prior.deviation:g}; None for no error")
+    return prior
+
+
+def _start(points: FrictionPoints, held: Mapping[str, float | None], coordinates: Coordinates) -> Array:
+    """Coordinates read off the curve; a direction without points takes those of the other and is never moved."""
+    taken = {name: EXPONENTS[name] if value is None else value for name, value in held.items()}
+    pairs = graphical(points, exponents=taken).law.values.reshape(-1, 2).copy()
+    empty = np.isnan(pairs[0])
+    if empty.any():
+        pairs[:, empty] = pairs[:, ~empty]
+    return coordinates.of_map(StaticMap(pairs.ravel()))
+
+
+def _columns(points: FrictionPoints, held: Mapping[str, float | None], symmetric: bool) -> NDArray[np.int_]:
+    """Number of the unknown behind each coordinate, -1 for those that are held."""
+    column = np.full((len(PARAMETERS), 2), -1)
+    sides = [side for side in (0, 1) if (points.direction == side).any()]
+    if symmetric and len(sides) < 2:
+        raise InputError(f"symmetric needs points in both directions, but there are none {DIRECTIONS[1 - sides[0]]}")
+    count = 0
+    for row, name in enumerate(PARAMETERS):
+        if held.get(name) is not None:
+            continue
+        shared = symmetric and name in ("coulomb", "breakaway")
+        for side in sides:
+            column[row, side] = count
+            count += not shared
+        count += shared
+    return column.ravel()
+
+
+def _robust(problem: Problem, loss: Loss) -> tuple[OptimizeResult, float]:
+    """The best of several starts under a robust loss, and the scale of the bulk of the residuals."""
+    best: OptimizeResult | None = None
+    for multiple in STARTS:
+        theta = problem.start.copy()
+        theta[4:6] += np.log(multiple)
+        sigma, scale = problem.standard_deviation(theta), 1.0
+        x = problem.begin(theta)
+        for _ in range(2):
+            found = problem.solve(x, sigma, loss=loss, scale=scale)
+            x, sigma = found.x, problem.standard_deviation(problem.theta(found.x))
+            scale = _bulk(problem.misfit(x)[0] / sigma, problem.unknowns)
+        quality = float(np.sum(np.abs(problem.misfit(x)[0] / sigma)))
+        if best is None or quality < best.quality:
+            best = found
+            best.quality, best.bulk = quality, scale
+    assert best is not None
+    return best, best.bulk
+
+
+def _bulk(standardised: Array, unknowns: int) -> float:
+    """Standard deviation of the bulk of the residuals, from their median, corrected for the unknowns."""
+    n = standardised.size
+    freedom = max(n - unknowns, 1)
+    scale = 1.4826 * float(np.median(np.abs(standardised))) * np.sqrt(n / freedom)
+    return scale if scale > 1e-6 else 1e-6
+
+
+def _without_outliers(
+    problem: Problem, found: OptimizeResult, sigma: Array, loss: Loss
+) -> tuple[Problem, list[tuple[int, float]]]:
+    """The problem without stray points; each of them with its distance in standard deviations."""
+    distance = np.abs(problem.misfit(found.x)[0]) / sigma
+    stray = distance > OUTLIER
+    # With as many unknowns as levels the map follows any point, so that distance says nothing.
+    if loss == "linear" or problem.points.levels.count.size <= problem.unknowns or not stray.any():
+        return problem, []
+    keep = problem.points.select(~stray)
+    smaller = Problem(
+        keep, problem.coordinates, problem.start, problem.column, problem.floor, problem.offset
+    )
+    return smaller, [(int(i), float(distance[i])) for i in np.flatnonzero(stray)]
+
+
+def _numbered(problem: Problem, stray: list[tuple[int, float]], points: FrictionPoints) -> list[Rejected]:
+    """Stray points by their place among all points."""
+    place = np.flatnonzero((points.velocity == 0.0) | (points.speed > RESOLVED * points.velocity_error))
+    return [Rejected(int(place[i]), f"{d:.1f} standard deviations off the map of the others") for i, d in stray]
+
+
+def _refine(problem: Problem, x: Array) -> tuple[OptimizeResult, Array]:
+    """Plain least squares with weights that follow the slope of the map and the scatter that was found."""
+    scale = 1.0
+    for _ in range(ROUNDS):
+        sigma = problem.standard_deviation(problem.theta(x))
+        found = problem.solve(x, sigma, scale=scale)
+        x = found.x
+        scale = max(_scale(scatter(problem.points, problem.misfit(x)[0], sigma, problem.unknowns))[0], 1e-6)
+    return found, sigma
+
+
+def _scale(found: Scatter) -> tuple[float, float]:
+    """Scatter over expectation, and its degrees of freedom.
+
+    The levels about the map count, because what is common to the points of a level does not average out within it.
+    With few levels to spare the points within the levels are taken in; without any, the errors handed in are trusted.
+    """
+    if found.between_freedom >= FEW:
+        return float(np.sqrt(found.between)), float(found.between_freedom)
+    freedom = max(found.between_freedom, 0) + found.within_freedom
+    if freedom == 0:
+        return 1.0, np.inf
+    total = np.nan_to_num(found.between) * max(found.between_freedom, 0)
+    total += np.nan_to_num(found.within) * found.within_freedom
+    return float(np.sqrt(total / freedom)), float(freedom)
+
+
+def _result(
+    points: FrictionPoints, problem: Problem, found: OptimizeResult, sigma: Array, rejected: list[Rejected]
+) -> StaticFit:
+    theta = problem.theta(found.x)
+    misfit, slopes = problem.misfit(found.x)
+    of_levels = scatter(problem.points, misfit, sigma, problem.unknowns)
+    scale, freedom = _scale(of_levels)
+    spread = _spread(problem, theta, slopes / (sigma[:, None] * max(scale, 1e-9)), scale, freedom)
+    values = problem.coordinates.to_map(theta).values.reshape(-1, 2).copy()
+    for side in (0, 1):
+        if not (points.direction == side).any():
+            values[:, side] = np.nan
+    details: dict[str, Any] = {
+        "law": StaticMap(values.ravel()),
+        "offset": float(found.x[-1]) if problem.offset else 0.0,
+        "spread": spread,
+        "rejected": tuple(sorted(rejected, key=lambda r: r.index)),
+        "at_bounds": _at_bounds(problem, found.x),
+    }
+    draft = StaticFit(points=points, **details)
+    return StaticFit(points=points, warnings=advice.on_fit(draft, of_levels, problem.offset is not None), **details)
+
+
+def _spread(problem: Problem, theta: Array, jacobian: Array, scale: float, freedom: float) -> Spread:
+    """Covariance of the free parameters, by label."""
+    inverse = invert(jacobian, problem.offset)
+    size = problem.unknowns + (problem.offset is not None)
+    over_theta = np.zeros((len(theta), size))
+    for i in np.flatnonzero(problem.column >= 0):
+        over_theta[i, problem.column[i]] = 1.0
+    to_parameters = problem.coordinates.slopes(theta) @ over_theta
+    labels = [label for label, used in zip(LABELS, (to_parameters != 0.0).any(axis=1), strict=True) if used]
+    rows = to_parameters[[LABELS.index(label) for label in labels]]
+    if problem.offset is not None:
+        labels.append(OFFSET)
+        rows = np.vstack([rows, np.eye(size)[-1]])
+    data, prior = rows @ inverse.from_data @ rows.T, rows @ inverse.from_prior @ rows.T
+    unknown_rows = (np.abs(rows[:, inverse.undetermined]) > 0.0).any(axis=1)
+    data[unknown_rows, unknown_rows] = np.inf
+    return Spread(tuple(labels), data, prior, freedom, scale, inverse.condition)
+
+
+def _at_bounds(problem: Problem, x: Array) -> tuple[str, ...]:
+    """Labels of unknowns that ended at an edge."""
+    low, high = problem.bounds()
+    out = []
+    for k in range(problem.unknowns):
+        near = 1e-6 * max(abs(x[k]), 1e-3)
+        if x[k] - low[k] <= near or high[k] - x[k] <= near:
+            out += [LABELS[i] for i in np.flatnonzero(problem.column == k)]
+    return tuple(out)

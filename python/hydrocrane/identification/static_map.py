@@ -1,0 +1,117 @@
+"""The static friction map with its parameters free, and the coordinates in which it is fitted.   (119)
+
+The law itself is the core's, `crates/physics/src/friction/static_map.rs`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hydrocrane import _core
+from hydrocrane.arrays import Array, real_array
+from hydrocrane.errors import InputError, unknown
+from hydrocrane.identification.points import DIRECTIONS
+
+# In the order of the core: each a pair (extending, retracting).
+PARAMETERS = ("coulomb", "breakaway", "stribeck-velocity", "stribeck-exponent", "viscous", "viscous-exponent")
+LABELS = tuple(f"{name}.{direction}" for name in PARAMETERS for direction in DIRECTIONS)
+# Exponents that are taken unless they are asked for: the thesis's choice, section 5.1.1.
+EXPONENTS = {"stribeck-exponent": 2.0, "viscous-exponent": 1.5}
+# Stands for the limit v -> 0 of a break-away reading, m/s.
+BREAKAWAY_SPEED = 1e-8
+
+
+def unit_of(label: str, exponent: float | None = None) -> str:
+    """SI unit of a parameter; the viscous coefficient's follows its exponent."""
+    name = label.split(".")[0]
+    if name == "viscous":
+        power = "delta" if exponent is None else f"{exponent:g}"
+        return "N s/m" if exponent == 1.0 else f"N s^{power}/m^{power}"
+    return {"stribeck-velocity": "m/s", "stribeck-exponent": "1", "viscous-exponent": "1"}.get(name, "N")
+
+
+@dataclass(frozen=True)
+class StaticMap:
+    """A static friction map.
+
+    Attributes
+    ----------
+    values : ndarray, shape (12,)
+        In the order of :data:`LABELS`, SI.
+    """
+
+    values: Array
+
+    @classmethod
+    def of(cls, pairs: Mapping[str, ArrayLike]) -> StaticMap:
+        """From the keys of a machine file, SI; one number stands for both directions. Exponents may be left out."""
+        for name in pairs:
+            if name not in PARAMETERS:
+                raise unknown("friction parameter", name, PARAMETERS)
+        given = {**EXPONENTS, **pairs}
+        missing = [name for name in PARAMETERS if name not in given]
+        if missing:
+            raise InputError(f"a static friction map needs {', '.join(f'`{name}`' for name in missing)}")
+        rows = [np.broadcast_to(real_array(given[name], name), (2,)) for name in PARAMETERS]
+        return cls(np.concatenate(rows).astype(float))
+
+    @property
+    def pairs(self) -> dict[str, tuple[float, float]]:
+        """Keys of a machine file, each (extending, retracting), SI."""
+        table = self.values.reshape(-1, 2)
+        return {name: (float(a), float(b)) for name, (a, b) in zip(PARAMETERS, table, strict=True)}
+
+    def force(self, v: ArrayLike) -> Array:
+        """Friction, N, at steady piston velocity v (...), m/s; positive against positive velocity."""
+        velocity = real_array(v, "v")
+        return self.evaluate(velocity.ravel())[0].reshape(velocity.shape)
+
+    def evaluate(self, v: Array) -> tuple[Array, Array, Array]:
+        """Force (n,), its slope over velocity (n,) and over the parameters (n, 12), at velocities (n,)."""
+        return _core.friction_map(np.ascontiguousarray(self.values), np.ascontiguousarray(v))
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """The coordinates of a fit, six per direction: what a search can handle well.
+
+    Coulomb force; Stribeck rise (break-away less Coulomb); logarithms of Stribeck velocity and exponent; viscous
+    force at the reference speed; viscous exponent. The viscous coefficient itself is a force at 1 m/s, far outside of
+    what is measured, and tied to its exponent.
+
+    Attributes
+    ----------
+    reference_speed : float
+        Speed at which the viscous force is stated, m/s: the fastest point.
+    """
+
+    reference_speed: float
+
+    def to_map(self, theta: Array) -> StaticMap:
+        """The map at coordinates (12,)."""
+        coulomb, rise, log_speed, log_exponent, top, power = theta.reshape(6, 2)
+        viscous = top * self.reference_speed**-power
+        return StaticMap(
+            np.concatenate([coulomb, coulomb + rise, np.exp(log_speed), np.exp(log_exponent), viscous, power])
+        )
+
+    def of_map(self, law: StaticMap) -> Array:
+        """Coordinates (12,) of a map."""
+        coulomb, breakaway, speed, exponent, viscous, power = law.values.reshape(6, 2)
+        top = viscous * self.reference_speed**power
+        return np.concatenate([coulomb, breakaway - coulomb, np.log(speed), np.log(exponent), top, power])
+
+    def slopes(self, theta: Array) -> Array:
+        """d(parameters)/d(coordinates), (12, 12)."""
+        p = self.to_map(theta).values
+        out = np.diag([1.0] * 4 + [*p[4:6], *p[6:8]] + [0.0] * 2 + [1.0] * 2)
+        for side in (0, 1):
+            top, power = theta[8 + side], theta[10 + side]
+            out[2 + side, side] = 1.0
+            out[8 + side, 8 + side] = self.reference_speed**-power
+            out[8 + side, 10 + side] = -np.log(self.reference_speed) * top * self.reference_speed**-power
+        return out
