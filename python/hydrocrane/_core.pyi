@@ -17,6 +17,7 @@ __all__ = [
     "bundled_text",
     "load_machine",
     "load_scenario",
+    "quantity",
     "simulate",
     "simulate_controlled",
 ]
@@ -126,6 +127,7 @@ def load_scenario(source: str, pairs: list[tuple[str, Any]]) -> dict[str, Any]: 
 def bundled_machines() -> list[str]: ...
 def bundled_scenarios() -> list[str]: ...
 def bundled_text(kind: str, name: str) -> str: ...
+def quantity(text: str) -> tuple[float, str]: ...
 def simulate(
     machine: Machine,
     x0: _Array,
