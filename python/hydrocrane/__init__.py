@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     )
     from hydrocrane.joystick import Joystick, Stick
     from hydrocrane.linear import LoadChart, Modes, load_chart, mode_map, modes
+    from hydrocrane.logs import Log, read_log
     from hydrocrane.machine import Machine, bundled_machines, load_machine
     from hydrocrane.result import Event, Outcome, Run, load_run
     from hydrocrane.scenario import Command, Scenario, Solver, bundled_scenarios, load_scenario
@@ -46,6 +47,7 @@ _HOME = {
     "InputError": "errors",
     "Joystick": "joystick",
     "LoadChart": "linear",
+    "Log": "logs",
     "Machine": "machine",
     "MachineFileError": "errors",
     "Modes": "linear",
@@ -69,6 +71,7 @@ _HOME = {
     "load_scenario": "scenario",
     "mode_map": "linear",
     "modes": "linear",
+    "read_log": "logs",
     "simulate": "simulation",
 }
 
@@ -81,6 +84,7 @@ __all__ = [
     "InputError",
     "Joystick",
     "LoadChart",
+    "Log",
     "Machine",
     "MachineFileError",
     "Modes",
@@ -106,6 +110,7 @@ __all__ = [
     "mode_map",
     "modes",
     "plots",
+    "read_log",
     "simulate",
 ]
 

@@ -25,3 +25,4 @@ pub use merge::OverrideValue;
 pub use model::Machine;
 pub use scenario::{load_scenario, parse_scenario, Scenario};
 pub use sections::CONTROLLERS;
+pub use units::quantity;

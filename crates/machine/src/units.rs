@@ -3,6 +3,7 @@
 //! Everything becomes SI. The plane angle counts as a base dimension of its own, so that an angle, a ratio and a count
 //! cannot be mistaken for each other. `Hz` means cycles per second of an angular frequency: 1 Hz = 2 pi rad/s.
 
+use crate::nearest::suggestion;
 use std::f64::consts::{PI, TAU};
 use std::fmt;
 
@@ -285,6 +286,7 @@ const UNITS: &[(&str, f64, [i8; 6])] = &[
     ("mrad", 1e-3, [0, 0, 0, 0, 0, 1]),
     ("deg", PI / 180.0, [0, 0, 0, 0, 0, 1]),
     ("Hz", TAU, [0, 0, -1, 0, 0, 1]),
+    ("kHz", 1e3 * TAU, [0, 0, -1, 0, 0, 1]),
     ("l", 1e-3, [3, 0, 0, 0, 0, 0]),
     ("ml", 1e-6, [3, 0, 0, 0, 0, 0]),
     ("J", 1.0, [2, 1, -2, 0, 0, 0]),
@@ -296,6 +298,21 @@ const UNITS: &[(&str, f64, [i8; 6])] = &[
     ("K", 1.0, [0, 0, 0, 1, 0, 0]),
     ("%", 1e-2, [0, 0, 0, 0, 0, 0]),
 ];
+
+/// `"140 bar"` as its SI value and the name of its dimension, for readers of other files than machines; the error
+/// says what is wrong and what was probably meant.
+pub fn quantity(text: &str) -> Result<(f64, String), String> {
+    let (number, unit) = parse_scalar(text).map_err(|error| match error {
+        UnitError::Malformed(message) => message,
+        UnitError::Unknown(symbol) => format!("unknown unit `{symbol}`; {}", suggestion(&symbol, symbols())),
+    })?;
+    let value = unit.to_si(number);
+    if value.is_finite() {
+        Ok((value, unit.dimension.to_string()))
+    } else {
+        Err(format!("`{}` is not finite", text.trim()))
+    }
+}
 
 /// Every unit symbol, for suggestions.
 pub fn symbols() -> impl Iterator<Item = &'static str> {

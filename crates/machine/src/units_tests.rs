@@ -111,3 +111,14 @@ fn dimensions_read_as_base_units() {
     assert_eq!(dimension("bar").to_string(), "m^-1 kg s^-2");
     assert_eq!(Dimension::NONE.to_string(), "no unit");
 }
+
+#[test]
+fn a_quantity_of_another_file_names_its_dimension_or_its_error() {
+    assert_eq!(quantity("140 bar"), Ok((140e5, "m^-1 kg s^-2".into())));
+    assert_eq!(quantity("2 mm").unwrap().1, quantity("-1 km").unwrap().1);
+    assert_eq!(quantity("1 kHz"), Ok((1e3 * TAU, "s^-1 rad".into())));
+    assert_eq!(quantity("3").unwrap().1, "no unit");
+    assert!(quantity("1 bra").unwrap_err().contains("did you mean `bar`"));
+    assert!(quantity("inf mm").unwrap_err().contains("not finite"));
+    assert!(quantity("mm").is_err());
+}

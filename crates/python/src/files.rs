@@ -156,3 +156,9 @@ pub fn bundled_text(kind: &str, name: &str) -> PyResult<&'static str> {
     let found = files.iter().find(|(n, _)| *n == name);
     found.map(|(_, text)| *text).ok_or_else(|| PyValueError::new_err(format!("no bundled {kind} `{name}`")))
 }
+
+/// `"140 bar"` as its SI value and the name of its dimension.
+#[pyfunction]
+pub fn quantity(text: &str) -> PyResult<(f64, String)> {
+    hydrocrane_machine::quantity(text).map_err(PyValueError::new_err)
+}

@@ -1,0 +1,26 @@
+"""Logs: what a data logger wrote, as checked signals in SI.
+
+:func:`read_log` reads and checks a rig's log; :func:`columns_of` gives the plain columns that joysticks and comparisons
+take.
+"""
+
+from hydrocrane.logs.columns import columns_of, time_of
+from hydrocrane.logs.flags import Flag
+from hydrocrane.logs.log import Log, read_log
+from hydrocrane.logs.mapping import LogMapping, Source, log_mapping
+from hydrocrane.logs.noise import Noise, noise_of
+from hydrocrane.logs.table import TIME_NAMES
+
+__all__ = [
+    "TIME_NAMES",
+    "Flag",
+    "Log",
+    "LogMapping",
+    "Noise",
+    "Source",
+    "columns_of",
+    "log_mapping",
+    "noise_of",
+    "read_log",
+    "time_of",
+]

@@ -1,0 +1,217 @@
+"""A log: signals over time in SI, and what is wrong with them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from hydrocrane.arrays import Array
+from hydrocrane.errors import InputError, nearest
+from hydrocrane.logs.checks import checked
+from hydrocrane.logs.flags import Flag
+from hydrocrane.logs.mapping import LogMapping, Source, log_mapping, si_values
+from hydrocrane.logs.readers import read_table, table_of_dataset
+from hydrocrane.logs.signals import SIGNALS
+from hydrocrane.logs.table import Table, known_unit, split_name
+
+
+@dataclass(frozen=True)
+class Log:
+    """Measured signals over time.
+
+    Attributes
+    ----------
+    data : xarray.Dataset
+        Over ``time``, s; each variable with `units` and `long_name`. The signals of a friction rig are ``x``, ``p1``,
+        ``p2``, and where there are any ``v``, ``force`` and ``command``.
+    flags : tuple of Flag
+        What the checks found, fatal ones first.
+    source : str
+        Where it came from.
+    """
+
+    data: xr.Dataset
+    flags: tuple[Flag, ...] = ()
+    source: str = ""
+
+    @classmethod
+    def of(cls, data: Any, mapping: Any = None, source: str = "") -> Log:
+        """A checked log of a Dataset, DataFrame, mapping of arrays or run, in SI unless `mapping` says otherwise."""
+        if isinstance(data, Log):
+            return data if mapping is None else cls.of(data.data, mapping, data.source)
+        from hydrocrane.logs.columns import columns_of
+
+        held = data.data if isinstance(getattr(data, "data", None), xr.Dataset) else data
+        table = table_of_dataset(held) if isinstance(held, xr.Dataset) else Table(columns_of(held))
+        table.in_memory = True
+        return _log(table, log_mapping(mapping), source or type(data).__name__)
+
+    @property
+    def time(self) -> Array:
+        """(n,) s."""
+        return np.asarray(self.data["time"].values, dtype=np.float64)
+
+    @property
+    def fatal(self) -> tuple[Flag, ...]:
+        """Flags that forbid any computation."""
+        return tuple(flag for flag in self.flags if flag.fatal)
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.data
+
+    def __getitem__(self, name: str) -> Array:
+        """(n,) values of a signal, SI."""
+        if name not in self.data:
+            known = [str(n) for n in self.data.variables]
+            cure = f"name its column in a mapping, [signal.{name}]"
+            raise InputError(f"{self.source}: the log has no signal `{name}`{nearest(name, known)}; {cure}")
+        return np.asarray(self.data[name].values, dtype=np.float64)
+
+    def usable(self, *signals: str) -> Log:
+        """This log, where it has the `signals` and no fatal flag; else an error that says what is missing or wrong."""
+        for name in signals:
+            self[name]
+        if self.fatal:
+            raise InputError(f"{self.source} cannot be used: " + "; ".join(flag.message for flag in self.fatal))
+        return self
+
+    def spoilt(self, *signals: str) -> np.ndarray:
+        """(n,) True where one of the `signals` is missing, frozen or at the end of its range, or time has a gap."""
+        time = self.time
+        bad = np.zeros(time.size, dtype=bool)
+        for flag in self.flags:
+            if flag.kind in ("frozen", "saturated", "not-finite", "gap") and flag.signal in ("", "time", *signals):
+                bad |= (time >= flag.start) & (time <= flag.end)
+        for name in signals:
+            bad |= ~np.isfinite(self[name])
+        return bad
+
+    def between(self, start: float, end: float) -> Log:
+        """The part from `start` to `end`, s, checked anew."""
+        inside = (self.time >= start) & (self.time <= end)
+        if not inside.any():
+            raise InputError(f"{self.source}: no sample between {start:.6g} and {end:.6g} s")
+        part = self.data.isel(time=inside)
+        return replace(self, data=part, flags=checked(part))
+
+    def summary(self) -> str:
+        """Length, signals and flags, one line each."""
+        time = self.time
+        lines = [f"{self.source}: {time.size} samples over {time[-1] - time[0]:.6g} s"]
+        for name in map(str, self.data.data_vars):
+            values, unit = self[name], self.data[name].attrs.get("units", "")
+            if np.isfinite(values).any():
+                lines.append(f"  {name:<10} {np.nanmin(values):.5g} .. {np.nanmax(values):.5g} {unit}")
+            else:
+                lines.append(f"  {name:<10} no finite value")
+        return "\n".join(lines + [f"  {'FATAL ' if flag.fatal else ''}{flag}" for flag in self.flags])
+
+    def save(self, path: str | PathLike[str]) -> Path:
+        """Write the signals to ``.csv``, ``.mat``, ``.nc``, ``.h5`` or ``.mf4``; reading gives the same numbers back."""
+        from hydrocrane.logs.writers import write_log
+
+        return write_log(self.data, Path(path))
+
+
+def read_log(path: str | PathLike[str], mapping: Any = None) -> Log:
+    """Read and check a log.
+
+    Parameters
+    ----------
+    path : str or path
+        ``.csv`` (also ``.txt``, ``.tsv``, ``.dat``, ``.log``), ``.mat`` of any version, ``.h5``, ``.nc`` or ``.mf4``.
+    mapping : path, dict or LogMapping, optional
+        Which column is which signal, see ``docs/reference/log-files.md``; without it every numeric column is kept
+        under its own name.
+
+    Raises
+    ------
+    ResultFileError
+        Where the file cannot be read.
+    InputError
+        Where a column or unit is not what the mapping says.
+    """
+    return _log(read_table(Path(path)), log_mapping(mapping), str(path))
+
+
+def _log(table: Table, mapping: LogMapping | None, source: str) -> Log:
+    time, consumed = _time(table, mapping, source)
+    notes, assumed = list(table.notes), []
+    data = xr.Dataset(coords={"time": ("time", time, {"units": "s", "long_name": "time"})})
+    for name, entry in _wanted(table, mapping, consumed).items():
+        column = table.find(entry.column)
+        if column is None:
+            where = mapping.origin if mapping else source
+            raise InputError(f"{where}: {source} has no column `{entry.column}`{_nearest_column(table, entry.column)}")
+        values = table.columns[column]
+        if values.size != time.size:
+            raise InputError(f"{source}: column `{column}` has {values.size} values for {time.size} times")
+        stated = table.unit_of(column)
+        if entry.unit is None and stated and not known_unit(stated):
+            notes.append(_foreign_unit(name, column, stated, time))
+            si, stated_unit = values * entry.sign, stated
+        else:
+            where = f"{mapping.origin}: [signal.{name}]" if mapping else f"{source}: column `{column}`"
+            si, stated_unit = si_values(values, entry, stated, name, where)
+            if name in SIGNALS and not stated and entry.unit is None:
+                assumed.append(name)
+        about = SIGNALS[name].long_name if name in SIGNALS else column
+        data[name] = ("time", si, {"units": stated_unit, "long_name": about})
+    data.attrs["source"] = source
+    if assumed and not table.in_memory:
+        notes.append(_assumed(assumed, time))
+    return Log(data, checked(data, notes), source)
+
+
+def _wanted(table: Table, mapping: LogMapping | None, time_column: str | None) -> dict[str, Source]:
+    if mapping is not None and mapping.signals:
+        return dict(mapping.signals)
+    wanted: dict[str, Source] = {}
+    for column in table.columns:
+        if column != time_column:
+            short = split_name(column)[0]
+            wanted[short if short not in wanted and short != "time" else column] = Source(column)
+    return wanted
+
+
+def _time(table: Table, mapping: LogMapping | None, source: str) -> tuple[Array, str | None]:
+    """Times, s, and the full name of the column that they came from."""
+    if mapping is not None and mapping.sample_rate is not None:
+        length = max(values.size for values in table.columns.values())
+        return np.arange(length) / mapping.sample_rate, None
+    entry = mapping.time if mapping is not None and mapping.time is not None else None
+    column = table.find(entry.column) if entry else table.time_column()
+    if column is None and entry is not None:
+        raise InputError(f"{source} has no column `{entry.column}`{_nearest_column(table, entry.column)}")
+    if column is None:
+        raise InputError(
+            f"{source} has no time column; name it `time`, or say which it is, or the sample rate, under [time] of a "
+            f"mapping. It has {', '.join(table.columns)}"
+        )
+    stated = table.unit_of(column)
+    where = f"{source}: time column `{column}`"
+    return si_values(table.columns[column], entry or Source(column), stated, "time", where)[0], column
+
+
+def _nearest_column(table: Table, wanted: str | int) -> str:
+    if isinstance(wanted, int):
+        return f"; columns count from 1 to {len(table.columns)}"
+    return nearest(wanted, table.columns)
+
+
+def _assumed(names: list[str], time: Array) -> Flag:
+    message = f"no unit is stated for {', '.join(names)}; SI units are taken. State them in the file or a mapping"
+    return Flag("assumed-unit", "", float(time[0]), float(time[-1]), message)
+
+
+def _foreign_unit(name: str, column: str, unit: str, time: Array) -> Flag:
+    message = (
+        f"the unit `{unit}` of column `{column}` is not known; its numbers stand as they are. Give it in a mapping"
+    )
+    return Flag("unknown-unit", name, float(time[0]), float(time[-1]), message, fatal=name in SIGNALS)

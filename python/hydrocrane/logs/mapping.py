@@ -1,0 +1,191 @@
+"""Which column of a log is which signal, in which unit, and with which sign: the mapping file."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from hydrocrane import _core
+from hydrocrane.arrays import Array
+from hydrocrane.errors import InputError, nearest
+from hydrocrane.logs.signals import SIGNALS
+from hydrocrane.logs.table import known_unit
+
+_SIGNAL_KEYS = ("column", "unit", "sign", "offset")
+_TIME_KEYS = ("column", "unit", "sample-rate")
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a signal comes from: ``sign * unit * column + offset``.
+
+    Parameters
+    ----------
+    column : str or int
+        Name of the column in the file, or its number counted from 1.
+    unit : str, optional
+        Unit of the column's numbers; ``"40 bar"`` where one of them means 40 bar. By default what the file states.
+    sign : {1, -1}
+    offset : str
+        Added after unit and sign, with its unit, for example ``"-625 mm"``.
+    """
+
+    column: str | int
+    unit: str | None = None
+    sign: int = 1
+    offset: str | None = None
+
+
+@dataclass(frozen=True)
+class LogMapping:
+    """The mapping of a whole log; made from TOML or a mapping by :func:`log_mapping`.
+
+    `sample_rate` in Hz stands in for a time column.
+    """
+
+    signals: Mapping[str, Source] = field(default_factory=dict)
+    time: Source | None = None
+    sample_rate: float | None = None
+    origin: str = "the mapping"
+
+
+def log_mapping(given: Any) -> LogMapping | None:
+    """A mapping from a path to a TOML file, from its content as a ``dict``, or from nothing."""
+    if given is None or isinstance(given, LogMapping):
+        return given
+    if isinstance(given, Mapping):
+        return _from_content(given, "the mapping")
+    if not isinstance(given, str | PathLike):
+        raise InputError(f"a mapping is a path to a TOML file or a dict with `time` and `signal`; got {given!r}")
+    path = Path(given)
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError:
+        raise InputError(f"cannot read the mapping file {path}; check the path") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path} is not valid TOML: {error}") from None
+    return _from_content(content, str(path))
+
+
+def _from_content(content: Mapping[str, Any], origin: str) -> LogMapping:
+    _only(content, ("time", "signal"), origin)
+    signals = _mapping(content.get("signal", {}), f"{origin}: [signal]")
+    time = _mapping(content.get("time", {}), f"{origin}: [time]")
+    _only(time, _TIME_KEYS, f"{origin}: [time]")
+    if "sample-rate" in time and "column" in time:
+        raise InputError(f"{origin}: [time] has both `column` and `sample-rate`; keep one")
+    rate = _rate(time["sample-rate"], f"{origin}: [time] sample-rate") if "sample-rate" in time else None
+    sources = {}
+    for name, entry in signals.items():
+        where = f"{origin}: [signal.{name}]"
+        _only(_mapping(entry, where), _SIGNAL_KEYS, where)
+        sources[name] = _source(entry, name, where)
+    clock = _source(time, "time", f"{origin}: [time]") if "column" in time else None
+    return LogMapping(sources, clock, rate, origin)
+
+
+def _mapping(value: Any, where: str) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping):
+        raise InputError(f'{where} must be a table of keys, for example column = "Length_3"; got {value!r}')
+    return value
+
+
+def _only(content: Mapping[str, Any], keys: tuple[str, ...], where: str) -> None:
+    for key in content:
+        if key not in keys:
+            raise InputError(f"{where} has an unknown key `{key}`{nearest(str(key), keys)}")
+
+
+def _source(entry: Mapping[str, Any], name: str, where: str) -> Source:
+    column = entry.get("column", name)
+    if isinstance(column, bool) or not isinstance(column, str | int):
+        raise InputError(f"{where} column must be a name or a number counted from 1; got {column!r}")
+    sign = entry.get("sign", 1)
+    if isinstance(sign, bool) or sign not in (1, -1):
+        raise InputError(f"{where} sign must be 1 or -1; got {sign!r}")
+    unit, offset = entry.get("unit"), entry.get("offset")
+    if unit is not None:
+        factor_of(unit, name, f"{where} unit")
+    if offset is not None:
+        _offset(offset, name, f"{where} offset")
+    return Source(column, unit, int(sign), offset)
+
+
+def _rate(text: Any, where: str) -> float:
+    rate, dimension = _quantity(text, where)
+    one, hertz = _core.quantity("1 Hz")
+    if dimension != hertz or rate <= 0:
+        raise InputError(f'{where} must be a positive frequency, for example "1 kHz"; got "{text}"')
+    return rate / one
+
+
+def factor_of(unit: str, name: str, where: str) -> float:
+    """SI value of one of a column's numbers, with its dimension checked against the signal `name`."""
+    starts_with_number = isinstance(unit, str) and unit.strip()[:1] in tuple("+-.0123456789")
+    # "1" alone is the unit of a ratio, "40 bar" a scale; a bare unit is one of itself.
+    factor, dimension = _quantity(unit if starts_with_number else f"1 {unit}", where)
+    _check_dimension(dimension, name, unit, where)
+    return factor
+
+
+def _offset(text: str, name: str, where: str) -> float:
+    offset, dimension = _quantity(text, where)
+    _check_dimension(dimension, name, text, where)
+    return offset
+
+
+def _quantity(text: Any, where: str) -> tuple[float, str]:
+    if not isinstance(text, str):
+        raise InputError(f'{where} must be text with a unit, for example "1 mm"; got {text!r}')
+    try:
+        return _core.quantity(text)
+    except ValueError as error:
+        raise InputError(f"{where}: {error}") from None
+
+
+def _check_dimension(dimension: str, name: str, given: str, where: str) -> None:
+    expected = expected_units(name)
+    if expected and dimension not in [_core.quantity(f"1 {unit}")[1] for unit in expected]:
+        raise InputError(f"{where}: `{given}` is no unit of `{name}`; give one of {' or '.join(expected)}")
+
+
+def expected_units(name: str) -> tuple[str, ...]:
+    """SI units that a signal may have; empty where any will do."""
+    if name == "time":
+        return ("s",)
+    return SIGNALS[name].units if name in SIGNALS else ()
+
+
+def si_values(values: Array, source: Source, stated: str, name: str, where: str) -> tuple[Array, str]:
+    """A column as the signal `name` in SI, and the SI unit it then has.
+
+    `stated` is the unit that the file gives; it counts where the source names none.
+    """
+    unit = source.unit if source.unit is not None else stated
+    if not unit:
+        si = (expected_units(name) or ("",))[0]
+        scaled = values
+    else:
+        factor = factor_of(unit, name, f"{where} unit")
+        inverse = round(1.0 / factor) if factor else 0
+        # Dividing by a whole number rounds once.
+        scaled = values / inverse if 0 < factor < 1 and inverse and 1.0 / inverse == factor else values * factor
+        si = si_unit(unit)
+    offset = 0.0 if source.offset is None else _offset(source.offset, name, f"{where} offset")
+    return source.sign * scaled + offset, si
+
+
+def si_unit(unit: str) -> str:
+    """The SI unit of a unit's dimension, by its own name where it has one."""
+    text = unit if unit.strip()[:1] in tuple("+-.0123456789") else f"1 {unit}"
+    if not known_unit(unit) and text == f"1 {unit}":
+        return unit
+    dimension = _core.quantity(text)[1]
+    named = ("Pa", "N", "m", "s", "m/s", "m/s^2", "V", "A", "W", "J", "rad", "rad/s", "m^3/s", "kg", "K")
+    if dimension == _core.quantity("1")[1]:
+        return "1"
+    return next((name for name in named if _core.quantity(f"1 {name}")[1] == dimension), dimension)

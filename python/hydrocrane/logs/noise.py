@@ -1,0 +1,59 @@
+"""How noisy and how coarse a signal is, from the signal alone."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrocrane.arrays import Array
+
+
+class Noise(NamedTuple):
+    """Standard deviation of the fast noise, and the converter's step (zero where none shows), in the signal's unit."""
+
+    sigma: float
+    step: float
+
+    @property
+    def total(self) -> float:
+        """Standard deviation of both together; rounding spreads evenly over a step."""
+        return float(np.hypot(self.sigma, self.step / np.sqrt(12.0)))
+
+
+def noise_of(values: Array) -> Noise:
+    """Noise of a signal (n,), whatever slow motion it carries.
+
+    Second differences remove what is straight within three samples; their median absolute value is not misled by
+    jumps. Where the steps of the converter hide the noise, only the step remains.
+    """
+    finite = values[np.isfinite(values)]
+    if finite.size < 5:
+        return Noise(0.0, 0.0)
+    second = np.diff(finite, 2)
+    sigma = float(np.median(np.abs(second))) / 0.6745 / np.sqrt(6.0)
+    step = converter_step(finite)
+    # Rounding alone gives second differences of its own size.
+    return Noise(float(np.sqrt(max(sigma**2 - step**2 / 12.0, 0.0))), step)
+
+
+def converter_step(values: Array) -> float:
+    """Step of the lattice on which the values (n,) lie; zero where they lie on none."""
+    levels = np.unique(values)
+    if levels.size < 2 or levels.size > max(0.5 * values.size, 2):
+        return 0.0
+    gaps = np.diff(levels)
+    # Levels that differ by rounding of the last digits only are one.
+    gaps = gaps[gaps > 1e-9 * max(abs(levels[0]), abs(levels[-1]))]
+    if not gaps.size:
+        return 0.0
+    step = float(np.quantile(gaps, 0.05))
+    multiples = gaps / step
+    return step if float(np.median(np.abs(multiples - np.round(multiples)))) < 0.02 else 0.0
+
+
+def carries_noise(values: Array) -> bool:
+    """Whether neighbouring changes keep turning, as noise does and motion does not."""
+    change = np.diff(values[np.isfinite(values)])
+    change = change[change != 0.0]
+    return change.size > 10 and float(np.mean(change[1:] * change[:-1] < 0.0)) > 0.2

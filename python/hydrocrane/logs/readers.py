@@ -1,0 +1,112 @@
+"""One table from a file of any supported format, chosen by its suffix."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from hydrocrane.errors import ResultFileError, nearest
+from hydrocrane.logs.flags import Flag
+from hydrocrane.logs.table import Table, as_column
+
+
+def read_table(path: Path) -> Table:
+    """Columns of the file at `path` as they stand in it.
+
+    Raises
+    ------
+    ResultFileError
+        Where there is no such file, or it is not what its suffix says.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in _READERS:
+        raise ResultFileError(f"cannot read `{path.name}`: unknown suffix `{suffix}`{nearest(suffix, _READERS)}")
+    if not path.is_file():
+        raise ResultFileError(f"no such file: {path}")
+    if not path.stat().st_size:
+        raise ResultFileError(f"{path} is empty; copy it again from the logger")
+    table = _READERS[suffix](path)
+    if not table.columns:
+        raise ResultFileError(
+            f"{path} holds no column of numbers; objects of MATLAB classes must be saved as structures or arrays"
+        )
+    return table
+
+
+def table_of_dataset(data: xr.Dataset) -> Table:
+    """Columns of a dataset: its one-dimensional numeric variables, with their `units`."""
+    table = Table({})
+    for name in data.variables:
+        column = as_column(data[name].values)
+        if column is not None and column.ndim == 1:
+            table.columns[str(name)] = column
+            table.units[str(name)] = str(data[name].attrs.get("units", ""))
+    return table
+
+
+def _text(path: Path) -> Table:
+    from hydrocrane.logs.text import read_text
+
+    return read_text(path)
+
+
+def _matlab(path: Path) -> Table:
+    from hydrocrane.logs.matlab import read_matlab
+
+    return read_matlab(path)
+
+
+def _hdf5(path: Path) -> Table:
+    from hydrocrane.logs.matlab import read_hdf5
+
+    return read_hdf5(path)
+
+
+def _netcdf(path: Path) -> Table:
+    classic = path.read_bytes()[:3] == b"CDF"
+    try:
+        with xr.open_dataset(path, engine="scipy" if classic else "h5netcdf", decode_times=False) as stored:
+            return table_of_dataset(stored.load())
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ResultFileError(f"{path} is not a NetCDF file: {error}; copy it again, or check its suffix") from None
+
+
+def _mdf(path: Path) -> Table:
+    """Measurement data format 4 (ASAM); channels of other rates are interpolated at the times of the fastest one."""
+    mdf_class = mdf_reader()
+    try:
+        with mdf_class(path) as stored:
+            signals = [s for s in stored.iter_channels() if s.samples.dtype.kind in "buif" and s.samples.ndim == 1]
+    except Exception as error:  # The library raises its own and many built-in exceptions for damaged files.
+        raise ResultFileError(f"{path} is not an MDF file that can be read: {error}") from None
+    signals = [signal for signal in signals if len(signal.timestamps)]
+    if not signals:
+        return Table({})
+    time = max((signal.timestamps for signal in signals), key=len).astype(np.float64)
+    table = Table({"time": time}, {"time": "s"})
+    for signal in signals:
+        values = signal.samples.astype(np.float64)
+        if not np.array_equal(signal.timestamps, time):
+            values = np.interp(time, signal.timestamps, values, left=np.nan, right=np.nan)
+            message = f"`{signal.name}` was sampled at other times than the rest and is interpolated at theirs"
+            table.notes.append(Flag("resampled", signal.name, float(time[0]), float(time[-1]), message))
+        table.columns[signal.name] = values
+        table.units[signal.name] = str(signal.unit or "")
+    return table
+
+
+def mdf_reader() -> type:
+    """The class that reads and writes MDF files; it comes with an extra of its own."""
+    try:
+        from asammdf import MDF
+    except ImportError:
+        raise ResultFileError("MDF files need the package asammdf; install hydrocrane[mdf]") from None
+    found: type = MDF
+    return found
+
+
+_READERS = {
+    ".csv": _text, ".txt": _text, ".tsv": _text, ".dat": _text, ".log": _text, ".mat": _matlab, ".h5": _hdf5, ".hdf5": _hdf5, ".nc": _netcdf, ".mf4": _mdf,
+}  # fmt: skip

@@ -1,0 +1,100 @@
+"""What a reader takes out of a file, before anything is known about its meaning."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hydrocrane import _core
+from hydrocrane.arrays import Array
+from hydrocrane.logs.flags import Flag
+
+TIME_NAMES = ("time", "t", "time [s]", "time_s")
+# A name with its unit after it: "x [mm]", "p1 (bar)".
+_NAME_AND_UNIT = re.compile(r"^(?P<name>.*\S)\s*[\[(](?P<unit>[^\])]*)[\])]$")
+# How loggers write units that the machine file writes otherwise.
+_SPELLINGS = {"sec": "s", "°": "deg", "μm": "um", "Nm": "N m", "-": "", "counts": ""}
+
+
+@dataclass
+class Table:
+    """Columns as they stand in a file.
+
+    Attributes
+    ----------
+    columns : dict of (n,) arrays
+        By their full names in the file.
+    units : dict of str
+        Unit of a column, where the file states one.
+    notes : list of Flag
+        What was odd in the file itself.
+    in_memory : bool
+        Whether a program made it, which hands over SI unless it says otherwise.
+    """
+
+    columns: dict[str, Array]
+    units: dict[str, str] = field(default_factory=dict)
+    notes: list[Flag] = field(default_factory=list)
+    in_memory: bool = False
+
+    def find(self, wanted: str | int) -> str | None:
+        """Full name of a column by its name, its name without the unit, or its number counted from 1."""
+        if isinstance(wanted, int):
+            return list(self.columns)[wanted - 1] if 1 <= wanted <= len(self.columns) else None
+        if wanted in self.columns:
+            return wanted
+        return next((name for name in self.columns if split_name(name)[0] == wanted), None)
+
+    def time_column(self) -> str | None:
+        """Full name of the time column, where one is named as such."""
+        names = {name.lower(): name for name in reversed(self.columns)}
+        plain = {split_name(name)[0].lower(): name for name in reversed(self.columns)}
+        return next((found[known] for known in TIME_NAMES for found in (names, plain) if known in found), None)
+
+    def unit_of(self, column: str) -> str:
+        """The unit that the file states for a column; empty where it states none."""
+        return self.units.get(column) or split_name(column)[1]
+
+    def in_si(self) -> dict[str, Array]:
+        """All columns, those whose unit the file states and this package knows converted to SI."""
+        return {name: converted(values, self.unit_of(name)) for name, values in self.columns.items()}
+
+
+def split_name(text: str) -> tuple[str, str]:
+    """``"x [mm]"`` as name and unit; the unit is empty where there is none."""
+    found = _NAME_AND_UNIT.match(text.strip())
+    return (found["name"], tidy_unit(found["unit"])) if found else (text.strip(), "")
+
+
+def tidy_unit(text: str) -> str:
+    """A logger's unit as this package writes it: without brackets, with the usual spelling."""
+    bare = text.strip().strip("[]()").strip()
+    return _SPELLINGS.get(bare, bare)
+
+
+def known_unit(unit: str) -> bool:
+    try:
+        _core.quantity(f"1 {unit}")
+    except ValueError:
+        return False
+    return True
+
+
+def converted(values: Array, unit: str) -> Array:
+    """`values` of `unit` in SI; unchanged where the unit is not known."""
+    if not unit or not known_unit(unit):
+        return values
+    factor = _core.quantity(f"1 {unit}")[0]
+    inverse = round(1.0 / factor)
+    # Dividing by a whole number rounds once, as the readers of machine files do.
+    return values / inverse if factor < 1.0 and 1.0 / inverse == factor else values * factor
+
+
+def as_column(values: object) -> Array | None:
+    """Numbers of a file as a float64 column, or nothing where they are none."""
+    array = np.asarray(values)
+    if array.dtype.kind not in "buif" or not array.size:
+        return None
+    return array.astype(np.float64)

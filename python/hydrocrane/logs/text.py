@@ -1,0 +1,124 @@
+"""Tables as text: delimiter, decimal comma, comment lines and a row of units are found by looking."""
+
+from __future__ import annotations
+
+import io
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from hydrocrane.errors import ResultFileError
+from hydrocrane.logs.flags import Flag
+from hydrocrane.logs.table import Table, split_name, tidy_unit
+
+DELIMITERS = ("\t", ";", ",")
+COMMENTS = ("#", "%", "//")
+_LOOKED_AT = 50
+_NUMBER = re.compile(r"^[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?$")
+_MISSING = {"", "nan", "na", "n/a", "null", "inf", "-inf", "+inf", "#n/a"}
+
+
+def read_text(path: Path) -> Table:
+    """Read a CSV file: a header row, perhaps a row of units, then rows of numbers."""
+    lines = [line for line in _text(path).splitlines() if line.strip() and not line.lstrip().startswith(COMMENTS)]
+    if not lines:
+        raise ResultFileError(f"{path} is empty; a log is a table with a time column")
+    delimiter = _delimiter(lines[:_LOOKED_AT])
+    rows = [_cells(line, delimiter) for line in lines[:_LOOKED_AT]]
+    names, units, head = _head(rows)
+    if len(lines) == head:
+        raise ResultFileError(f"{path} holds {head} line(s) of text and no row of numbers; is it a CSV log?")
+    table, notes = _numbers(path, lines[head:], delimiter, names)
+    if not table:
+        raise ResultFileError(f"{path} is not a CSV table: no column of numbers in it")
+    return Table(table, {name: unit for name, unit in units.items() if name in table}, notes)
+
+
+def _text(path: Path) -> str:
+    raw = path.read_bytes()
+    if b"\x00" in raw[:4096]:
+        raise ResultFileError(f"{path} is not a CSV table: it is a binary file; give it the suffix of its format")
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        # Older loggers write degree and micro signs in this encoding, in which every byte is a character.
+        return raw.decode("latin-1")
+
+
+def _delimiter(lines: list[str]) -> str:
+    """The delimiter that cuts most lines into equally many cells; one column alone needs none."""
+    best, score = ",", 0
+    for candidate in DELIMITERS:
+        counts = [line.count(candidate) for line in lines]
+        usual = max(set(counts), key=counts.count)
+        if usual and counts.count(usual) > score and counts.count(usual) > len(lines) // 2:
+            best, score = candidate, counts.count(usual)
+    return best
+
+
+def _cells(line: str, delimiter: str) -> list[str]:
+    return [cell.strip().strip('"') for cell in line.split(delimiter)]
+
+
+def _is_number(cell: str) -> bool:
+    return bool(_NUMBER.match(cell)) or cell.lower() in _MISSING
+
+
+def _head(rows: list[list[str]]) -> tuple[list[str], dict[str, str], int]:
+    """Column names, units, and how many lines they take."""
+    width = max(map(len, rows))
+    texts = [not any(_NUMBER.match(cell) for cell in row) for row in rows]
+    if not texts[0]:
+        return [f"column {i + 1}" for i in range(width)], {}, 0
+    # A title above the header is shorter than the table.
+    first = next((i for i, row in enumerate(rows) if texts[i] and len(row) == width), 0)
+    names = rows[first] + [f"column {i + 1}" for i in range(len(rows[first]), width)]
+    names = [name or f"column {i + 1}" for i, name in enumerate(names)]
+    units = dict(zip(names, map(tidy_unit, rows[first + 1]))) if _is_unit_row(rows[first + 1 : first + 2]) else {}
+    head = first + 1 + bool(units)
+    stated = {name: split_name(name)[1] for name in names}
+    return names, {name: units.get(name) or stated[name] for name in names if units.get(name) or stated[name]}, head
+
+
+def _is_unit_row(rows: list[list[str]]) -> bool:
+    """Words throughout, but for the 1 of a ratio."""
+    cells = rows[0] if rows else []
+    words = [cell for cell in cells if not _is_number(cell)]
+    return bool(words) and all(cell in ("", "1") or cell in words for cell in cells)
+
+
+def _numbers(
+    path: Path, lines: list[str], delimiter: str, names: list[str]
+) -> tuple[dict[str, np.ndarray], list[Flag]]:
+    """Columns of numbers by name, and what was odd about the rows."""
+    notes = []
+    cells = [line.count(delimiter) for line in lines]
+    if len(lines) > 1 and cells[-1] < min(cells[:-1]):
+        message = f"the last line of {path.name} is cut off and left out; was the file copied before it was complete?"
+        notes.append(Flag("truncated", "", np.nan, np.nan, message))
+        lines = lines[:-1]
+    comma = delimiter != "," and any(re.search(r"\d,\d|^,\d", line) for line in lines[:_LOOKED_AT])
+    try:
+        frame = pd.read_csv(
+            io.StringIO("\n".join(lines)), sep=delimiter, decimal="," if comma else ".", header=None,
+            names=range(len(names)), skipinitialspace=True, float_precision="round_trip", index_col=False,
+        )  # fmt: skip
+    except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
+        raise ResultFileError(f"{path} is not a CSV table: {error}") from None
+    table = {}
+    for i, name in enumerate(names):
+        column = frame[i]
+        values = pd.to_numeric(column, errors="coerce").to_numpy(np.float64)
+        bad = np.isnan(values) & column.notna().to_numpy()
+        if bad.sum() * 2 > len(values) or (len(values) and column.isna().all()):
+            continue
+        if bad.any():
+            first = str(column[bad].iloc[0])
+            message = (
+                f"{int(bad.sum())} cells of `{name}` are no numbers, the first is `{first}`; they count as missing"
+            )
+            notes.append(Flag("unreadable-cells", split_name(name)[0], np.nan, np.nan, message))
+        table[name] = values
+    return table, notes

@@ -1,0 +1,111 @@
+"""Derivatives of a noisy, rounded signal, with their uncertainty. Theory: docs/theory/signals/derivative.md"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.signal import savgol_filter
+
+from hydrocrane.arrays import Array, real_array
+from hydrocrane.errors import InputError
+from hydrocrane.logs.noise import Noise, noise_of
+
+# Neighbouring windows differ by this ratio; the widest one spans this share of the record.
+GROWTH, WIDEST_SHARE = 1.35, 0.5
+# Half-width of the confidence intervals that must overlap, in standard deviations.
+CONFIDENCE = 2.0
+
+
+class Derivative(NamedTuple):
+    """Derivative (n,), its standard uncertainty (n,), and the half-width (n,) in samples of the window behind it."""
+
+    value: Array
+    error: Array
+    half_width: Array
+
+
+def derivative(
+    values: ArrayLike, rate: float, order: int = 1, *, noise: Noise | None = None, longest: float | None = None
+) -> Derivative:
+    """First or second derivative of a uniformly sampled signal.
+
+    A polynomial of one degree more than the derivative is fitted around each sample. Its window grows while the
+    estimates of all smaller windows agree within their uncertainty, so that steady motion is averaged for long and a
+    jerk is not smeared.
+
+    Parameters
+    ----------
+    values : (n,) array_like
+        Finite samples.
+    rate : float
+        Samples per second.
+    order : {1, 2}
+    noise : Noise, optional
+        Of the sensor; by default estimated from `values`.
+    longest : float, optional
+        Longest window, s; by default half of the record.
+    """
+    values = real_array(values, "values")
+    if order not in (1, 2):
+        raise InputError(f"order must be 1 or 2, got {order!r}")
+    rate = float(real_array(rate, "rate"))
+    if rate <= 0:
+        raise InputError(f"rate must be positive, got {rate}")
+    if values.ndim != 1 or values.size < 2 * order + 5:
+        raise InputError(f"values must be one series of at least {2 * order + 5} samples; got shape {values.shape}")
+    noise = noise or noise_of(values)
+    return _grown(values, rate, order, noise, longest)
+
+
+def _grown(values: Array, rate: float, order: int, noise: Noise, longest: float | None) -> Derivative:
+    """Intersection of confidence intervals (Katkovnik, IEEE Trans. Signal Processing 47, 1999) from small to wide."""
+    n = values.size
+    best = np.zeros(n)
+    error, width = np.full(n, np.inf), np.zeros(n)
+    low, high = np.full(n, -np.inf), np.full(n, np.inf)
+    growing = np.ones(n, dtype=bool)
+    for m in _half_widths(n, rate, order, longest):
+        estimate = savgol_filter(values, 2 * m + 1, order + 1, deriv=order, delta=1.0 / rate)
+        uncertainty = _uncertainty(estimate, m, rate, order, noise)
+        low = np.maximum(low, estimate - CONFIDENCE * uncertainty)
+        high = np.minimum(high, estimate + CONFIDENCE * uncertainty)
+        growing &= low <= high
+        # Towards the ends of the record the fit is one-sided and a wider window may know less.
+        taken = growing & (uncertainty < error)
+        best[taken], error[taken], width[taken] = estimate[taken], uncertainty[taken], m
+        if not growing.any():
+            break
+    return Derivative(best, error, width)
+
+
+def _half_widths(n: int, rate: float, order: int, longest: float | None) -> list[int]:
+    widest = int(WIDEST_SHARE * n / 2) if longest is None else int(longest * rate / 2)
+    widest = max(min(widest, (n - 1) // 2), order + 1)
+    widths = [order + 1]
+    while widths[-1] < widest:
+        widths.append(min(max(widths[-1] + 1, int(widths[-1] * GROWTH)), widest))
+    return widths
+
+
+def _uncertainty(estimate: Array, m: int, rate: float, order: int, noise: Noise) -> Array:
+    """Standard deviation of the fit's derivative at every sample, from noise and rounding."""
+    place = np.arange(-m, m + 1) / m
+    powers = np.vander(place, order + 2, increasing=True)
+    covariance = np.linalg.inv(powers.T @ powers)
+    # Where the derivative is read in the window: its middle, and off it within m samples of the record's ends.
+    n = estimate.size
+    at = np.clip(np.arange(n), 0, m) - np.clip(np.arange(n)[::-1], 0, m)
+    row = np.zeros((n, order + 2))
+    row[:, order] = 1.0 if order == 1 else 2.0
+    row[:, order + 1] = (2.0 if order == 1 else 6.0) * at / m
+    gain = np.sqrt(np.einsum("ni,ij,nj->n", row, covariance, row)) * (rate / m) ** order
+    span = 2.0 * m / rate
+    # Rounding repeats from step to step, so that it averages over the steps crossed and not over samples.
+    crossed = np.abs(estimate) * span / noise.step if noise.step and order == 1 else np.zeros(n)
+    dither = np.exp(-2.0 * (np.pi * noise.sigma / noise.step) ** 2) if noise.step else 0.0
+    rounding = 0.5 * noise.step * dither * order * (2.0 / span) ** order / 2.0 / np.maximum(crossed, 1.0)
+    averaged = gain * (noise.total if noise.step else noise.sigma)
+    tiny = np.finfo(np.float64).tiny
+    return np.asarray(np.sqrt(averaged**2 + rounding**2) + tiny, dtype=np.float64)

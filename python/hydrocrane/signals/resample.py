@@ -1,0 +1,84 @@
+"""Logs at evenly spaced times."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from hydrocrane.arrays import Array, real_array
+from hydrocrane.errors import InputError
+from hydrocrane.logs.checks import GAP, checked, runs
+from hydrocrane.logs.log import Log
+from hydrocrane.signals.filters import HIGHEST_CUTOFF, low_pass
+
+
+def sampling_rate(time: Array) -> float:
+    """Usual number of samples per second."""
+    return 1.0 / float(np.median(np.diff(time)))
+
+
+def resample(log: Log, rate: float | None = None, *, longest_gap: float | None = None) -> Log:
+    """The log at evenly spaced times.
+
+    Values are joined by straight lines; a lower rate filters first, so that what is faster does not fold down.
+
+    Parameters
+    ----------
+    log : Log
+    rate : float, optional
+        Samples per second; by default the log's usual rate.
+    longest_gap : float, optional
+        Stretches without samples or values that are longer, s, stay empty (NaN); by default five usual intervals.
+    """
+    log = log.usable()
+    time = log.time
+    usual = sampling_rate(time)
+    rate = usual if rate is None else float(real_array(rate, "rate"))
+    if not 0.0 < rate <= 1e7:
+        raise InputError(f"rate must be between 0 and 1e7 samples per second, got {rate}")
+    limit = GAP / usual if longest_gap is None else float(longest_gap)
+    even = time[0] + np.arange(int(np.floor((time[-1] - time[0]) * rate * (1 + 1e-12))) + 1) / rate
+    data = xr.Dataset(coords={"time": ("time", even, dict(log.data["time"].attrs))}, attrs=dict(log.data.attrs))
+    for name in log.data.data_vars:
+        data[name] = ("time", _series(time, log[str(name)], even, usual, rate, limit), dict(log.data[name].attrs))
+    carried = [flag for flag in log.flags if flag.kind not in ("gap", "irregular-time", "not-finite")]
+    fresh = [flag for flag in checked(data) if flag.kind in ("not-finite", "gap")]
+    return Log(data, tuple(carried + fresh), log.source)
+
+
+def _series(time: Array, values: Array, even: Array, usual: float, rate: float, limit: float) -> Array:
+    finite = np.isfinite(values)
+    if finite.sum() < 2:
+        return np.full(even.size, np.nan)
+    known, kept = time[finite], values[finite]
+    if rate < 0.5 * usual:
+        kept = _smoothed(known, kept, usual, HIGHEST_CUTOFF * rate, limit)
+    found = np.interp(even, known, kept, left=np.nan, right=np.nan)
+    for i in np.flatnonzero(np.diff(known) > limit):
+        found[(even > known[i]) & (even < known[i + 1])] = np.nan
+    return found
+
+
+def _smoothed(time: Array, values: Array, usual: float, cutoff: float, limit: float) -> Array:
+    """Each stretch between long gaps filtered on its own, at the usual rate."""
+    smooth = values.copy()
+    edges = [0, *(np.flatnonzero(np.diff(time) > limit) + 1), time.size]
+    for a, b in zip(edges[:-1], edges[1:]):
+        if b - a > 3:
+            even = np.linspace(time[a], time[b - 1], max(int(round((time[b - 1] - time[a]) * usual)) + 1, 4))
+            rate = (even.size - 1) / (even[-1] - even[0])
+            smooth[a:b] = np.interp(time[a:b], even, low_pass(np.interp(even, time[a:b], values[a:b]), rate, cutoff))
+    return smooth
+
+
+def unbroken(log: Log, *signals: str, least: int = 10) -> list[tuple[int, int]]:
+    """(first, last + 1) of every stretch of samples without gap or missing value, at least `least` samples long."""
+    bad = ~np.isfinite(np.stack([log[name] for name in signals])).all(axis=0)
+    time = log.time
+    interval = np.diff(time)
+    after_gap = set(np.flatnonzero(interval > GAP * np.median(interval)) + 1)
+    pieces = []
+    for a, b in runs(~bad):
+        cuts = [a, *sorted(cut for cut in after_gap if a < cut < b), b]
+        pieces += list(zip(cuts[:-1], cuts[1:]))
+    return [(a, b) for a, b in pieces if b - a >= least]

@@ -1,0 +1,195 @@
+"""Whether a piece of constant velocity has settled, and what it then says."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrocrane.arrays import Array
+from hydrocrane.logs.noise import Noise
+from hydrocrane.signals.statistics import fitted_line, rounding_bias
+
+# Share of a piece at its end that may already belong to what follows.
+MARGIN = 0.05
+# Change of friction over the second half of the way since the motion began, as a share of friction. Where friction
+# approaches its end exponentially with the way, 10 % there means that about 1 % is still to come.
+HALF_WAY_SHARE = 0.1
+# A line in the spectrum is one from this many times the mean of the rest on; its velocity may be this share of the mean.
+LINE, OSCILLATION_SHARE = 25.0, 0.2
+# Drift over a window that still counts as steady: as a share of the friction, and in its standard errors.
+STEADY_SHARE, STEADY_ERRORS = 0.03, 2.5
+# Pressures may drift more than friction: common drift of both chambers moves nothing.
+PRESSURE_SHARE = 0.1
+BATCHES = 100
+
+
+class Piece(NamedTuple):
+    """A piece of constant velocity.
+
+    Attributes
+    ----------
+    time, friction : (n,) arrays
+        s, N.
+    chambers : list of (n,) arrays
+        p1 A1 and p2 A2, N.
+    way : (k,) array
+        Friction over the second half of the way since the motion began, up to the end of the piece, N.
+    way_time : (k,) array
+        s.
+    """
+
+    time: Array
+    friction: Array
+    chambers: list[Array]
+    way_time: Array
+    way: Array
+
+
+class Motion(NamedTuple):
+    """Velocity and its standard error, m/s, and travel, m."""
+
+    velocity: float
+    error: float
+    travel: float
+
+
+def motion_of(time: Array, x: Array, noise: Noise) -> Motion:
+    """Velocity of a straight piece by least squares.
+
+    Rounding to a converter's step repeats as the piston crosses the steps; what the incomplete crossings at both ends
+    leave is step^2 / (duration travel).
+    """
+    line = fitted_line(time, x)
+    duration = float(time[-1] - time[0])
+    travel = line.slope * duration
+    crossed = max(abs(travel) / noise.step, 1.0) if noise.step else 1.0
+    floor = np.hypot(noise.sigma * np.sqrt(12.0 / x.size), noise.step / crossed) / duration
+    error = float(np.hypot(line.slope_error, floor))
+    return Motion(line.slope, float(np.hypot(error, _change(time, x, 4.0 * error))), travel)
+
+
+def _change(time: Array, x: Array, insignificant: float) -> float:
+    """Half of the difference between the velocities of both halves, as far as it is significant, m/s.
+
+    Each half knows its velocity 2 sqrt(2) times worse than the whole does, their difference 4 times.
+    """
+    middle = x.size // 2
+    if middle < 3:
+        return 0.0
+    slopes = [np.polynomial.polynomial.polyfit(t - t[0], y, 1)[1] for t, y in (
+        (time[:middle], x[:middle]), (time[middle:], x[middle:]))]  # fmt: skip
+    return 0.5 * max(abs(float(slopes[1] - slopes[0])) - 2.0 * insignificant, 0.0)
+
+
+def settled(piece: Piece, skipped: int, least: int) -> tuple[int | None, str]:
+    """First sample from which friction and pressures are steady, or the reason why there is none.
+
+    The start is where the standard error of the remaining mean is least (marginal standard error rule, White,
+    Simulation 69, 1997), then later in steps of a tenth of what is left until nothing drifts any more.
+    """
+    n = piece.time.size
+    still = _settling(piece)
+    if still:
+        return None, still
+    first = max(skipped, _least_marginal_error(piece.friction))
+    if n - first < least:
+        return None, "the transient fills it; record for longer at this command"
+    reason = ""
+    while n - first >= least:
+        reason = _drift(piece, first)
+        if not reason:
+            return first, ""
+        first += max((n - first) // 10, 1)
+    return None, reason
+
+
+def _settling(piece: Piece) -> str:
+    """Whether friction is still approaching its end, judged over as much way as the motion has made before."""
+    if piece.way.size < 8:
+        return ""
+    line = fitted_line(piece.way_time, piece.way)
+    duration = float(piece.way_time[-1] - piece.way_time[0])
+    level = abs(float(piece.friction[piece.friction.size // 2 :].mean()))
+    change = abs(line.slope) * duration
+    if change <= max(HALF_WAY_SHARE * level, STEADY_ERRORS * line.slope_error * duration):
+        return ""
+    return f"friction still settles, by {line.slope * duration:.3g} N over the second half of the way so far; travel further"
+
+
+def oscillation(time: Array, force: Array, mass: float) -> tuple[float, float]:
+    """Amplitude of velocity, m/s, and frequency, Hz, of the strongest line in the pressure force (n,); 0 where none.
+
+    A force that swings with amplitude F at frequency f shakes the mass by F / (2 pi f m); the position sensor would
+    not show it.
+    """
+    n = force.size
+    if n < 32:
+        return 0.0, 0.0
+    residual = fitted_line(time, force).residual * np.hanning(n)
+    power = np.abs(np.fft.rfft(residual)) ** 2
+    # The slowest lines are drift, which is judged elsewhere.
+    power[:4] = 0.0
+    peak = int(np.argmax(power))
+    near = slice(max(peak - 3, 0), peak + 4)
+    line = float(power[near].sum())
+    others = (float(power.sum()) - line) / max(power.size - 11, 1)
+    if power[peak] < LINE * others:
+        return 0.0, 0.0
+    frequency = peak * (n - 1) / (n * float(time[-1] - time[0]))
+    # The window holds 3/8 of the power of a sine.
+    amplitude = np.sqrt(line / (n * n * 0.375 / 4.0))
+    return float(amplitude / (2.0 * np.pi * frequency * mass)), frequency
+
+
+def _least_marginal_error(values: Array) -> int:
+    """Sample at which to begin so that the error of the mean, as if samples were independent, is least."""
+    batch = max(values.size // BATCHES, 1)
+    count = values.size // batch
+    # The remainder goes to the front, which is judged and not kept.
+    means = values[values.size - count * batch :].reshape(count, batch).mean(axis=1)
+    tail = means[::-1]
+    size = np.arange(1, count + 1)
+    centred = tail - tail.mean()
+    spread = np.cumsum(centred**2) - np.cumsum(centred) ** 2 / size
+    # Fewer than a quarter of the batches say too little about their own spread.
+    lowest = max(count // 4, 1)
+    error = spread[lowest - 1 :] / size[lowest - 1 :] ** 2
+    kept = lowest + int(np.argmin(error))
+    return values.size - kept * batch if kept < count else 0
+
+
+def _drift(piece: Piece, first: int) -> str:
+    """What drifts from `first` on; empty where nothing does."""
+    time, friction = piece.time[first:], piece.friction[first:]
+    duration = float(time[-1] - time[0])
+    level = abs(float(friction.mean()))
+    line = fitted_line(time, friction)
+    if abs(line.slope) * duration > max(STEADY_SHARE * level, STEADY_ERRORS * line.slope_error * duration):
+        return f"friction still drifts by {line.slope * duration:.3g} N; travel further at this command"
+    for name, force in zip(("p1", "p2"), piece.chambers):
+        part = fitted_line(time, force[first:])
+        allowed = PRESSURE_SHARE * max(level, abs(part.mean))
+        if abs(part.slope) * duration > max(allowed, STEADY_ERRORS * part.slope_error * duration):
+            return (
+                f"{name} still drifts, by {part.slope * duration:.3g} N on the piston; travel further at this command"
+            )
+    return ""
+
+
+def mean_force(time: Array, friction: Array, readings: list[tuple[Array, float, float]]) -> tuple[float, float, float]:
+    """Mean friction, its standard error, N, and the effective number of samples.
+
+    The error holds the scatter with its correlation in time, half of a drift that shows, and what the converters'
+    rounding hides; `readings` are (values, converter step, factor to N) of the signals in the sum.
+    """
+    line = fitted_line(time, friction)
+    duration = float(time[-1] - time[0])
+    drift = max(abs(line.slope) * duration - 2.0 * line.slope_error * duration, 0.0)
+    rounding = 0.0
+    for values, step, factor in readings:
+        spread = float(np.std(values))
+        before = np.sqrt(max(spread**2 - step**2 / 12.0, 0.0))
+        rounding += (factor * rounding_bias(float(before), step)) ** 2
+    error = float(np.sqrt(line.mean_error**2 + (0.5 * drift) ** 2 + rounding))
+    return line.mean, error, line.effective

@@ -1,0 +1,74 @@
+"""What the windows of a log, taken together, do not tell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hydrocrane.logs.flags import Flag
+from hydrocrane.logs.log import Log
+
+if TYPE_CHECKING:
+    from hydrocrane.signals.friction import RigParameters
+    from hydrocrane.signals.windows import Window
+
+# Velocities within this share of each other are one level; so many levels a friction map needs at least.
+SAME_LEVEL, LEAST_LEVELS = 0.15, 3
+
+
+def verdict(log: Log, rig: RigParameters, windows: Sequence[Window]) -> list[Flag]:
+    """Flags about the whole set of windows and its rig."""
+    start, end = float(log.time[0]), float(log.time[-1])
+    texts = _coverage(windows) + _beyond_stroke(log, rig)
+    drives = [w for w in windows if w.force * w.direction < -3.0 * w.force_error]
+    if len(drives) * 2 > len(windows):
+        texts.append(
+            (
+                "friction-drives",
+                f"in {len(drives)} of {len(windows)} windows friction would push the piston on; are p1 and p2 "
+                f"exchanged, is the sign of x right, is the mass ({rig.mass:.4g} kg) that of the rig?",
+            )
+        )
+    return [Flag(kind, "", start, end, text) for kind, text in texts]
+
+
+def velocity_levels(windows: Sequence[Window], direction: int) -> list[float]:
+    """Different velocities in one direction, m/s, the slowest first."""
+    levels: list[float] = []
+    for speed in sorted(abs(w.velocity) for w in windows if w.direction == direction):
+        if not levels or speed > (1.0 + SAME_LEVEL) * levels[-1]:
+            levels.append(speed)
+    return [direction * level for level in levels]
+
+
+def _coverage(windows: Sequence[Window]) -> list[tuple[str, str]]:
+    if not windows:
+        return [("no-window", "the log has no window of steady motion; hold each command until the pressures stand")]
+    texts = []
+    for direction, word in ((1, "extending"), (-1, "retracting")):
+        levels = len(velocity_levels(windows, direction))
+        if levels == 0:
+            texts.append(
+                ("one-direction", f"no window of {word} motion; the parameters of that direction stay unknown")
+            )
+        elif levels < LEAST_LEVELS:
+            count = "one velocity level" if levels == 1 else f"{levels} velocity levels"
+            texts.append(
+                ("few-levels", f"{count} {word}; a friction map needs {LEAST_LEVELS} at least, about ten are usual")
+            )
+    return texts
+
+
+def _beyond_stroke(log: Log, rig: RigParameters) -> list[tuple[str, str]]:
+    low, high = rig.stroke
+    travel = float(np.nanmax(log["x"]) - np.nanmin(log["x"]))
+    if not travel > 1.05 * (high - low):
+        return []
+    return [
+        (
+            "wrong-unit",
+            f"the piston travels {travel:.4g} m, its stroke is {high - low:.4g} m; check unit and scale of x",
+        )
+    ]
