@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from hydrocrane.machine import Machine, bundled_machines, load_machine
     from hydrocrane.result import Event, Outcome, Run, load_run
     from hydrocrane.scenario import Command, Scenario, Solver, bundled_scenarios, load_scenario
+    from hydrocrane.sensitivity import Sensitivities, sensitivities
     from hydrocrane.simulation import simulate
     from hydrocrane.simulator import Simulator
 
@@ -55,6 +56,7 @@ _HOME = {
     "ResultFileError": "errors",
     "Run": "result",
     "Scenario": "scenario",
+    "Sensitivities": "sensitivity",
     "SensorFault": "controllers",
     "SimulationError": "errors",
     "Simulator": "simulator",
@@ -69,6 +71,7 @@ _HOME = {
     "load_scenario": "scenario",
     "mode_map": "linear",
     "modes": "linear",
+    "sensitivities": "sensitivity",
     "simulate": "simulation",
 }
 
@@ -90,6 +93,7 @@ __all__ = [
     "ResultFileError",
     "Run",
     "Scenario",
+    "Sensitivities",
     "SensorFault",
     "SimulationError",
     "Simulator",
@@ -106,6 +110,7 @@ __all__ = [
     "mode_map",
     "modes",
     "plots",
+    "sensitivities",
     "simulate",
 ]
 

@@ -4,6 +4,7 @@ mod arrays;
 mod closed_loop;
 mod files;
 mod machine;
+mod sensitivity;
 mod simulation;
 
 use pyo3::prelude::*;
@@ -12,6 +13,7 @@ use pyo3::prelude::*;
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("MachineFileError", m.py().get_type::<files::MachineFileError>())?;
     m.add_class::<machine::Machine>()?;
+    m.add_class::<sensitivity::SensitivityExperiment>()?;
     m.add_class::<simulation::Simulator>()?;
     m.add_function(wrap_pyfunction!(files::load_machine, m)?)?;
     m.add_function(wrap_pyfunction!(files::load_scenario, m)?)?;

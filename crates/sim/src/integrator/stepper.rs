@@ -143,10 +143,11 @@ impl Stepper {
     /// a wild new state would let it pass.
     fn norm(&self, system: &dyn System, change: &[f64]) -> f64 {
         let Tolerances { relative, absolute, .. } = self.tolerances;
-        let sum: f64 = (change.iter().zip(&self.x).zip(system.scales()))
+        let scales = system.scales();
+        let sum: f64 = (change.iter().zip(&self.x).zip(scales))
             .map(|((e, x), scale)| (e / (absolute * scale + relative * x.abs())).powi(2))
             .sum();
-        (sum / change.len() as f64).sqrt().max(1e-10)
+        (sum / scales.len() as f64).sqrt().max(1e-10)
     }
 
     fn take(&mut self, h: f64, limit: f64) {
