@@ -74,6 +74,9 @@ class Experiment:
         States and outputs to give back, by their names; default is all of them but ``energy.oil``.
     times : (m,) array_like, optional
         When to record, s, increasing, within the duration; default is the scenario's record interval.
+    resolve_slopes : bool
+        Choose step sizes so that the slopes keep the tolerance too. Without it the states are, to the last bit, those of
+        :func:`hydrocrane.simulate`, and the slopes rough wherever a law has a kink.
     **changes
         Fields of the scenario or its solver to change, as in :func:`hydrocrane.simulate`.
     """
@@ -85,6 +88,7 @@ class Experiment:
         *,
         signals: Sequence[str] | None = None,
         times: ArrayLike | None = None,
+        resolve_slopes: bool = True,
         **changes: Any,
     ) -> None:
         plan = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
@@ -97,7 +101,7 @@ class Experiment:
         self.keys = _checked_keys(keys)
         self.machine = self.plan.load_machine()
         self.payload = self.machine.payload(self.plan.payload)
-        self._core = self._prepared(_checked_times(times, self.plan))
+        self._core = self._prepared(_checked_times(times, self.plan), resolve_slopes)
         with translated():
             self.parameters = tuple(Parameter(*entry) for entry in self._core.parameters())
         known = self.known_signals
@@ -129,7 +133,7 @@ class Experiment:
         y, slopes = np.asarray(raw["values"])[:, self._columns], np.asarray(raw["slopes"])[:, self._columns]
         return Solution(np.asarray(raw["t"]), y, slopes, Outcome(*raw["outcome"]))
 
-    def _prepared(self, times: Array) -> _core.SensitivityExperiment:
+    def _prepared(self, times: Array, resolve_slopes: bool) -> _core.SensitivityExperiment:
         plan, crane = self.plan, self.machine
         state = plan.initial_state(crane)
         at_rest = isinstance(plan.pressures, str)
@@ -137,7 +141,8 @@ class Experiment:
         overrides = {**crane.overrides, "payload.mass": self.payload}
         settings = {**dataclasses.asdict(plan.solver), "payload": self.payload, "ledger": False}
         head = (crane.source, list(overrides.items()), self.keys, np.ascontiguousarray(start), at_rest)
-        return _core.SensitivityExperiment(*head, float(plan.duration), *plan.command_grid(crane), times, settings)
+        body = (float(plan.duration), *plan.command_grid(crane), times, settings, bool(resolve_slopes))
+        return _core.SensitivityExperiment(*head, *body)
 
     def _checked_values(self, values: ArrayLike | Mapping[str, float]) -> Array:
         if isinstance(values, Mapping):
@@ -223,6 +228,7 @@ def sensitivities(
     keys: str | Sequence[str],
     *,
     relative: bool = False,
+    resolve_slopes: bool = True,
     progress: Progress | None = None,
     **changes: Any,
 ) -> Sensitivities:
@@ -237,6 +243,8 @@ def sensitivities(
         ``friction.lift.coulomb[0]``.
     relative : bool
         Multiply each slope by its parameter's value, so that slopes by different keys can be compared.
+    resolve_slopes : bool
+        As of :class:`Experiment`.
     progress : callable, optional
         Called now and then with (time reached, duration), s.
     **changes
@@ -247,7 +255,7 @@ def sensitivities(
     Sensitivities
         Also where the run ends early: then up to there.
     """
-    experiment = Experiment(scenario, keys, **changes)
+    experiment = Experiment(scenario, keys, resolve_slopes=resolve_slopes, **changes)
     if relative:
         for parameter in experiment.parameters:
             if parameter.value == 0.0:

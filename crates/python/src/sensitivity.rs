@@ -48,6 +48,7 @@ impl SensitivityExperiment {
         linear: bool,
         record_times: Row<'_>,
         settings: Settings,
+        resolve_slopes: bool,
     ) -> PyResult<Self> {
         let cylinders = commands.as_array().ncols();
         let start = start.as_slice()?.to_vec();
@@ -65,6 +66,7 @@ impl SensitivityExperiment {
             commands,
             record: record_times.as_slice()?.to_vec(),
             options: settings.options(),
+            resolve_slopes,
         };
         Ok(SensitivityExperiment { inner, cylinders })
     }

@@ -18,6 +18,6 @@ pub trait System {
     fn time_derivative(&self, t: f64, x: &[f64], dfdt: &mut [f64]);
     /// Whether `x` lies where the equations mean something.
     fn admissible(&self, x: &[f64]) -> bool;
-    /// Size below which each state is resolved absolutely. Step sizes are chosen by the states that have one.
+    /// Size below which each state is resolved absolutely; that of tangents may follow, where they are to be resolved too.
     fn scales(&self) -> &[f64];
 }

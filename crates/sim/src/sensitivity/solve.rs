@@ -42,6 +42,8 @@ pub struct Experiment {
     pub record: Vec<f64>,
     /// Its payload is not used: `payload.mass` is the machine's. No ledger is kept.
     pub options: RunOptions,
+    /// Whether step sizes follow the derivatives too, or the states alone, as in a run without derivatives.
+    pub resolve_slopes: bool,
 }
 
 /// A run and its derivatives, up to wherever it got.
@@ -114,13 +116,23 @@ fn sized<const N: usize>(
         record.done.outcome = Outcome { kind: OutcomeKind::BadState, time: 0.0, message };
         return Ok(record.done);
     }
+    let sizes: Vec<f64> = if experiment.resolve_slopes { values.iter().map(size).collect() } else { Vec::new() };
     let options = RunOptions { payload: inputs.payload, ledger: false, ..experiment.options.clone() };
-    let mut system = TangentSystem::new(Driven::new(model, &options, 0.0), &groups);
+    let mut system = TangentSystem::new(Driven::new(model, &options, 0.0), &groups, &sizes);
     let method = method(&options.method, system.dimension(), 0);
     let method = method.ok_or_else(|| SensitivityError::Key(format!("no method `{}`", options.method)))?;
     let mut stepper = Stepper::new(method, options.tolerances, 0.0, &start, 0);
     let outcome = drive(&mut stepper, &mut system, experiment, &options, &mut record, keep_going);
     Ok(record.finish(outcome, &stepper, &system.driven))
+}
+
+/// A change of a parameter that matters: all of it, or where it is zero, one in SI.
+fn size(value: &f64) -> f64 {
+    if *value == 0.0 {
+        1.0
+    } else {
+        value.abs()
+    }
 }
 
 /// The start with its derivatives behind it.

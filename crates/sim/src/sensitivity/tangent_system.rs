@@ -62,15 +62,20 @@ struct Scratch {
 pub struct TangentSystem<'a, const N: usize> {
     pub driven: Driven<'a>,
     groups: &'a [Group<N>],
+    scales: Vec<f64>,
     scratch: RefCell<Scratch>,
 }
 
 impl<'a, const N: usize> TangentSystem<'a, N> {
-    pub fn new(driven: Driven<'a>, groups: &'a [Group<N>]) -> Self {
-        let n = driven.model.layout().len();
+    /// `sizes` of the parameters, by which tangents are resolved too; empty: step sizes follow the states alone.
+    pub fn new(driven: Driven<'a>, groups: &'a [Group<N>], sizes: &[f64]) -> Self {
+        let states = &driven.model.layout().scales;
+        let n = states.len();
+        let of_tangents = sizes.iter().flat_map(|size| states.iter().map(move |scale| scale / size));
+        let scales = states.iter().copied().chain(of_tangents).collect();
         let zeros = |count: usize| vec![Number::c(0.0); count];
         let scratch = RefCell::new(Scratch { x: zeros(n), rate: zeros(n), jacobian: zeros(n * n) });
-        TangentSystem { driven, groups, scratch }
+        TangentSystem { driven, groups, scales, scratch }
     }
 
     fn layout(&self) -> &Layout {
@@ -130,6 +135,6 @@ impl<const N: usize> System for TangentSystem<'_, N> {
         self.driven.model.admissible(&x[..self.layout().len()])
     }
     fn scales(&self) -> &[f64] {
-        &self.layout().scales
+        &self.scales
     }
 }
