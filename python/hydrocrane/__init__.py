@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from hydrocrane.machine import Machine, bundled_machines, load_machine
     from hydrocrane.result import Event, Outcome, Run, load_run
     from hydrocrane.scenario import Command, Scenario, Solver, bundled_scenarios, load_scenario
+    from hydrocrane.sensitivity import Sensitivities, sensitivities
     from hydrocrane.simulation import simulate
     from hydrocrane.simulator import Simulator
 
@@ -57,6 +58,7 @@ _HOME = {
     "ResultFileError": "errors",
     "Run": "result",
     "Scenario": "scenario",
+    "Sensitivities": "sensitivity",
     "SensorFault": "controllers",
     "SimulationError": "errors",
     "Simulator": "simulator",
@@ -72,6 +74,7 @@ _HOME = {
     "mode_map": "linear",
     "modes": "linear",
     "read_log": "logs",
+    "sensitivities": "sensitivity",
     "simulate": "simulation",
 }
 
@@ -94,6 +97,7 @@ __all__ = [
     "ResultFileError",
     "Run",
     "Scenario",
+    "Sensitivities",
     "SensorFault",
     "SimulationError",
     "Simulator",
@@ -111,6 +115,7 @@ __all__ = [
     "modes",
     "plots",
     "read_log",
+    "sensitivities",
     "simulate",
 ]
 

@@ -11,6 +11,7 @@ _Array = NDArray[float64]
 __all__ = [
     "Machine",
     "MachineFileError",
+    "SensitivityExperiment",
     "Simulator",
     "bundled_machines",
     "bundled_scenarios",
@@ -100,6 +101,26 @@ class Machine:
     def jacobian(self, x: _Array, u: _Array, payload: float) -> _Array: ...
     def equilibrium(self, q: _Array, mode: str, payload: float) -> _Array: ...
     def outputs(self, x: _Array, u: _Array, payload: float) -> _Array: ...
+
+@final
+class SensitivityExperiment:
+    def __new__(
+        cls,
+        source: str,
+        pairs: list[tuple[str, Any]],
+        keys: list[str],
+        start: _Array,
+        at_rest: bool,
+        t_end: float,
+        command_times: _Array,
+        commands: _Array,
+        linear: bool,
+        record_times: _Array,
+        settings: dict[str, Any],
+        resolve_slopes: bool,
+    ) -> SensitivityExperiment: ...
+    def parameters(self) -> list[tuple[str, float, str]]: ...
+    def run(self, values: list[float] | None, watch: Callable[[float], bool] | None) -> dict[str, Any]: ...
 
 @final
 class Simulator:

@@ -3,6 +3,7 @@
 use crate::document::{Origin, Place, Scalar};
 use crate::errors::{ErrorKind, MachineError};
 use crate::log::Log;
+use crate::model::Number;
 use crate::nearest::{choose, suggestion};
 use crate::quantities;
 use crate::units::{self, Quantity, Unit, UnitError};
@@ -58,26 +59,37 @@ impl<'a> Field<'a> {
 
     pub fn quantity(&self, quantity: &Quantity, sign: Sign) -> Result<f64> {
         self.record()?;
-        self.scalar(self.value, self.place, quantity, sign)
+        let value = self.scalar(self.value, self.place, quantity, sign)?;
+        self.note(&[value], &[quantity], false);
+        Ok(value)
+    }
+
+    fn note(&self, values: &[f64], quantities: &[&Quantity], shared: bool) {
+        let units = quantities.iter().map(|quantity| quantity.unit.clone()).collect();
+        self.log.note(Number { key: self.path.clone(), values: values.to_vec(), units, shared });
     }
 
     /// A value that applies to both entries, or a list of two; `quantities` gives what each entry must be.
     pub fn pair(&self, quantities: [&Quantity; 2], sign: Sign) -> Result<[f64; 2]> {
         self.record()?;
-        match self.value {
+        let shared = (self.value, self.place);
+        let [a, b] = match self.value {
             Scalar::List(items) => match items.as_slice() {
-                [a, b] => {
-                    Ok([self.scalar(&a.0, &a.1, quantities[0], sign)?, self.scalar(&b.0, &b.1, quantities[1], sign)?])
+                [a, b] => [(&a.0, &a.1), (&b.0, &b.1)],
+                _ => {
+                    return Err(self
+                        .error(ErrorKind::WrongType, format!("expected two values, found {}", items.len()))
+                        .help("give one value for both, or a list of two"))
                 }
-                _ => Err(self
-                    .error(ErrorKind::WrongType, format!("expected two values, found {}", items.len()))
-                    .help("give one value for both, or a list of two")),
             },
-            value => Ok([
-                self.scalar(value, self.place, quantities[0], sign)?,
-                self.scalar(value, self.place, quantities[1], sign)?,
-            ]),
+            _ => [shared; 2],
+        };
+        let pair = [self.scalar(a.0, a.1, quantities[0], sign)?, self.scalar(b.0, b.1, quantities[1], sign)?];
+        match self.value {
+            Scalar::List(_) => self.note(&pair, &quantities, false),
+            _ => self.note(&pair[..1], &quantities[..1], true),
         }
+        Ok(pair)
     }
 
     /// A list of quantities of one kind.
@@ -110,11 +122,14 @@ impl<'a> Field<'a> {
 
     pub fn point(&self) -> Result<[f64; 2]> {
         self.record()?;
-        self.point_from(self.value, self.place)
+        let point = self.point_from(self.value, self.place)?;
+        let length = quantities::length();
+        self.note(&point, &[&length, &length], false);
+        Ok(point)
     }
 
     fn point_from(&self, value: &Scalar, place: &Place) -> Result<[f64; 2]> {
-        let length = Quantity::new("length", "m");
+        let length = quantities::length();
         let report = |message: String| {
             place.error(ErrorKind::WrongType, &self.path, message).help(format!("give {POINT_EXAMPLE}"))
         };

@@ -20,7 +20,7 @@ mod units;
 
 pub use bundled::{bundled_machines, bundled_scenarios};
 pub use errors::{ErrorKind, FilePosition, Location, MachineError, ERROR_SLUGS};
-pub use load::{load, parse};
+pub use load::{load, parse, Template};
 pub use merge::OverrideValue;
 pub use model::Machine;
 pub use scenario::{load_scenario, parse_scenario, Scenario};

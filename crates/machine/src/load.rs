@@ -47,11 +47,38 @@ pub fn parse(text: &str, origin: &str, overrides: &[(String, OverrideValue)]) ->
 }
 
 fn build(source: &Source, overrides: &[Override]) -> Result<Machine> {
-    let mut tree = extended(source, &mut Vec::new())?;
+    sections::machine(&overridden(extended(source, &mut Vec::new())?, overrides)?)
+}
+
+fn overridden(mut tree: Node, overrides: &[Override]) -> Result<Node> {
     for change in overrides {
         apply_override(&mut tree, change)?;
     }
-    sections::machine(&tree)
+    Ok(tree)
+}
+
+/// A machine file that is read once and built many times, with other values each time.
+pub struct Template {
+    tree: Node,
+}
+
+impl Template {
+    /// Reads `source` as [`load`] does; `overrides` stay in force.
+    ///
+    /// # Errors
+    /// What is wrong with the files or the keys of the overrides; their values are checked when built.
+    pub fn open(source: &str, overrides: &[(String, OverrideValue)]) -> Result<Self> {
+        let tree = extended(&open(source, "machine", bundled_machines())?, &mut Vec::new())?;
+        Ok(Self { tree: overridden(tree, &placed(overrides))? })
+    }
+
+    /// The machine with `changes` on top.
+    ///
+    /// # Errors
+    /// As [`load`].
+    pub fn build(&self, changes: &[(String, OverrideValue)]) -> Result<Machine> {
+        sections::machine(&overridden(self.tree.clone(), &placed(changes))?)
+    }
 }
 
 /// The tree of a file merged onto what it extends. `opened` holds the files on the way, to find a cycle.

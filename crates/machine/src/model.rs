@@ -30,6 +30,21 @@ pub struct Machine {
     pub control: Control,
     /// One entry per value of the file, in file order.
     pub provenance: Vec<Provenance>,
+    /// Those of them that are a number, a pair or a point, in file order.
+    pub numbers: Vec<Number>,
+}
+
+/// A numeric value of the file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Number {
+    /// Dotted path of the value.
+    pub key: String,
+    /// SI; two of them for a point, or for a pair that the file gives as a list.
+    pub values: Vec<f64>,
+    /// SI unit of each value; empty for a plain number.
+    pub units: Vec<String>,
+    /// Whether one value stands for both of a pair.
+    pub shared: bool,
 }
 
 /// A point fixed in a link: link index and (x, z) in its frame, m.

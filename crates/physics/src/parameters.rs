@@ -1,8 +1,9 @@
 //! Parameter structs whose numbers can be lifted to another number type.
 
 /// Declares a struct of parameters of type `T`, followed after `;` by plain configuration fields.
-/// `lift` turns the `f64` struct into one over any [`hydrocrane_num::Real`]: into duals, for derivatives
-/// with respect to states or to the parameters themselves.
+/// `map` takes every number to another type, in the order of the fields; `lift` makes constants of any
+/// [`hydrocrane_num::Real`]. So a struct of plain numbers becomes one of duals, for derivatives with respect to states
+/// or to the parameters themselves.
 macro_rules! parameters {
     ($(#[$meta:meta])* pub struct $name:ident {
         $($(#[$field_meta:meta])* $field:ident,)* $(; $($(#[$config_meta:meta])* $config:ident : $kind:ty,)*)?
@@ -14,10 +15,17 @@ macro_rules! parameters {
             $($($(#[$config_meta])* pub $config: $kind,)*)?
         }
 
+        impl<T: Copy> $name<T> {
+            /// The same parameters with `f` of every number.
+            pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> $name<U> {
+                $name { $($field: f(self.$field),)* $($($config: self.$config,)*)? }
+            }
+        }
+
         impl $name<f64> {
             /// The same parameters as constants of another number type.
             pub fn lift<U: hydrocrane_num::Real>(&self) -> $name<U> {
-                $name { $($field: U::c(self.$field),)* $($($config: self.$config,)*)? }
+                self.map(&mut U::c)
             }
         }
     };

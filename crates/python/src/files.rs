@@ -3,6 +3,7 @@
 use crate::machine::Machine;
 use hydrocrane_machine::scenario::{ControllerChoice, Interpolation, Joystick, Pressures, SensorQuality, StickMode};
 use hydrocrane_machine::{MachineError, OverrideValue};
+use hydrocrane_sim::BuildError;
 use pyo3::create_exception;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -30,7 +31,7 @@ fn value(v: &Bound<'_, PyAny>) -> PyResult<OverrideValue> {
     Ok(OverrideValue::List(items?))
 }
 
-fn overrides(pairs: &Bound<'_, PyList>) -> PyResult<Vec<(String, OverrideValue)>> {
+pub fn overrides(pairs: &Bound<'_, PyList>) -> PyResult<Vec<(String, OverrideValue)>> {
     pairs.iter().map(|pair| Ok((pair.get_item(0)?.extract()?, value(&pair.get_item(1)?)?))).collect()
 }
 
@@ -49,18 +50,21 @@ fn to_python<'py>(py: Python<'py>, v: &OverrideValue) -> PyResult<Bound<'py, PyA
 #[pyfunction]
 pub fn load_machine(source: &str, pairs: &Bound<'_, PyList>) -> PyResult<Machine> {
     let description = hydrocrane_machine::load(source, &overrides(pairs)?).map_err(|e| file_error(&e))?;
-    let model = hydrocrane_sim::build(&description).map_err(|e| {
-        let message = format!("{source}: [cannot-build] {e}");
-        MachineFileError::new_err((
-            message,
-            "cannot-build",
-            source.to_string(),
-            None::<usize>,
-            None::<usize>,
-            None::<String>,
-        ))
-    })?;
+    let model = hydrocrane_sim::build(&description).map_err(|e| cannot_build(source, &e))?;
     Ok(Machine { model })
+}
+
+/// A machine that is described well but cannot be simulated.
+pub fn cannot_build(source: &str, e: &BuildError) -> PyErr {
+    let message = format!("{source}: [cannot-build] {e}");
+    MachineFileError::new_err((
+        message,
+        "cannot-build",
+        source.to_string(),
+        None::<usize>,
+        None::<usize>,
+        None::<String>,
+    ))
 }
 
 #[pyfunction]

@@ -5,6 +5,7 @@ mod closed_loop;
 mod files;
 mod friction;
 mod machine;
+mod sensitivity;
 mod simulation;
 
 use pyo3::prelude::*;
@@ -13,6 +14,7 @@ use pyo3::prelude::*;
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("MachineFileError", m.py().get_type::<files::MachineFileError>())?;
     m.add_class::<machine::Machine>()?;
+    m.add_class::<sensitivity::SensitivityExperiment>()?;
     m.add_class::<simulation::Simulator>()?;
     m.add_function(wrap_pyfunction!(files::load_machine, m)?)?;
     m.add_function(wrap_pyfunction!(files::load_scenario, m)?)?;

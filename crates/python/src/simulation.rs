@@ -3,8 +3,8 @@
 use crate::arrays::{matrix, row, rows, vector, Row, Rows};
 use crate::closed_loop::FaultEntry;
 use crate::machine::Machine;
-use hydrocrane_sim::integrator::Tolerances;
-use hydrocrane_sim::{Commands, Run, RunOptions, LEDGER_PER_CYLINDER};
+use hydrocrane_sim::integrator::{Effort, Tolerances};
+use hydrocrane_sim::{Commands, Outcome, Run, RunOptions, LEDGER_PER_CYLINDER};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -90,15 +90,25 @@ pub fn record_of<'py>(py: Python<'py>, machine: &Machine, run: Run) -> PyResult<
     out.set_item("states", matrix(py, run.states, layout.len())?)?;
     out.set_item("ledger", matrix(py, run.ledger, ledger_width)?)?;
     out.set_item("commands", matrix(py, run.commands, layout.joints())?)?;
-    out.set_item("outcome", (run.outcome.kind.name(), run.outcome.time, run.outcome.message))?;
-    let stats = PyDict::new(py);
-    stats.set_item("steps", run.accepted)?;
-    stats.set_item("rejected", run.rejected)?;
-    stats.set_item("rhs", run.effort.derivatives)?;
-    stats.set_item("jacobians", run.effort.jacobians)?;
-    stats.set_item("factorisations", run.effort.factorisations)?;
-    out.set_item("stats", stats)?;
+    out.set_item("outcome", outcome_of(run.outcome))?;
+    out.set_item("stats", statistics_of(py, (run.accepted, run.rejected), run.effort)?)?;
     Ok(out)
+}
+
+/// Kind, time and message.
+pub fn outcome_of(outcome: Outcome) -> (&'static str, f64, String) {
+    (outcome.kind.name(), outcome.time, outcome.message)
+}
+
+/// `steps`: accepted and rejected.
+pub fn statistics_of(py: Python<'_>, steps: (u64, u64), effort: Effort) -> PyResult<Bound<'_, PyDict>> {
+    let stats = PyDict::new(py);
+    stats.set_item("steps", steps.0)?;
+    stats.set_item("rejected", steps.1)?;
+    stats.set_item("rhs", effort.derivatives)?;
+    stats.set_item("jacobians", effort.jacobians)?;
+    stats.set_item("factorisations", effort.factorisations)?;
+    Ok(stats)
 }
 
 #[pyclass(module = "hydrocrane._core")]

@@ -18,12 +18,14 @@ use hydrocrane_control::inverse_kinematics::{self, Printed, TooFewRevolute};
 use hydrocrane_machine::Machine;
 use hydrocrane_num::small;
 use hydrocrane_physics::hydraulics::fluid::OilTables;
+use std::sync::OnceLock;
 
 pub struct Crane<const N: usize> {
     machine: Machine,
     plant: Plant<f64, N>,
-    lifted: Lifted<N>,
-    oil: OilTables,
+    lifted: Lifted<f64, N>,
+    /// Made when first asked for: only energies and densities need them.
+    oil: OnceLock<OilTables>,
     layout: Layout,
     limits: Vec<JointLimits>,
     outputs: Vec<OutputInfo>,
@@ -48,7 +50,7 @@ impl<const N: usize> Crane<N> {
             .collect();
         let mut crane = Crane {
             lifted: Lifted::new(&plant),
-            oil: OilTables::new(plant.fluid),
+            oil: OnceLock::new(),
             layout: Layout::new(&units),
             limits: Vec::with_capacity(N),
             outputs: outputs::info(machine),
@@ -95,6 +97,10 @@ impl<const N: usize> Crane<N> {
 
     pub(crate) fn plant(&self) -> &Plant<f64, N> {
         &self.plant
+    }
+
+    fn oil(&self) -> &OilTables {
+        self.oil.get_or_init(|| OilTables::new(self.plant.fluid))
     }
 
     fn drivetrain(&self, i: usize) -> Drivetrain<'_> {
@@ -230,7 +236,7 @@ impl<const N: usize> Model for Crane<N> {
         self.plant.fluid.bulk_modulus(p)
     }
     fn density(&self, p: f64) -> f64 {
-        self.oil.density(p)
+        self.oil().density(p)
     }
     fn steady_friction(&self, cylinder: usize, v: f64) -> f64 {
         self.plant.cylinders[cylinder].friction.steady(v)
@@ -251,13 +257,13 @@ impl<const N: usize> Model for Crane<N> {
     fn derivative(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], ledger: &mut [f64]) {
         let e = self.plant.derivative(&self.layout, x, u, payload, dx);
         for (c, row) in ledger.chunks_exact_mut(LEDGER_PER_CYLINDER).enumerate() {
-            row.copy_from_slice(&powers(&self.oil, &e.local[c], &e.rates[c]));
+            row.copy_from_slice(&powers(self.oil(), &e.local[c], &e.rates[c]));
         }
     }
 
     fn jacobian(&self, x: &[f64], u: &[f64], payload: f64, jacobian: &mut [f64], power_rows: &mut [f64]) {
-        let rows = (!power_rows.is_empty()).then_some(power_rows);
-        self.plant.jacobian(&self.lifted, &self.layout, &self.oil, x, u, payload, jacobian, rows);
+        let rows = (!power_rows.is_empty()).then(|| (self.oil(), power_rows));
+        self.plant.jacobian(&self.lifted, &self.layout, x, u, payload, jacobian, rows);
     }
 
     fn reference_derivative(&self, x: &[f64], u: &[f64], payload: f64) -> Option<Vec<f64>> {
@@ -286,7 +292,8 @@ impl<const N: usize> Model for Crane<N> {
         &self.outputs
     }
     fn outputs(&self, x: &[f64], payload: f64, out: &mut [f64]) {
-        outputs::evaluate(&self.plant, &self.layout, &self.oil, x, payload, out);
+        let oil = self.oil();
+        outputs::evaluate(&self.plant, &self.layout, |p| oil.energy_density(p), x, payload, out);
     }
     fn equilibrium(&self, q: &[f64], mode: EquilibriumMode, payload: f64) -> Result<Vec<f64>, PoseError> {
         self.plant.rest(&self.machine, &self.layout, &array::<N>(q), mode, payload)

@@ -133,20 +133,27 @@ impl<T: Real> CylinderUnit<T> {
     }
 }
 
-impl CylinderUnit<f64> {
-    pub fn lift<U: Real>(&self) -> CylinderUnit<U> {
+impl<T: Copy> CylinderUnit<T> {
+    /// The same cylinder with `f` of every number.
+    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> CylinderUnit<U> {
         CylinderUnit {
-            chambers: self.chambers.lift(),
-            valve: self.valve.lift(),
-            spool: self.spool.lift(),
-            leakage: self.leakage.lift(),
-            connector: self.connector.lift(),
-            end_stop: self.end_stop.lift(),
-            friction: match self.friction {
-                FrictionLaw::Static { map, width } => FrictionLaw::Static { map: map.lift(), width: U::c(width) },
-                FrictionLaw::Printed { map } => FrictionLaw::Printed { map: map.lift() },
-                FrictionLaw::LuGre { map, bristle } => FrictionLaw::LuGre { map: map.lift(), bristle: bristle.lift() },
-            },
+            chambers: self.chambers.map(f),
+            valve: self.valve.map(f),
+            spool: self.spool.map(f),
+            leakage: self.leakage.map(f),
+            connector: self.connector.map(f),
+            end_stop: self.end_stop.map(f),
+            friction: self.friction.map(f),
+        }
+    }
+}
+
+impl<T: Copy> FrictionLaw<T> {
+    fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> FrictionLaw<U> {
+        match self {
+            FrictionLaw::Static { map, width } => FrictionLaw::Static { map: map.map(f), width: f(*width) },
+            FrictionLaw::Printed { map } => FrictionLaw::Printed { map: map.map(f) },
+            FrictionLaw::LuGre { map, bristle } => FrictionLaw::LuGre { map: map.map(f), bristle: bristle.map(f) },
         }
     }
 }

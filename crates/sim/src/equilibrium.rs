@@ -5,6 +5,7 @@ use crate::errors::PoseError;
 use crate::layout::Layout;
 use crate::plant::Plant;
 use hydrocrane_machine::Machine;
+use hydrocrane_num::Real;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use std::f64::consts::PI;
 
@@ -27,30 +28,47 @@ impl<const N: usize> Plant<f64, N> {
         mode: EquilibriumMode,
         payload: f64,
     ) -> Result<Vec<f64>, PoseError> {
-        let mut x = vec![0.0; layout.len()];
         let strokes = self.strokes(&self.mechanics.pose(q));
-        let load = self.static_force(q, payload);
         for c in 0..N {
-            let (unit, (position, _)) = (&self.cylinders[c], strokes[c]);
-            require_inside(machine, unit, c, q[c], position)?;
-            let (stop, _) = unit.end_stop.force(position, 0.0);
-            let force = load[c] - stop;
-            let (p1, p2) = hold_pressures(unit, force, machine.equilibrium.back_pressure);
-            let balance = Balance { unit, fluid: &self.fluid, mains: &self.mains, position, force };
-            let (p1, p2, spool) = match mode {
-                EquilibriumMode::Steady if balance.rates(p1, p2, 0.0) != (0.0, 0.0) => {
-                    let cylinder = &machine.cylinders[c].name;
-                    let none = || PoseError::NotSteady { cylinder: cylinder.clone(), force };
-                    balance.solve().ok_or_else(none)?
+            require_inside(machine, &self.cylinders[c], c, q[c], strokes[c].0)?;
+        }
+        let mut x = self.held(layout, q, machine.equilibrium.back_pressure, payload);
+        if mode == EquilibriumMode::Steady {
+            let forces = self.standing_force(q, payload);
+            for c in 0..N {
+                let (unit, force) = (&self.cylinders[c], forces[c]);
+                let balance = Balance { unit, fluid: &self.fluid, mains: &self.mains, position: strokes[c].0, force };
+                if balance.rates(x[layout.p1(c)], x[layout.p2(c)], 0.0) != (0.0, 0.0) {
+                    let cylinder = machine.cylinders[c].name.clone();
+                    let (p1, p2, spool) = balance.solve().ok_or(PoseError::NotSteady { cylinder, force })?;
+                    x[layout.p1(c)] = p1;
+                    x[layout.p2(c)] = p2;
+                    x[layout.xs(c)] = spool;
                 }
-                _ => (p1, p2, 0.0),
-            };
-            x[layout.q(c)] = q[c];
-            x[layout.p1(c)] = p1;
-            x[layout.p2(c)] = p2;
-            x[layout.xs(c)] = spool;
+            }
         }
         Ok(x)
+    }
+}
+
+impl<T: Real, const N: usize> Plant<T, N> {
+    /// The state at rest with closed spools, wherever the pistons stand; `back`: pressure of the chamber that carries
+    /// less, Pa.
+    pub fn held(&self, layout: &Layout, q: &[T; N], back: T, payload: T) -> Vec<T> {
+        let mut x = vec![T::c(0.0); layout.len()];
+        let forces = self.standing_force(q, payload);
+        for c in 0..N {
+            x[layout.q(c)] = q[c];
+            (x[layout.p1(c)], x[layout.p2(c)]) = hold_pressures(&self.cylinders[c], forces[c], back);
+        }
+        x
+    }
+
+    /// Pressure forces that hold the crane at rest, N: what the end stops do not carry.
+    fn standing_force(&self, q: &[T; N], payload: T) -> [T; N] {
+        let strokes = self.strokes(&self.mechanics.pose(q));
+        let load = self.static_force(q, payload);
+        std::array::from_fn(|c| load[c] - self.cylinders[c].end_stop.force(strokes[c].0, T::c(0.0)).0)
     }
 }
 
@@ -70,13 +88,10 @@ fn require_inside(
 }
 
 /// p1 A1 - p2 A2 = force with the chamber that carries less at the back pressure.
-fn hold_pressures(unit: &CylinderUnit<f64>, force: f64, back: f64) -> (f64, f64) {
+fn hold_pressures<T: Real>(unit: &CylinderUnit<T>, force: T, back: T) -> (T, T) {
     let (a1, a2) = (unit.chambers.area_1, unit.chambers.area_2);
-    if force >= back * (a1 - a2) {
-        ((force + back * a2) / a1, back)
-    } else {
-        (back, (back * a1 - force) / a2)
-    }
+    let pushed = (back * (a1 - a2)).le(force);
+    (T::select(pushed, (force + back * a2) / a1, back), T::select(pushed, back, (back * a1 - force) / a2))
 }
 
 /// One cylinder standing still under a force: both pressures constant through a slightly open spool.

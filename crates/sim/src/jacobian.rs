@@ -14,58 +14,59 @@ use hydrocrane_physics::dynamics::Mechanics;
 use hydrocrane_physics::geometry::frames::Joint;
 use hydrocrane_physics::geometry::stroke::Actuation;
 use hydrocrane_physics::hydraulics::fluid::{Fluid, OilTables};
+use hydrocrane_physics::hydraulics::spool::Spool;
 
-type Local = Dual<f64, 6>;
+type Local<T> = Dual<T, 6>;
 
-/// The plant lifted to the duals that differentiate it.
-pub struct Lifted<const N: usize> {
-    cylinders: [CylinderUnit<Local>; N],
-    spools: [CylinderUnit<Dual<f64, 2>>; N],
-    fluid: Fluid<Local>,
-    mains: Mains<Local>,
-    joints: [Joint<Dual<f64, 1>>; N],
-    actuations: [Actuation<Dual<f64, 1>>; N],
-    mechanics: Mechanics<Dual<f64, N>, N>,
+/// The plant lifted to the duals that differentiate it. Over duals itself, it gives the Jacobian's own derivatives.
+pub struct Lifted<T, const N: usize> {
+    cylinders: [CylinderUnit<Local<T>>; N],
+    spools: [Spool<Dual<T, 2>>; N],
+    fluid: Fluid<Local<T>>,
+    mains: Mains<Local<T>>,
+    joints: [Joint<Dual<T, 1>>; N],
+    actuations: [Actuation<Dual<T, 1>>; N],
+    mechanics: Mechanics<Dual<T, N>, N>,
     /// Geometry inside the mechanics pass.
-    wide_actuations: [Actuation<Dual<f64, N>>; N],
+    wide_actuations: [Actuation<Dual<T, N>>; N],
 }
 
-impl<const N: usize> Lifted<N> {
-    pub fn new(plant: &Plant<f64, N>) -> Self {
-        let local = plant.lift::<Local>();
+impl<T: Real, const N: usize> Lifted<T, N> {
+    pub fn new(plant: &Plant<T, N>) -> Self {
+        let local = plant.map(&mut Local::constant);
         Lifted {
             cylinders: local.cylinders,
-            spools: plant.cylinders.map(|c| c.lift()),
+            spools: plant.cylinders.map(|c| c.spool.map(&mut Dual::constant)),
             fluid: local.fluid,
             mains: local.mains,
-            joints: plant.mechanics.joints.map(|j| j.lift()),
-            actuations: plant.actuations.map(|a| a.lift()),
-            mechanics: plant.mechanics.lift(),
-            wide_actuations: plant.actuations.map(|a| a.lift()),
+            joints: plant.mechanics.joints.map(|j| j.map(&mut Dual::constant)),
+            actuations: plant.actuations.map(|a| a.map(&mut Dual::constant)),
+            mechanics: plant.mechanics.map(&mut Dual::constant),
+            wide_actuations: plant.actuations.map(|a| a.map(&mut Dual::constant)),
         }
     }
 }
 
 /// Derivatives of one output of a cylinder with respect to the states it can see.
-struct Row {
-    q: f64,
-    qd: f64,
-    p1: f64,
-    p2: f64,
-    xs: f64,
-    z: f64,
+struct Row<T> {
+    q: T,
+    qd: T,
+    p1: T,
+    p2: T,
+    xs: T,
+    z: T,
 }
 
 /// How the piston follows the joint: g, dg/dq and the joint's rate.
-struct Piston {
-    gain: f64,
-    gain_slope: f64,
-    rate: f64,
+struct Piston<T> {
+    gain: T,
+    gain_slope: T,
+    rate: T,
 }
 
-impl Piston {
+impl<T: Real> Piston<T> {
     /// The chain rule from (x, v, p1, p2, xs, z) to states.
-    fn row(&self, d: &[f64; 6]) -> Row {
+    fn row(&self, d: &[T; 6]) -> Row<T> {
         Row {
             q: d[0] * self.gain + d[1] * self.gain_slope * self.rate,
             qd: d[1] * self.gain,
@@ -77,28 +78,27 @@ impl Piston {
     }
 }
 
-impl<const N: usize> Plant<f64, N> {
-    /// Writes d(derivative)/d(state), row-major `n x n`, and, if asked, the rows of the ledger's powers.
+impl<T: Real, const N: usize> Plant<T, N> {
+    /// Writes d(derivative)/d(state), row-major `n x n`, and, if asked, the rows of the ledger's powers with this oil.
     #[allow(clippy::too_many_arguments)]
     pub fn jacobian(
         &self,
-        lifted: &Lifted<N>,
+        lifted: &Lifted<T, N>,
         layout: &Layout,
-        oil: &OilTables,
-        x: &[f64],
-        u: &[f64],
-        payload: f64,
-        jacobian: &mut [f64],
-        mut ledger: Option<&mut [f64]>,
+        x: &[T],
+        u: &[T],
+        payload: T,
+        jacobian: &mut [T],
+        mut ledger: Option<(&OilTables, &mut [T])>,
     ) {
         let n = layout.len();
-        jacobian.fill(0.0);
-        if let Some(rows) = ledger.as_deref_mut() {
-            rows.fill(0.0);
+        jacobian.fill(T::c(0.0));
+        if let Some((_, rows)) = &mut ledger {
+            rows.fill(T::c(0.0));
         }
         let e = self.evaluate(layout, x, payload);
         let mut write = Writer { layout, n, jacobian };
-        let forces: [Row; N] = std::array::from_fn(|c| {
+        let forces: [Row<T>; N] = std::array::from_fn(|c| {
             let (local, rates) = lifted.local(c, &e.local[c]);
             let piston = lifted.piston(c, x[layout.q(c)], x[layout.qd(c)]);
             write.row(layout.p1(c), c, &piston.row(&rates.p1_rate.derivative));
@@ -107,7 +107,7 @@ impl<const N: usize> Plant<f64, N> {
                 write.row(z, c, &piston.row(&rates.z_rate.derivative));
             }
             write.spool(c, lifted.spool(c, x[layout.xs(c)], x[layout.vs(c)], u[c]));
-            if let Some(rows) = ledger.as_deref_mut() {
+            if let Some((oil, rows)) = &mut ledger {
                 let mut write = Writer { layout, n, jacobian: rows };
                 for (i, power) in powers(oil, &local, &rates).iter().enumerate() {
                     write.row(c * LEDGER_PER_CYLINDER + i, c, &piston.row(&power.derivative));
@@ -122,31 +122,31 @@ impl<const N: usize> Plant<f64, N> {
     #[allow(clippy::too_many_arguments)]
     fn joint_rows(
         &self,
-        lifted: &Lifted<N>,
+        lifted: &Lifted<T, N>,
         layout: &Layout,
-        x: &[f64],
-        payload: f64,
-        e: &Evaluation<f64, N>,
-        forces: &[Row],
-        write: &mut Writer,
+        x: &[T],
+        payload: T,
+        e: &Evaluation<T, N>,
+        forces: &[Row<T>],
+        write: &mut Writer<T>,
     ) {
         let mass = e.mass_matrix;
         let (by_q, by_qd) = lifted.residual_slopes(layout, x, payload, e);
         for c in 0..N {
-            write.set(layout.q(c), layout.qd(c), 1.0);
+            write.set(layout.q(c), layout.qd(c), T::c(1.0));
             let gain = e.strokes[c].1;
-            let mut along_q: [f64; N] = std::array::from_fn(|j| by_q[j][c]);
-            let mut along_qd: [f64; N] = std::array::from_fn(|j| by_qd[j][c]);
+            let mut along_q: [T; N] = std::array::from_fn(|j| by_q[j][c]);
+            let mut along_qd: [T; N] = std::array::from_fn(|j| by_qd[j][c]);
             along_q[c] += gain * forces[c].q;
             along_qd[c] += gain * forces[c].qd;
             write.column(layout.q(c), &small::solve_spd(&mass, &along_q));
             write.column(layout.qd(c), &small::solve_spd(&mass, &along_qd));
 
             // A unit of this cylinder's force, once, serves all of its own states.
-            let mut unit = [0.0; N];
+            let mut unit = [T::c(0.0); N];
             unit[c] = gain;
             let response = small::solve_spd(&mass, &unit);
-            let scaled = |slope: f64| response.map(|r| r * slope);
+            let scaled = |slope: T| response.map(|r| r * slope);
             write.column(layout.p1(c), &scaled(forces[c].p1));
             write.column(layout.p2(c), &scaled(forces[c].p2));
             if let Some(z) = layout.z(c) {
@@ -156,8 +156,8 @@ impl<const N: usize> Plant<f64, N> {
     }
 }
 
-impl<const N: usize> Lifted<N> {
-    fn local(&self, c: usize, s: &LocalState<f64>) -> (LocalState<Local>, LocalRates<Local>) {
+impl<T: Real, const N: usize> Lifted<T, N> {
+    fn local(&self, c: usize, s: &LocalState<T>) -> (LocalState<Local<T>>, LocalRates<Local<T>>) {
         let local = LocalState {
             x: Dual::variable(s.x, 0),
             v: Dual::variable(s.v, 1),
@@ -169,16 +169,16 @@ impl<const N: usize> Lifted<N> {
         (local, self.cylinders[c].rates(&self.fluid, &self.mains, &local))
     }
 
-    fn piston(&self, c: usize, q: f64, qd: f64) -> Piston {
+    fn piston(&self, c: usize, q: T, qd: T) -> Piston<T> {
         let pose = self.joints[c].pose(Dual::variable(q, 0));
         let (_, gain) = self.actuations[c].stroke(&pose);
         Piston { gain: gain.value, gain_slope: gain.derivative[0], rate: qd }
     }
 
     /// d(xs', vs')/d(xs, vs)
-    fn spool(&self, c: usize, position: f64, velocity: f64, command: f64) -> [[f64; 2]; 2] {
+    fn spool(&self, c: usize, position: T, velocity: T, command: T) -> [[T; 2]; 2] {
         let rates =
-            self.spools[c].spool.rates(Dual::variable(position, 0), Dual::variable(velocity, 1), Dual::c(command));
+            self.spools[c].rates(Dual::variable(position, 0), Dual::variable(velocity, 1), Dual::constant(command));
         [rates.0.derivative, rates.1.derivative]
     }
 
@@ -186,22 +186,22 @@ impl<const N: usize> Lifted<N> {
     fn residual_slopes(
         &self,
         layout: &Layout,
-        x: &[f64],
-        payload: f64,
-        e: &Evaluation<f64, N>,
-    ) -> ([[f64; N]; N], [[f64; N]; N]) {
-        let (q, qd) = joint_state::<f64, N>(layout, x);
-        let constant = |v: [f64; N]| v.map(Dual::<f64, N>::c);
-        let payload = Dual::c(payload);
+        x: &[T],
+        payload: T,
+        e: &Evaluation<T, N>,
+    ) -> ([[T; N]; N], [[T; N]; N]) {
+        let (q, qd) = joint_state::<T, N>(layout, x);
+        let constant = |v: [T; N]| v.map(Dual::<T, N>::constant);
+        let payload = Dual::constant(payload);
 
         let moving: [_; N] = std::array::from_fn(|i| Dual::variable(q[i], i));
         let pose = self.mechanics.pose(&moving);
         let equations = self.mechanics.equations(&pose, &constant(qd), payload);
         let by_q = std::array::from_fn(|j| {
             let (_, gain) = self.wide_actuations[j].stroke(&pose.joints[j]);
-            let mut residual = gain * e.rates[j].force - equations.bias[j];
+            let mut residual = gain * Dual::constant(e.rates[j].force) - equations.bias[j];
             for k in 0..N {
-                residual -= equations.mass_matrix[j][k] * e.qdd[k];
+                residual -= equations.mass_matrix[j][k] * Dual::constant(e.qdd[k]);
             }
             residual.derivative
         });
@@ -215,18 +215,18 @@ impl<const N: usize> Lifted<N> {
 }
 
 /// Places entries by the layout.
-struct Writer<'a> {
+struct Writer<'a, T> {
     layout: &'a Layout,
     n: usize,
-    jacobian: &'a mut [f64],
+    jacobian: &'a mut [T],
 }
 
-impl Writer<'_> {
-    fn set(&mut self, row: usize, column: usize, value: f64) {
+impl<T: Real> Writer<'_, T> {
+    fn set(&mut self, row: usize, column: usize, value: T) {
         self.jacobian[row * self.n + column] = value;
     }
 
-    fn row(&mut self, row: usize, c: usize, d: &Row) {
+    fn row(&mut self, row: usize, c: usize, d: &Row<T>) {
         let l = self.layout;
         for (column, value) in [(l.q(c), d.q), (l.qd(c), d.qd), (l.p1(c), d.p1), (l.p2(c), d.p2), (l.xs(c), d.xs)] {
             self.set(row, column, value);
@@ -236,7 +236,7 @@ impl Writer<'_> {
         }
     }
 
-    fn spool(&mut self, c: usize, d: [[f64; 2]; 2]) {
+    fn spool(&mut self, c: usize, d: [[T; 2]; 2]) {
         let rows = [self.layout.xs(c), self.layout.vs(c)];
         for i in 0..2 {
             for j in 0..2 {
@@ -246,7 +246,7 @@ impl Writer<'_> {
     }
 
     /// One column of the q'' rows.
-    fn column(&mut self, column: usize, values: &[f64]) {
+    fn column(&mut self, column: usize, values: &[T]) {
         for (j, &value) in values.iter().enumerate() {
             self.set(self.layout.qd(j), column, value);
         }

@@ -24,6 +24,7 @@ mod rhs;
 mod run;
 mod sampled;
 mod sensing;
+pub mod sensitivity;
 mod simulator;
 mod steady_friction;
 mod stick;

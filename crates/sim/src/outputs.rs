@@ -5,7 +5,7 @@ use crate::layout::Layout;
 use crate::plant::Plant;
 use crate::rhs::joint_state;
 use hydrocrane_machine::Machine;
-use hydrocrane_physics::hydraulics::fluid::OilTables;
+use hydrocrane_num::Real;
 
 /// Name, unit and meaning of one output.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -49,22 +49,24 @@ pub fn info(machine: &Machine) -> Vec<OutputInfo> {
     all
 }
 
-pub fn evaluate<const N: usize>(
-    plant: &Plant<f64, N>,
+/// Writes the outputs at one state; `energy_density` is that of the oil (Pa) as a function of pressure.
+pub fn evaluate<T: Real, const N: usize>(
+    plant: &Plant<T, N>,
     layout: &Layout,
-    oil: &OilTables,
-    x: &[f64],
-    payload: f64,
-    out: &mut [f64],
+    energy_density: impl Fn(T) -> T,
+    x: &[T],
+    payload: T,
+    out: &mut [T],
 ) {
     let e = plant.evaluate(layout, x, payload);
-    let (_, qd) = joint_state::<f64, N>(layout, x);
+    let (_, qd) = joint_state::<T, N>(layout, x);
     let tip = plant.mechanics.tip_position(&e.pose);
-    let supply: f64 = e.rates.iter().map(|r| r.edges.supply()).sum();
-    let (mut oil_energy, mut stops, mut bristles) = (0.0, 0.0, 0.0);
+    let mut supply = T::c(0.0);
+    e.rates.iter().for_each(|r| supply += r.edges.supply());
+    let (mut oil_energy, mut stops, mut bristles) = (T::c(0.0), T::c(0.0), T::c(0.0));
     for (unit, s) in plant.cylinders.iter().zip(&e.local) {
         let (v1, v2) = unit.chambers.volumes(s.x);
-        oil_energy += v1 * oil.energy_density(s.p1) + v2 * oil.energy_density(s.p2);
+        oil_energy += v1 * energy_density(s.p1) + v2 * energy_density(s.p2);
         stops += unit.end_stop.energy(s.x);
         if let FrictionLaw::LuGre { bristle, .. } = &unit.friction {
             bristles += bristle.energy(s.z);

@@ -17,15 +17,15 @@ pub struct Plant<T, const N: usize> {
     pub mains: Mains<T>,
 }
 
-impl<const N: usize> Plant<f64, N> {
-    /// The same plant with its parameters as constants of another number type.
-    pub fn lift<U: Real>(&self) -> Plant<U, N> {
+impl<T: Copy, const N: usize> Plant<T, N> {
+    /// The same plant with `f` of every number, always in the same order.
+    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> Plant<U, N> {
         Plant {
-            mechanics: self.mechanics.lift(),
-            actuations: self.actuations.map(|a| a.lift()),
-            cylinders: self.cylinders.map(|c| c.lift()),
-            fluid: self.fluid.lift(),
-            mains: Mains { supply: U::c(self.mains.supply), tank: U::c(self.mains.tank) },
+            mechanics: self.mechanics.map(f),
+            actuations: self.actuations.map(|a| a.map(f)),
+            cylinders: self.cylinders.map(|c| c.map(f)),
+            fluid: self.fluid.map(f),
+            mains: Mains { supply: f(self.mains.supply), tank: f(self.mains.tank) },
         }
     }
 }

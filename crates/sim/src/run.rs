@@ -112,9 +112,9 @@ impl System for Driven<'_> {
 }
 
 /// Commands as the spools receive them: each delayed by its valve and kept within its stroke.
-struct Schedule {
+pub(crate) struct Schedule {
     /// Times at which any command or its slope changes.
-    breaks: Vec<f64>,
+    pub breaks: Vec<f64>,
     columns: Vec<Column>,
 }
 
@@ -148,7 +148,7 @@ impl Column {
 }
 
 impl Schedule {
-    fn new(commands: &Commands, model: &dyn Model) -> Self {
+    pub fn new(commands: &Commands, model: &dyn Model) -> Self {
         let n = model.layout().joints();
         let machine = model.machine();
         let columns: Vec<Column> = (0..n)
@@ -166,7 +166,7 @@ impl Schedule {
         Schedule { breaks, columns }
     }
 
-    fn apply(&self, t: f64, driven: &mut Driven) {
+    pub fn apply(&self, t: f64, driven: &mut Driven) {
         driven.since = t;
         for (c, column) in self.columns.iter().enumerate() {
             (driven.base[c], driven.slope[c]) = column.at(t);

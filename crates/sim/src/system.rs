@@ -7,12 +7,17 @@ pub trait System {
     fn quadratures(&self) -> usize;
     /// Writes f and g.
     fn derivative(&self, t: f64, x: &[f64], dx: &mut [f64], dw: &mut [f64]);
-    /// Writes df/dx (row-major) and dg/dx.
+    /// Copies of the state, behind it in `x`, that follow the linearised equations: derivatives with respect to parameters.
+    fn tangents(&self) -> usize {
+        0
+    }
+    /// Writes df/dx (row-major) and dg/dx. With tangents these are of the state alone, and dfdx goes on, tangent by
+    /// tangent, with the derivative of df/dx along it: what couples the tangent's equations to the state.
     fn jacobian(&self, t: f64, x: &[f64], dfdx: &mut [f64], dgdx: &mut [f64]);
     /// Writes df/dt; g does not depend on time directly.
     fn time_derivative(&self, t: f64, x: &[f64], dfdt: &mut [f64]);
     /// Whether `x` lies where the equations mean something.
     fn admissible(&self, x: &[f64]) -> bool;
-    /// Size below which each state is resolved absolutely.
+    /// Size below which each state is resolved absolutely; that of tangents may follow, where they are to be resolved too.
     fn scales(&self) -> &[f64];
 }

@@ -37,13 +37,14 @@ pub struct Mechanics<T, const N: usize> {
     pub gravity: T,
 }
 
-impl<const N: usize> Mechanics<f64, N> {
-    pub fn lift<U: Real>(&self) -> Mechanics<U, N> {
+impl<T: Copy, const N: usize> Mechanics<T, N> {
+    /// The same chain with `f` of every number.
+    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> Mechanics<U, N> {
         Mechanics {
-            joints: self.joints.map(|j| j.lift()),
-            bodies: self.bodies.map(|b| b.lift()),
-            tip: Vec2::c([self.tip.x, self.tip.z]),
-            gravity: U::c(self.gravity),
+            joints: self.joints.map(|j| j.map(f)),
+            bodies: self.bodies.map(|b| b.map(f)),
+            tip: self.tip.map(f),
+            gravity: f(self.gravity),
         }
     }
 }

@@ -8,7 +8,7 @@
 //! Differentiating the two circles gives p' = lambda perp(p - t_1) with
 //!     lambda = (p - t_3).t_3' / (p - t_3).perp(p - t_1).
 
-use super::{lift_vec, MovingPoint};
+use super::MovingPoint;
 use hydrocrane_num::{smooth, Real, Vec2};
 
 /// Rocker on the parent link, coupler to the child link.
@@ -24,15 +24,23 @@ pub struct FourBar<T> {
     pub side: T,
 }
 
-impl FourBar<f64> {
-    pub fn lift<U: Real>(&self) -> FourBar<U> {
+impl<T: Copy> FourBar<T> {
+    /// The same linkage with `f` of every number.
+    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> FourBar<U> {
         FourBar {
-            rocker_pivot: lift_vec(self.rocker_pivot),
-            coupler_pivot: lift_vec(self.coupler_pivot),
-            rocker_length: U::c(self.rocker_length),
-            coupler_length: U::c(self.coupler_length),
-            side: U::c(self.side),
+            rocker_pivot: self.rocker_pivot.map(f),
+            coupler_pivot: self.coupler_pivot.map(f),
+            rocker_length: f(self.rocker_length),
+            coupler_length: f(self.coupler_length),
+            side: f(self.side),
         }
+    }
+}
+
+impl FourBar<f64> {
+    /// The same linkage in constants of another number type.
+    pub fn lift<U: Real>(&self) -> FourBar<U> {
+        self.map(&mut U::c)
     }
 }
 

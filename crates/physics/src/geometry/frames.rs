@@ -6,7 +6,7 @@
 //! Angles count from x towards z. The thesis turns about y by `pi/2 - alpha` and `pi - beta`, which is the
 //! opposite sense: its boom frame stands at the angle `alpha - pi/2`, its jib frame at `beta - pi` from that.
 
-use super::{lift_vec, MovingPoint};
+use super::MovingPoint;
 use hydrocrane_num::{Real, Vec2};
 
 /// A joint of the chain.
@@ -37,16 +37,24 @@ pub struct JointPose<T> {
     pub slide: Vec2<T>,
 }
 
-impl Joint<f64> {
-    pub fn lift<U: Real>(&self) -> Joint<U> {
+impl<T: Copy> Joint<T> {
+    /// The same joint with `f` of every number.
+    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> Joint<U> {
         Joint {
-            at: lift_vec(self.at),
-            direction: lift_vec(self.direction),
-            offset: U::c(self.offset),
-            zero: U::c(self.zero),
-            sense: U::c(self.sense),
+            at: self.at.map(f),
+            direction: self.direction.map(f),
+            offset: f(self.offset),
+            zero: f(self.zero),
+            sense: f(self.sense),
             revolute: self.revolute,
         }
+    }
+}
+
+impl Joint<f64> {
+    /// The same joint in constants of another number type.
+    pub fn lift<U: Real>(&self) -> Joint<U> {
+        self.map(&mut U::c)
     }
 }
 

@@ -6,7 +6,7 @@ pub mod four_bar;
 pub mod frames;
 pub mod stroke;
 
-use hydrocrane_num::{Real, Vec2};
+use hydrocrane_num::Vec2;
 
 /// A point that moves with one joint, seen from the parent link.
 #[derive(Debug, Clone, Copy)]
@@ -15,9 +15,4 @@ pub struct MovingPoint<T> {
     pub position: Vec2<T>,
     /// Derivative of `position` with respect to the joint coordinate.
     pub rate: Vec2<T>,
-}
-
-/// A planar vector of constants.
-pub(crate) fn lift_vec<U: Real>(v: Vec2<f64>) -> Vec2<U> {
-    Vec2::c([v.x, v.z])
 }

@@ -6,7 +6,7 @@
 use super::cylinder_triangle::{pin_distance, slope_angle};
 use super::four_bar::FourBar;
 use super::frames::JointPose;
-use super::{lift_vec, MovingPoint};
+use super::MovingPoint;
 use hydrocrane_num::{Real, Vec2};
 
 /// What the rod is pinned to.
@@ -36,14 +36,22 @@ impl Actuation<f64> {
         }
     }
 
+    /// The same cylinder in constants of another number type.
     pub fn lift<U: Real>(&self) -> Actuation<U> {
+        self.map(&mut U::c)
+    }
+}
+
+impl<T: Copy> Actuation<T> {
+    /// The same cylinder with `f` of every number.
+    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> Actuation<U> {
         let drive = match self.drive {
             Drive::Pins { on_parent, on_child, barrel_on_child } => {
-                Drive::Pins { on_parent: lift_vec(on_parent), on_child: lift_vec(on_child), barrel_on_child }
+                Drive::Pins { on_parent: on_parent.map(f), on_child: on_child.map(f), barrel_on_child }
             }
-            Drive::FourBar { barrel, linkage } => Drive::FourBar { barrel: lift_vec(barrel), linkage: linkage.lift() },
+            Drive::FourBar { barrel, linkage } => Drive::FourBar { barrel: barrel.map(f), linkage: linkage.map(f) },
         };
-        Actuation { drive, mid_length: U::c(self.mid_length) }
+        Actuation { drive, mid_length: f(self.mid_length) }
     }
 }
 

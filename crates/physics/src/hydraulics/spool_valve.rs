@@ -28,13 +28,14 @@ pub struct SpoolValve<T> {
     pub regenerative: bool,
 }
 
-impl SpoolValve<f64> {
-    pub fn lift<U: Real>(&self) -> SpoolValve<U> {
+impl<T: Copy> SpoolValve<T> {
+    /// The same valve with `f` of every number.
+    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> SpoolValve<U> {
         SpoolValve {
-            edge_a: self.edge_a.lift(),
-            edge_b: self.edge_b.lift(),
-            overlap: U::c(self.overlap),
-            leakage: U::c(self.leakage),
+            edge_a: self.edge_a.map(f),
+            edge_b: self.edge_b.map(f),
+            overlap: f(self.overlap),
+            leakage: f(self.leakage),
             regenerative: self.regenerative,
         }
     }

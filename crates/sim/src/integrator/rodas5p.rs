@@ -7,6 +7,9 @@
 //!     W k_i = f(t + c_i h, x + sum_j a_ij k_j) + sum_j C_ij/h k_j + h d_i f_t
 //! and x_new = x + sum_j a_8j k_j + k_8, error k_8. A quadrature's row needs no solve:
 //!     kappa_i = h gamma (g + sum_j C_ij/h kappa_j + g_x k_i).
+//!
+//! Tangents of the state are carried along by the derivative of the very step: W k_i' = r' + J' k_i, where r' is the
+//! right-hand side of the stage with tangents in place of states. One factorisation serves all of them.
 
 use super::{axpy, Effort, Method, Point, Target};
 use crate::system::System;
@@ -120,9 +123,12 @@ const H: [[f64; STAGES]; 3] = [
 ];
 
 pub struct Rodas5p {
-    /// States and quadratures.
+    /// States, with their tangents, and quadratures.
     n: usize,
     m: usize,
+    /// States without tangents: the size of the linear system.
+    block: usize,
+    /// Of the state, then of itself along each tangent.
     jacobian: Vec<f64>,
     quadrature_jacobian: Vec<f64>,
     time_derivative: Vec<f64>,
@@ -142,10 +148,11 @@ impl Rodas5p {
         Rodas5p {
             n,
             m,
-            jacobian: vec![0.0; n * n],
-            quadrature_jacobian: vec![0.0; m * n],
+            block: n,
+            jacobian: Vec::new(),
+            quadrature_jacobian: Vec::new(),
             time_derivative: vec![0.0; n],
-            matrix: vec![0.0; n * n],
+            matrix: Vec::new(),
             lu: Lu::default(),
             k: std::array::from_fn(|_| vec![0.0; n]),
             kappa: std::array::from_fn(|_| vec![0.0; m]),
@@ -159,11 +166,11 @@ impl Rodas5p {
         for (w, j) in self.matrix.iter_mut().zip(&self.jacobian) {
             *w = -j;
         }
-        for i in 0..self.n {
-            self.matrix[i * self.n + i] += 1.0 / (h * GAMMA);
+        for i in 0..self.block {
+            self.matrix[i * self.block + i] += 1.0 / (h * GAMMA);
         }
         self.effort.factorisations += 1;
-        self.lu.factor(self.n, &self.matrix)
+        self.lu.factor(self.block, &self.matrix)
     }
 
     /// The argument of stage `i` into `self.argument`.
@@ -191,11 +198,34 @@ impl Rodas5p {
         if D[i] != 0.0 {
             axpy(k, h * D[i], &self.time_derivative);
         }
-        self.lu.solve(k);
-        for (value, row) in kappa.iter_mut().zip(self.quadrature_jacobian.chunks_exact(self.n)) {
+        solve(&self.lu, self.block, &self.jacobian, k);
+        for (value, row) in kappa.iter_mut().zip(self.quadrature_jacobian.chunks_exact(self.block)) {
             let coupling: f64 = row.iter().zip(k.iter()).map(|(a, b)| a * b).sum();
             *value = h * GAMMA * (*value + coupling);
         }
+    }
+
+    /// Makes room for the blocks of a system with tangents.
+    fn fit(&mut self, system: &dyn System) {
+        let blocks = 1 + system.tangents();
+        self.block = self.n / blocks;
+        let square = self.block * self.block;
+        self.jacobian.resize(square * blocks, 0.0);
+        self.quadrature_jacobian.resize(self.m * self.block, 0.0);
+        self.matrix.resize(square, 0.0);
+    }
+}
+
+/// Replaces the right-hand sides in `k`, state first, by the increments: the state's enters those of its tangents.
+fn solve(lu: &Lu, block: usize, jacobian: &[f64], k: &mut [f64]) {
+    let (state, tangents) = k.split_at_mut(block);
+    lu.solve(state);
+    let along = jacobian.chunks_exact(block * block).skip(1);
+    for (tangent, slope) in tangents.chunks_exact_mut(block).zip(along) {
+        for (value, row) in tangent.iter_mut().zip(slope.chunks_exact(block)) {
+            *value += row.iter().zip(state.iter()).map(|(a, b)| a * b).sum::<f64>();
+        }
+        lu.solve(tangent);
     }
 }
 
@@ -205,6 +235,7 @@ impl Method for Rodas5p {
     }
 
     fn begin(&mut self, system: &dyn System, t: f64, x: &[f64]) {
+        self.fit(system);
         system.jacobian(t, x, &mut self.jacobian, &mut self.quadrature_jacobian);
         system.time_derivative(t, x, &mut self.time_derivative);
         self.effort.jacobians += 1;

@@ -140,13 +140,18 @@ impl Stepper {
     }
 
     /// Root mean square of a change relative to the tolerances, weighted by the old state only: weights from
-    /// a wild new state would let it pass.
+    /// a wild new state would let it pass. Of the state and its resolved tangents the largest counts.
     fn norm(&self, system: &dyn System, change: &[f64]) -> f64 {
         let Tolerances { relative, absolute, .. } = self.tolerances;
-        let sum: f64 = (change.iter().zip(&self.x).zip(system.scales()))
-            .map(|((e, x), scale)| (e / (absolute * scale + relative * x.abs())).powi(2))
-            .sum();
-        (sum / change.len() as f64).sqrt().max(1e-10)
+        let n = self.x.len() / (1 + system.tangents());
+        let of_block = |((change, x), scales): ((&[f64], &[f64]), &[f64])| {
+            let sum: f64 = (change.iter().zip(x).zip(scales))
+                .map(|((e, x), scale)| (e / (absolute * scale + relative * x.abs())).powi(2))
+                .sum();
+            (sum / n as f64).sqrt()
+        };
+        let blocks = change.chunks_exact(n).zip(self.x.chunks_exact(n)).zip(system.scales().chunks_exact(n));
+        blocks.map(of_block).fold(1e-10, f64::max)
     }
 
     fn take(&mut self, h: f64, limit: f64) {

@@ -1,0 +1,18 @@
+//! What can be wrong with a request for sensitivities.
+
+use crate::errors::{BuildError, PoseError};
+use hydrocrane_machine::MachineError;
+
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SensitivityError {
+    /// The machine, or a key that is none.
+    #[error(transparent)]
+    Machine(#[from] MachineError),
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    #[error(transparent)]
+    Pose(#[from] PoseError),
+    /// A key that nothing can be differentiated by, or a wrong value of one.
+    #[error("{0}")]
+    Key(String),
+}

@@ -1,0 +1,156 @@
+//! Keys of a machine file as parameters: `supply.pressure`, or `friction.test.coulomb[0]` for one value of a pair.
+
+use super::SensitivityError;
+use hydrocrane_machine::model::Number;
+use hydrocrane_machine::{ErrorKind, Machine, OverrideValue, Template};
+
+type Result<T> = std::result::Result<T, SensitivityError>;
+
+/// A parameter with its value, as the machine has it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameter {
+    pub key: String,
+    pub value: f64,
+    /// SI; empty for a plain number.
+    pub unit: String,
+}
+
+/// Where a key's value stands among the pinned numbers.
+struct Slot {
+    number: usize,
+    /// Which value of a pair; `None`: the only one.
+    element: Option<usize>,
+}
+
+/// A machine file seen as a function of some of its keys.
+pub struct Keys {
+    template: Template,
+    pub parameters: Vec<Parameter>,
+    slots: Vec<Slot>,
+    /// The numbers in the tables of the keys. All are given in SI when a value changes, because the unit of one can depend on
+    /// the value of another (viscous friction on its exponent).
+    pinned: Vec<Number>,
+}
+
+impl Keys {
+    /// Looks the `keys` up in a machine.
+    pub fn new(template: Template, keys: &[String]) -> Result<Self> {
+        if keys.is_empty() {
+            return Err(SensitivityError::Key("name at least one key to differentiate by".into()));
+        }
+        let machine = template.build(&[])?;
+        let paths: Vec<(&str, Option<usize>)> = keys.iter().map(|key| split(key)).collect::<Result<_>>()?;
+        let beside = |number: &&Number| paths.iter().any(|(path, _)| table_of(path) == table_of(&number.key));
+        let pinned: Vec<Number> = machine.numbers.iter().filter(beside).cloned().collect();
+        let mut found = Keys { template, parameters: Vec::new(), slots: Vec::new(), pinned };
+        for (i, (key, (path, element))) in keys.iter().zip(&paths).enumerate() {
+            let clash = |(other, e): &(&str, Option<usize>)| {
+                other == path && (e == element || e.is_none() || element.is_none())
+            };
+            if paths[..i].iter().any(clash) {
+                return Err(SensitivityError::Key(format!("`{key}` is named twice; name each value once")));
+            }
+            found.add(key, path, *element, &machine)?;
+        }
+        Ok(found)
+    }
+
+    fn add(&mut self, key: &str, path: &str, element: Option<usize>, machine: &Machine) -> Result<()> {
+        let Some(index) = self.pinned.iter().position(|number| number.key == path) else {
+            return Err(self.no_number(path, machine));
+        };
+        let number = &self.pinned[index];
+        let pair = number.shared || number.values.len() == 2;
+        let trouble = match element {
+            Some(_) if !pair => Some(format!("`{path}` is one number: leave out the brackets")),
+            None if number.values.len() == 2 => {
+                Some(format!("`{path}` holds two values: name one of them, `{path}[0]` or `{path}[1]`"))
+            }
+            _ => None,
+        };
+        if let Some(text) = trouble {
+            return Err(SensitivityError::Key(text));
+        }
+        let i = element.filter(|_| !number.shared).unwrap_or(0);
+        self.parameters.push(Parameter { key: key.into(), value: number.values[i], unit: number.units[i].clone() });
+        self.slots.push(Slot { number: index, element });
+        Ok(())
+    }
+
+    /// Why `path` names no number: the loader knows.
+    fn no_number(&self, path: &str, machine: &Machine) -> SensitivityError {
+        if let Some((pair, element @ ("0" | "1"))) = path.rsplit_once('.') {
+            if machine.numbers.iter().any(|number| number.key == pair) {
+                return SensitivityError::Key(format!(
+                    "one value of a pair is written `{pair}[{element}]`, not `{path}`"
+                ));
+            }
+        }
+        match self.template.build(&[(path.into(), OverrideValue::Number(1.0))]) {
+            Ok(_) => SensitivityError::Key(format!("this machine gives `{path}` no value; give it one by an override")),
+            Err(error) => match error.kind() {
+                ErrorKind::UnknownKey | ErrorKind::UnknownReference => error.into(),
+                _ => SensitivityError::Key(format!(
+                    "`{path}` is not one number, so nothing can be differentiated by it: {}",
+                    error.message()
+                )),
+            },
+        }
+    }
+
+    /// The values as the machine has them.
+    pub fn values(&self) -> Vec<f64> {
+        self.parameters.iter().map(|parameter| parameter.value).collect()
+    }
+
+    /// The machine with these values of the keys.
+    pub fn machine(&self, values: &[f64]) -> Result<Machine> {
+        if values.len() != self.slots.len() {
+            let (got, wanted) = (values.len(), self.slots.len());
+            return Err(SensitivityError::Key(format!("{got} values for {wanted} keys; give one for each")));
+        }
+        let mut numbers = self.pinned.clone();
+        for ((slot, value), parameter) in self.slots.iter().zip(values).zip(&self.parameters) {
+            if !value.is_finite() {
+                let text = format!("the value of `{}` must be a finite number, got {value}", parameter.key);
+                return Err(SensitivityError::Key(text));
+            }
+            set(&mut numbers[slot.number], slot.element, *value);
+        }
+        let changes: Vec<(String, OverrideValue)> = numbers.iter().map(|n| (n.key.clone(), override_of(n))).collect();
+        Ok(self.template.build(&changes)?)
+    }
+}
+
+/// A value shared by both of a pair is parted where one of them is set.
+fn set(number: &mut Number, element: Option<usize>, value: f64) {
+    if number.shared && element.is_some() {
+        number.values = vec![number.values[0]; 2];
+        number.shared = false;
+    }
+    number.values[element.unwrap_or(0)] = value;
+}
+
+fn override_of(number: &Number) -> OverrideValue {
+    match number.values.as_slice() {
+        [value] => OverrideValue::Number(*value),
+        values => OverrideValue::List(values.iter().copied().map(OverrideValue::Number).collect()),
+    }
+}
+
+/// The table that a key stands in.
+fn table_of(path: &str) -> &str {
+    path.rsplit_once('.').map_or("", |(table, _)| table)
+}
+
+/// `a.b[1]` into its path and element.
+fn split(key: &str) -> Result<(&str, Option<usize>)> {
+    match key.split_once('[') {
+        None => Ok((key, None)),
+        Some((path, "0]")) => Ok((path, Some(0))),
+        Some((path, "1]")) => Ok((path, Some(1))),
+        Some((path, _)) => Err(SensitivityError::Key(format!(
+            "`{key}` is no key: the values of a pair are `{path}[0]` and `{path}[1]`"
+        ))),
+    }
+}

@@ -1,0 +1,275 @@
+//! One experiment: a run together with the derivatives of all it records.
+
+use super::construction::{tangents, Inputs};
+use super::key::{Keys, Parameter};
+use super::tangent_system::{Group, Number, TangentSystem};
+use super::SensitivityError;
+use crate::build::build;
+use crate::equilibrium::EquilibriumMode;
+use crate::errors::BuildError;
+use crate::integrator::{method, Effort, Stepper};
+use crate::layout::Layout;
+use crate::model::Model;
+use crate::outcome::{Outcome, OutcomeKind};
+use crate::outputs::{self, OutputInfo};
+use crate::run::{failed, given_up, start_fault, Commands, Driven, RunOptions, Schedule};
+use crate::system::System;
+use hydrocrane_machine::{Machine, OverrideValue, Template};
+use hydrocrane_num::Real;
+
+type Result<T> = std::result::Result<T, SensitivityError>;
+
+/// Where a run begins.
+#[derive(Debug, Clone)]
+pub enum Start {
+    /// At rest in a pose: pressures follow from the machine, and depend on its parameters.
+    Rest(Vec<f64>),
+    /// In a state, whatever the parameters.
+    State(Vec<f64>),
+}
+
+/// What is run and by what it is differentiated.
+#[derive(Debug, Clone)]
+pub struct Experiment {
+    /// Machine file or bundled name, and values in place of its own.
+    pub source: String,
+    pub overrides: Vec<(String, OverrideValue)>,
+    pub keys: Vec<String>,
+    pub start: Start,
+    pub end: f64,
+    pub commands: Commands,
+    /// Ascending times to record at, s.
+    pub record: Vec<f64>,
+    /// Its payload is not used: `payload.mass` is the machine's. No ledger is kept.
+    pub options: RunOptions,
+    /// Whether step sizes follow the derivatives too, or the states alone, as in a run without derivatives.
+    pub resolve_slopes: bool,
+}
+
+/// A run and its derivatives, up to wherever it got.
+#[derive(Debug, Clone)]
+pub struct Sensitivities {
+    pub parameters: Vec<Parameter>,
+    /// What each column of `values` is: states, then outputs.
+    pub signals: Vec<OutputInfo>,
+    pub times: Vec<f64>,
+    /// Row-major, one row per time.
+    pub values: Vec<f64>,
+    /// `times x signals x parameters`.
+    pub slopes: Vec<f64>,
+    /// Spool commands, one row per time.
+    pub commands: Vec<f64>,
+    pub outcome: Outcome,
+    pub accepted: u64,
+    pub rejected: u64,
+    pub effort: Effort,
+}
+
+/// The oil's energy needs tables of its parameters, which are not differentiated.
+const WITHOUT_SLOPE: &str = "energy.oil";
+
+/// The keys with their values in the machine.
+pub fn parameters(experiment: &Experiment) -> Result<Vec<Parameter>> {
+    Ok(keys(experiment)?.parameters)
+}
+
+fn keys(experiment: &Experiment) -> Result<Keys> {
+    Keys::new(Template::open(&experiment.source, &experiment.overrides)?, &experiment.keys)
+}
+
+/// Runs the experiment with these `values` of its keys, or with the machine's own.
+pub fn sensitivities(
+    experiment: &Experiment,
+    values: Option<&[f64]>,
+    keep_going: &mut dyn FnMut(f64) -> bool,
+) -> Result<Sensitivities> {
+    let mut keys = keys(experiment)?;
+    let values = values.map_or_else(|| keys.values(), <[f64]>::to_vec);
+    let machine = keys.machine(&values)?;
+    keys.parameters.iter_mut().zip(&values).for_each(|(parameter, value)| parameter.value = *value);
+    match machine.joints.len() {
+        1 => sized::<1>(experiment, &keys, &values, &machine, keep_going),
+        2 => sized::<2>(experiment, &keys, &values, &machine, keep_going),
+        3 => sized::<3>(experiment, &keys, &values, &machine, keep_going),
+        4 => sized::<4>(experiment, &keys, &values, &machine, keep_going),
+        5 => sized::<5>(experiment, &keys, &values, &machine, keep_going),
+        6 => sized::<6>(experiment, &keys, &values, &machine, keep_going),
+        n => Err(BuildError::TooManyJoints(n).into()),
+    }
+}
+
+fn sized<const N: usize>(
+    experiment: &Experiment,
+    keys: &Keys,
+    values: &[f64],
+    machine: &Machine,
+    keep_going: &mut dyn FnMut(f64) -> bool,
+) -> Result<Sensitivities> {
+    let model = build(machine)?;
+    let model = model.as_ref();
+    let inputs = Inputs::<f64, N>::of(machine)?;
+    let groups = Group::all(&inputs, &tangents(keys, values, &inputs)?);
+    let start = start_state(experiment, model, &groups)?;
+    let mut record = Record::new(keys, model, &groups, &experiment.record);
+    let states = model.layout().len();
+    if let Some(message) = start_fault(model, &start[..states.min(start.len())], &experiment.options) {
+        record.done.outcome = Outcome { kind: OutcomeKind::BadState, time: 0.0, message };
+        return Ok(record.done);
+    }
+    let sizes: Vec<f64> = if experiment.resolve_slopes { values.iter().map(size).collect() } else { Vec::new() };
+    let options = RunOptions { payload: inputs.payload, ledger: false, ..experiment.options.clone() };
+    let mut system = TangentSystem::new(Driven::new(model, &options, 0.0), &groups, &sizes);
+    let method = method(&options.method, system.dimension(), 0);
+    let method = method.ok_or_else(|| SensitivityError::Key(format!("no method `{}`", options.method)))?;
+    let mut stepper = Stepper::new(method, options.tolerances, 0.0, &start, 0);
+    let outcome = drive(&mut stepper, &mut system, experiment, &options, &mut record, keep_going);
+    Ok(record.finish(outcome, &stepper, &system.driven))
+}
+
+/// A change of a parameter that matters: all of it, or where it is zero, one in SI.
+fn size(value: &f64) -> f64 {
+    if *value == 0.0 {
+        1.0
+    } else {
+        value.abs()
+    }
+}
+
+/// The start with its derivatives behind it.
+fn start_state<const N: usize>(experiment: &Experiment, model: &dyn Model, groups: &[Group<N>]) -> Result<Vec<f64>> {
+    let layout = model.layout();
+    let q = match &experiment.start {
+        Start::State(x) => {
+            let tangents = groups.iter().map(|group| group.count).sum::<usize>();
+            return Ok([x.clone(), vec![0.0; x.len() * tangents]].concat());
+        }
+        Start::Rest(q) => q,
+    };
+    let mut x = model.equilibrium(q, EquilibriumMode::Hold, model.machine().payload.mass)?;
+    x.resize(layout.len() * (1 + groups.iter().map(|group| group.count).sum::<usize>()), 0.0);
+    let pose = std::array::from_fn(|i| Number::c(q[i]));
+    for group in groups {
+        let inputs = &group.inputs;
+        group.write(&inputs.plant.held(layout, &pose, inputs.back_pressure, inputs.payload), &mut x);
+    }
+    Ok(x)
+}
+
+/// Steps from command change to command change, as a run without tangents does.
+fn drive<const N: usize>(
+    stepper: &mut Stepper,
+    system: &mut TangentSystem<N>,
+    experiment: &Experiment,
+    options: &RunOptions,
+    record: &mut Record<N>,
+    keep_going: &mut dyn FnMut(f64) -> bool,
+) -> Outcome {
+    let schedule = Schedule::new(&experiment.commands, system.driven.model);
+    schedule.apply(0.0, &mut system.driven);
+    record.take(stepper, &system.driven);
+    while stepper.t < experiment.end {
+        let next = schedule.breaks.iter().copied().find(|&b| b > stepper.t + 1e-12);
+        let limit = next.unwrap_or(experiment.end).min(experiment.end);
+        if let Err(failure) = stepper.step(system, limit) {
+            return failed(system.driven.model, stepper, failure);
+        }
+        record.take(stepper, &system.driven);
+        if stepper.t >= limit {
+            schedule.apply(limit, &mut system.driven);
+            stepper.restart();
+        }
+        if let Some(outcome) = given_up(stepper, options, keep_going) {
+            return outcome;
+        }
+    }
+    Outcome { kind: OutcomeKind::Completed, time: stepper.t, message: "reached the end".to_string() }
+}
+
+/// Collects signals and slopes at the record times.
+struct Record<'a, const N: usize> {
+    groups: &'a [Group<N>],
+    layout: &'a Layout,
+    times: &'a [f64],
+    next: usize,
+    /// State and tangents at one time.
+    row: Vec<f64>,
+    done: Sensitivities,
+}
+
+impl<'a, const N: usize> Record<'a, N> {
+    fn new(keys: &Keys, model: &'a dyn Model, groups: &'a [Group<N>], times: &'a [f64]) -> Self {
+        let layout = model.layout();
+        let state = |i: usize| OutputInfo {
+            name: layout.names[i].clone(),
+            unit: layout.units[i],
+            long_name: layout.long_names[i].clone(),
+        };
+        let outputs = model.output_info().iter().filter(|output| output.name != WITHOUT_SLOPE).cloned();
+        let done = Sensitivities {
+            parameters: keys.parameters.clone(),
+            signals: (0..layout.len()).map(state).chain(outputs).collect(),
+            times: Vec::with_capacity(times.len()),
+            values: Vec::new(),
+            slopes: Vec::new(),
+            commands: Vec::new(),
+            outcome: Outcome { kind: OutcomeKind::Completed, time: 0.0, message: String::new() },
+            accepted: 0,
+            rejected: 0,
+            effort: Effort::default(),
+        };
+        let row = vec![0.0; layout.len() * (1 + keys.parameters.len())];
+        Record { groups, layout, times, next: 0, row, done }
+    }
+
+    /// Every record time up to the stepper's.
+    fn take(&mut self, stepper: &Stepper, driven: &Driven) {
+        while self.next < self.times.len() && self.times[self.next] <= stepper.t + 1e-12 {
+            let t = self.times[self.next];
+            stepper.interpolate(t, &mut self.row, &mut []);
+            self.push(t, driven);
+            self.next += 1;
+        }
+    }
+
+    fn push(&mut self, t: f64, driven: &Driven) {
+        let (signals, parameters) = (self.done.signals.len(), self.done.parameters.len());
+        let first = self.done.slopes.len();
+        self.done.times.push(t);
+        self.done.commands.extend_from_slice(&driven.command(t)[..N]);
+        self.done.slopes.resize(first + signals * parameters, 0.0);
+        for group in self.groups {
+            let row = self.signals(group, driven.model);
+            if group.first == 0 {
+                self.done.values.extend(row.iter().map(|signal| signal.value));
+            }
+            for (signal, slopes) in row.iter().zip(self.done.slopes[first..].chunks_exact_mut(parameters)) {
+                slopes[group.first..group.first + group.count].copy_from_slice(&signal.derivative[..group.count]);
+            }
+        }
+    }
+
+    /// States and outputs of the row at hand, with their slopes by the parameters of one group.
+    fn signals(&self, group: &Group<N>, model: &dyn Model) -> Vec<Number> {
+        let (n, info) = (self.layout.len(), model.output_info());
+        let mut state = vec![Number::c(0.0); n];
+        group.read(&self.row, n, &mut state);
+        let mut all = vec![Number::c(0.0); info.len()];
+        let Inputs { plant, payload, .. } = &group.inputs;
+        outputs::evaluate(plant, self.layout, |_| Number::c(0.0), &state, *payload, &mut all);
+        state.extend(all.iter().zip(info).filter(|(_, output)| output.name != WITHOUT_SLOPE).map(|(value, _)| *value));
+        state
+    }
+
+    /// All so far; a run that broke off also gets its last state.
+    fn finish(mut self, outcome: Outcome, stepper: &Stepper, driven: &Driven) -> Sensitivities {
+        let last = self.done.times.last().copied().unwrap_or(-1.0);
+        if outcome.kind != OutcomeKind::Completed && stepper.t > last {
+            self.row.copy_from_slice(&stepper.x);
+            self.push(stepper.t, driven);
+        }
+        self.done.outcome = outcome;
+        (self.done.accepted, self.done.rejected) = (stepper.accepted, stepper.rejected);
+        self.done.effort = stepper.effort();
+        self.done
+    }
+}

@@ -1,0 +1,140 @@
+//! The driven crane with the derivatives of its states by parameters: s' = J s + df/dp, by dual numbers.
+
+use super::construction::{Inputs, WIDTH};
+use crate::jacobian::Lifted;
+use crate::layout::Layout;
+use crate::model::MAX_JOINTS;
+use crate::run::Driven;
+use crate::system::System;
+use hydrocrane_num::{Dual, Real};
+use std::cell::RefCell;
+
+pub type Number = Dual<f64, WIDTH>;
+
+/// Up to [`WIDTH`] parameters, carried by one pass of dual numbers.
+pub struct Group<const N: usize> {
+    pub inputs: Inputs<Number, N>,
+    lifted: Lifted<Number, N>,
+    /// Index of the first of them, and how many there are.
+    pub first: usize,
+    pub count: usize,
+}
+
+impl<const N: usize> Group<N> {
+    /// Groups for all parameters, given the derivatives of the inputs by each.
+    pub fn all(inputs: &Inputs<f64, N>, tangents: &[Vec<f64>]) -> Vec<Self> {
+        let group = |(i, chunk): (usize, &[Vec<f64>])| {
+            let inputs = inputs.with_tangents(chunk);
+            Group { lifted: Lifted::new(&inputs.plant), inputs, first: i * WIDTH, count: chunk.len() }
+        };
+        tangents.chunks(WIDTH).enumerate().map(group).collect()
+    }
+
+    /// State and tangents, one behind the other in `x`, as dual numbers.
+    pub fn read(&self, x: &[f64], n: usize, duals: &mut [Number]) {
+        for (i, dual) in duals.iter_mut().enumerate() {
+            dual.value = x[i];
+            for k in 0..self.count {
+                dual.derivative[k] = x[(1 + self.first + k) * n + i];
+            }
+        }
+    }
+
+    /// The reverse of [`Group::read`].
+    pub fn write(&self, duals: &[Number], x: &mut [f64]) {
+        let n = duals.len();
+        for (i, dual) in duals.iter().enumerate() {
+            x[i] = dual.value;
+            for k in 0..self.count {
+                x[(1 + self.first + k) * n + i] = dual.derivative[k];
+            }
+        }
+    }
+}
+
+/// Working space of one evaluation.
+struct Scratch {
+    x: Vec<Number>,
+    rate: Vec<Number>,
+    jacobian: Vec<Number>,
+}
+
+pub struct TangentSystem<'a, const N: usize> {
+    pub driven: Driven<'a>,
+    groups: &'a [Group<N>],
+    scales: Vec<f64>,
+    scratch: RefCell<Scratch>,
+}
+
+impl<'a, const N: usize> TangentSystem<'a, N> {
+    /// `sizes` of the parameters, by which tangents are resolved too; empty: step sizes follow the states alone.
+    pub fn new(driven: Driven<'a>, groups: &'a [Group<N>], sizes: &[f64]) -> Self {
+        let states = &driven.model.layout().scales;
+        let n = states.len();
+        let of_tangents = sizes.iter().flat_map(|size| states.iter().map(move |scale| scale / size));
+        let scales = states.iter().copied().chain(of_tangents).collect();
+        let zeros = |count: usize| vec![Number::c(0.0); count];
+        let scratch = RefCell::new(Scratch { x: zeros(n), rate: zeros(n), jacobian: zeros(n * n) });
+        TangentSystem { driven, groups, scales, scratch }
+    }
+
+    fn layout(&self) -> &Layout {
+        self.driven.model.layout()
+    }
+
+    fn command(&self, t: f64) -> [Number; MAX_JOINTS] {
+        self.driven.command(t).map(Number::c)
+    }
+}
+
+impl<const N: usize> System for TangentSystem<'_, N> {
+    fn dimension(&self) -> usize {
+        self.layout().len() * (1 + self.tangents())
+    }
+    fn quadratures(&self) -> usize {
+        0
+    }
+    fn tangents(&self) -> usize {
+        self.groups.iter().map(|group| group.count).sum()
+    }
+
+    fn derivative(&self, t: f64, x: &[f64], dx: &mut [f64], _dw: &mut [f64]) {
+        let (layout, u) = (self.layout(), self.command(t));
+        let Scratch { x: state, rate, .. } = &mut *self.scratch.borrow_mut();
+        for group in self.groups {
+            group.read(x, layout.len(), state);
+            group.inputs.plant.derivative(layout, state, &u, group.inputs.payload, rate);
+            group.write(rate, dx);
+        }
+    }
+
+    fn jacobian(&self, t: f64, x: &[f64], dfdx: &mut [f64], _dgdx: &mut [f64]) {
+        let (layout, u) = (self.layout(), self.command(t));
+        let Scratch { x: state, jacobian, .. } = &mut *self.scratch.borrow_mut();
+        for group in self.groups {
+            let Group { inputs, lifted, .. } = group;
+            group.read(x, layout.len(), state);
+            inputs.plant.jacobian(lifted, layout, state, &u, inputs.payload, jacobian, None);
+            group.write(jacobian, dfdx);
+        }
+    }
+
+    fn time_derivative(&self, _t: f64, _x: &[f64], dfdt: &mut [f64]) {
+        let layout = self.layout();
+        let Scratch { rate, .. } = &mut *self.scratch.borrow_mut();
+        for group in self.groups {
+            rate.fill(Number::c(0.0));
+            for (c, unit) in group.inputs.plant.cylinders.iter().enumerate() {
+                rate[layout.vs(c)] = unit.spool.natural_frequency.square() * self.driven.slope[c];
+            }
+            group.write(rate, dfdt);
+        }
+    }
+
+    fn admissible(&self, x: &[f64]) -> bool {
+        self.driven.model.admissible(&x[..self.layout().len()])
+    }
+    fn scales(&self) -> &[f64] {
+        &self.scales
+    }
+}
