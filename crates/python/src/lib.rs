@@ -20,5 +20,6 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(files::bundled_text, m)?)?;
     m.add_function(wrap_pyfunction!(simulation::simulate, m)?)?;
     m.add_function(wrap_pyfunction!(closed_loop::simulate_controlled, m)?)?;
+    m.add_function(wrap_pyfunction!(closed_loop::measure, m)?)?;
     Ok(())
 }
