@@ -16,7 +16,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from hydrocrane import plots
+    from hydrocrane import plots, rig
     from hydrocrane.citation import cite
     from hydrocrane.compare import Comparison
     from hydrocrane.controllers import Controller, Observation, SensorFault
@@ -116,6 +116,7 @@ __all__ = [
     "plots",
     "read_log",
     "sensitivities",
+    "rig",
     "simulate",
 ]
 
@@ -126,8 +127,8 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         value: Any = version("hydrocrane")
-    elif name == "plots":
-        value = importlib.import_module("hydrocrane.plots")
+    elif name in ("plots", "rig"):
+        value = importlib.import_module(f"hydrocrane.{name}")
     elif name in _HOME:
         value = getattr(importlib.import_module(f"hydrocrane.{_HOME[name]}"), name)
     else:

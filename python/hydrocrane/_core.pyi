@@ -20,6 +20,7 @@ __all__ = [
     "load_machine",
     "load_scenario",
     "quantity",
+    "measure",
     "simulate",
     "simulate_controlled",
 ]
@@ -172,3 +173,12 @@ def simulate_controlled(
     settings: dict[str, Any],
     should_stop: Callable[[], bool] | None,
 ) -> dict[str, Any]: ...
+def measure(
+    machine: Machine,
+    times: _Array,
+    states: _Array,
+    payload: float,
+    mode: str,
+    seed: int,
+    faults: list[tuple[str, str, float, float]],
+) -> tuple[list[str], _Array]: ...

@@ -8,11 +8,11 @@ spool stroke; positive extends the piston. Equation numbers are those of Heinze 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,6 +20,12 @@ from numpy.typing import ArrayLike
 from hydrocrane import _core
 from hydrocrane.arrays import Array, real_array, rows, scalars, vectors
 from hydrocrane.errors import HydrocraneError, InputError, OutOfReachError, translated, unknown
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from hydrocrane.controllers import SensorFault
+    from hydrocrane.result import Run
 
 Override = float | str | bool | list
 PROVENANCE_CLASSES = ("measured", "fitted", "literature", "assumed", "setting")
@@ -355,6 +361,40 @@ class Machine:
         with translated(OutOfReachError):
             found = [self.core.equilibrium(np.ascontiguousarray(pose), mode, mass) for pose in table]
         return np.array(found, dtype=np.float64).reshape(*lead, len(self.state_names))
+
+    def measure(
+        self,
+        recorded: Run | xr.Dataset,
+        *,
+        sensors: str = "data-sheet",
+        seed: int = 0,
+        faults: Sequence[SensorFault] = (),
+        payload: float | None = None,
+    ) -> xr.Dataset:
+        """What the sensors would have read of a run, at the instants at which it was recorded.
+
+        One run so serves any number of seeds. Transmitters lag behind the pressure, which goes in straight lines from
+        one record to the next; every sensor starts settled.
+
+        Parameters
+        ----------
+        recorded : Run or xarray.Dataset
+            A run of this machine, or its data, with every state.
+        sensors : {"data-sheet", "ideal"}
+            Sensors as the machine file has them, drawn by `seed`, or the truth.
+        faults : sequence of SensorFault
+        payload : float, optional
+            kg at the tip; that of the run by default.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``time``: every joint coordinate and chamber pressure and whatever else the machine has a sensor for,
+            each by the name of what is measured, with ``units`` and ``long_name``.
+        """
+        from hydrocrane.measuring import measure
+
+        return measure(self, recorded, sensors=sensors, seed=seed, faults=faults, payload=payload)
 
     def pack_state(self, q: ArrayLike, qd: ArrayLike | None = None, p: ArrayLike | None = None) -> Array:
         """A state (n_states,) from joints q, rates qd and pressures p (n_cyl, 2), Pa; all else zero."""

@@ -116,4 +116,9 @@ fn a_sensor_states_what_it_cannot_do_without() {
     let bits = sensor("kind = \"wire-potentiometer\"\nrange = \"1 m\"\nbits = 12.5\n");
     assert_eq!(bits.unwrap_err().slug(), "out-of-range");
     assert!(sensor("kind = \"incremental-encoder\"\npulses = 500\n").is_ok());
+    let transmitter = |live_zero: &str| {
+        sensor(&format!("kind = \"pressure-transmitter\"\nrange = \"400 bar\"\nlive-zero = \"{live_zero}\"\n"))
+    };
+    assert!(transmitter("10 %").is_ok());
+    assert_eq!(transmitter("50 %").unwrap_err().slug(), "out-of-range");
 }

@@ -1,6 +1,6 @@
 //! Closed-loop runs: controllers by name, and controllers written in Python.
 
-use crate::arrays::{matrix, vector, Row};
+use crate::arrays::{matrix, rows, vector, Row, Rows};
 use crate::machine::Machine;
 use crate::simulation::{record_of, stopper, Settings};
 use hydrocrane_sim::controller::{Controller, Fault, Measurement, Stick};
@@ -8,6 +8,7 @@ use hydrocrane_sim::{
     controllers, simulate_sampled, FaultKind, SampledPlan, SampledRun, SensorFault, SensorMode, Sensors, StickKind,
     Sticks,
 };
+use numpy::PyArray2;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -49,11 +50,19 @@ impl Plan {
 
 /// Sensors of a machine; the error names an unknown mode, kind of fault or signal.
 pub fn sensors(machine: &Machine, mode: &str, seed: u64, faults: &[FaultEntry]) -> PyResult<Sensors> {
-    let mode = match mode {
-        "ideal" => SensorMode::Ideal,
-        "data-sheet" => SensorMode::DataSheet,
-        _ => return Err(PyValueError::new_err(format!("sensors must be `ideal` or `data-sheet`, got `{mode}`"))),
-    };
+    let made = Sensors::new(machine.model.as_ref(), sensor_mode(mode)?, seed, &sensor_faults(faults)?);
+    made.map_err(PyValueError::new_err)
+}
+
+fn sensor_mode(mode: &str) -> PyResult<SensorMode> {
+    match mode {
+        "ideal" => Ok(SensorMode::Ideal),
+        "data-sheet" => Ok(SensorMode::DataSheet),
+        _ => Err(PyValueError::new_err(format!("sensors must be `ideal` or `data-sheet`, got `{mode}`"))),
+    }
+}
+
+fn sensor_faults(faults: &[FaultEntry]) -> PyResult<Vec<SensorFault>> {
     let fault = |(signal, kind, from, size): &FaultEntry| {
         let kind = match kind.as_str() {
             "freeze" => FaultKind::Freeze,
@@ -66,8 +75,30 @@ pub fn sensors(machine: &Machine, mode: &str, seed: u64, faults: &[FaultEntry]) 
         };
         Ok(SensorFault { signal: signal.clone(), kind, from: *from })
     };
-    let faults: PyResult<Vec<SensorFault>> = faults.iter().map(fault).collect();
-    Sensors::new(machine.model.as_ref(), mode, seed, &faults?).map_err(PyValueError::new_err)
+    faults.iter().map(fault).collect()
+}
+
+/// What the sensors of a machine would have read: the signals, and one row of readings per row of `states`.
+#[pyfunction]
+#[allow(clippy::too_many_arguments)]
+pub fn measure<'py>(
+    py: Python<'py>,
+    machine: &Machine,
+    times: Row<'py>,
+    states: Rows<'py>,
+    payload: f64,
+    mode: &str,
+    seed: u64,
+    faults: Vec<FaultEntry>,
+) -> PyResult<(Vec<String>, Bound<'py, PyArray2<f64>>)> {
+    let model = machine.model.clone();
+    let (times, states) = (times.as_slice()?.to_vec(), rows(&states, model.layout().len(), "states")?.to_vec());
+    let made = Sensors::for_record(model.as_ref(), sensor_mode(mode)?, seed, &sensor_faults(&faults)?);
+    let mut sensors = made.map_err(PyValueError::new_err)?;
+    let readings = py.detach(|| sensors.measure(model.as_ref(), &times, &states, payload));
+    let signals: Vec<String> = sensors.signals().map(str::to_string).collect();
+    let table = matrix(py, readings, signals.len())?;
+    Ok((signals, table))
 }
 
 /// A controller written in Python: `reset(t, q, p)`, `step(t, q, p, axes)` and `set_point()`.

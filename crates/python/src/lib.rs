@@ -25,5 +25,6 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(files::quantity, m)?)?;
     m.add_function(wrap_pyfunction!(simulation::simulate, m)?)?;
     m.add_function(wrap_pyfunction!(closed_loop::simulate_controlled, m)?)?;
+    m.add_function(wrap_pyfunction!(closed_loop::measure, m)?)?;
     Ok(())
 }

@@ -6,6 +6,7 @@ use hydrocrane_control::controller::Measurement;
 use hydrocrane_machine::model as file;
 use hydrocrane_num::Draws;
 use hydrocrane_physics::sensor::analogue::Quality;
+use hydrocrane_physics::sensor::pressure_transmitter::Scale;
 use hydrocrane_physics::sensor::{Encoder, LoadCell, PressureTransmitter, WirePotentiometer};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,14 +95,29 @@ impl Sensors {
                 found.map_or(Device::Ideal, |sensor| device(sensor, seed))
             }),
         };
+        sensors.add_faults(faults)?;
+        Ok(sensors)
+    }
+
+    /// As [`Self::new`] for recorded data: ideal ones read everything that the machine file has a sensor for.
+    pub fn for_record(model: &dyn Model, mode: SensorMode, seed: u64, faults: &[SensorFault]) -> Result<Self, String> {
+        if mode == SensorMode::DataSheet {
+            return Self::new(model, mode, seed, faults);
+        }
+        let mut sensors = Self::described(model, &model.machine().sensors, |_| Device::Ideal);
+        sensors.add_faults(faults)?;
+        Ok(sensors)
+    }
+
+    fn add_faults(&mut self, faults: &[SensorFault]) -> Result<(), String> {
         for fault in faults {
-            let Some(channel) = sensors.channels.iter_mut().find(|c| c.signal == fault.signal) else {
-                let known: Vec<&str> = sensors.signals().collect();
+            let Some(channel) = self.channels.iter_mut().find(|c| c.signal == fault.signal) else {
+                let known: Vec<&str> = self.signals().collect();
                 return Err(format!("no sensor measures `{}`; measured are {}", fault.signal, known.join(", ")));
             };
             channel.faults.push((fault.kind, fault.from));
         }
-        Ok(sensors)
+        Ok(())
     }
 
     fn described(model: &dyn Model, sensors: &[file::Sensor], device: impl Fn(&str) -> Device) -> Self {
@@ -150,8 +166,10 @@ impl Sensors {
     /// Starts at rest in state `x`.
     pub fn settle(&mut self, t: f64, x: &[f64]) {
         for channel in &mut self.channels {
-            if let (Device::Pressure(transmitter), Truth::State(i)) = (&mut channel.device, channel.truth) {
-                transmitter.settle(t, x[i]);
+            match (&mut channel.device, channel.truth) {
+                (Device::Pressure(transmitter), Truth::State(i)) => transmitter.settle(t, x[i]),
+                (Device::Wire(wire), _) => wire.settle(),
+                _ => {}
             }
         }
     }
@@ -167,12 +185,32 @@ impl Sensors {
         for part in 1..=parts as u64 {
             let t = from + (to - from) * part as f64 / parts;
             stepper.interpolate(t, &mut x, &mut w);
-            for channel in &mut self.channels {
-                if let (Device::Pressure(transmitter), Truth::State(i)) = (&mut channel.device, channel.truth) {
-                    transmitter.follow(t, x[i]);
-                }
+            self.follow_to(t, &x);
+        }
+    }
+
+    /// Goes on to time `t`, the pressures having changed to those of state `x` along straight lines.
+    fn follow_to(&mut self, t: f64, x: &[f64]) {
+        for channel in &mut self.channels {
+            if let (Device::Pressure(transmitter), Truth::State(i)) = (&mut channel.device, channel.truth) {
+                transmitter.follow(t, x[i]);
             }
         }
+    }
+
+    /// Readings of a recorded run, one row of [`Self::signals`] for each of `times`; `states` holds one state per time.
+    pub fn measure(&mut self, model: &dyn Model, times: &[f64], states: &[f64], payload: f64) -> Vec<f64> {
+        let mut readings = Vec::with_capacity(times.len() * self.readings.len());
+        self.readings.fill(f64::NAN);
+        for (row, (&t, x)) in times.iter().zip(states.chunks_exact(model.layout().len())).enumerate() {
+            if row == 0 {
+                self.settle(t, x);
+            }
+            self.follow_to(t, x);
+            self.read(model, t, x, payload);
+            readings.extend_from_slice(&self.readings);
+        }
+        readings
     }
 
     /// Takes a reading of state `x` at time `t`.
@@ -233,7 +271,8 @@ fn device(sensor: &file::Sensor, seed: u64) -> Device {
             Device::Encoder(Encoder::new(pulses, share("division-error").to_degrees(), &mut draws))
         }
         "pressure-transmitter" => {
-            Device::Pressure(PressureTransmitter::new(range, bits, share("rise-time"), quality, draws))
+            let scale = Scale { full: range, live_zero: share("live-zero") };
+            Device::Pressure(PressureTransmitter::new(scale, bits, share("rise-time"), quality, draws))
         }
         "load-cell" => Device::Force(LoadCell::new(range, bits, accuracy_of_cell(quality), draws)),
         _ => Device::Wire(WirePotentiometer::new(range, bits, quality, draws)),

@@ -9,7 +9,7 @@ use crate::reader::{Field, Reader, Sign};
 use crate::sections::Result;
 use crate::units::Quantity;
 
-const KEYS: [&str; 16] = [
+const KEYS: [&str; 17] = [
     "measures",
     "kind",
     "range",
@@ -23,6 +23,7 @@ const KEYS: [&str; 16] = [
     "repeatability",
     "noise",
     "bits",
+    "live-zero",
     "sensitivity",
     "rise-time",
     "supply-voltage",
@@ -30,7 +31,7 @@ const KEYS: [&str; 16] = [
 /// Kinds, and the property keys of each beside the common ones.
 const KINDS: [(&str, &[&str]); 4] = [
     ("incremental-encoder", &["pulses", "resolution", "division-error"]),
-    ("pressure-transmitter", &["range", "full-scale", "span", "noise", "bits"]),
+    ("pressure-transmitter", &["range", "full-scale", "span", "noise", "bits", "live-zero"]),
     ("load-cell", &["range", "full-scale", "span", "sensitivity", "noise", "bits"]),
     ("wire-potentiometer", &["range", "full-scale", "span", "sensitivity", "noise", "bits"]),
 ];
@@ -71,6 +72,11 @@ fn check_complete(table: &Reader, kind: &str) -> Result<()> {
     } else if !["range", "full-scale", "span"].iter().any(|key| table.has(key)) {
         return Err(table.missing("range", format!("give {}", property(kind, "range").example())));
     }
+    let live_zero = table.quantity_or("live-zero", &Quantity::number(), Sign::NonNegative, 0.0)?;
+    if live_zero >= MOST_LIVE_ZERO {
+        let message = format!("a live zero of {live_zero} leaves no output for the range");
+        return Err(table.error(ErrorKind::OutOfRange, "live-zero", message).help("give for example \"10 %\""));
+    }
     let bits = table.quantity_or("bits", &Quantity::number(), Sign::Positive, 1.0)?;
     if bits.fract() == 0.0 && bits <= MOST_BITS {
         return Ok(());
@@ -79,6 +85,8 @@ fn check_complete(table: &Reader, kind: &str) -> Result<()> {
     Err(table.error(ErrorKind::OutOfRange, "bits", message).help("give for example 12"))
 }
 
+/// Half of the output below zero and half above full scale.
+const MOST_LIVE_ZERO: f64 = 0.5;
 /// Finer than any converter.
 const MOST_BITS: f64 = 32.0;
 

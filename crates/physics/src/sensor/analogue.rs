@@ -21,6 +21,18 @@ pub struct Quality {
     pub noise: f64,
 }
 
+impl Quality {
+    /// The same quality as shares of a range `1/share` times as wide.
+    pub fn scaled(self, share: f64) -> Self {
+        Quality {
+            accuracy: share * self.accuracy,
+            linearity: share * self.linearity,
+            repeatability: share * self.repeatability,
+            noise: share * self.noise,
+        }
+    }
+}
+
 /// One sensor, as bought.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Analogue {
@@ -29,7 +41,7 @@ pub struct Analogue {
     zero: f64,
     gain: f64,
     bow: f64,
-    draws: Draws,
+    pub(super) draws: Draws,
 }
 
 impl Analogue {

@@ -16,14 +16,7 @@ impl LoadCell {
     /// of the whole range.
     pub fn new(nominal: f64, bits: Option<u32>, quality: Quality, draws: Draws) -> Self {
         let converter = Converter { low: -nominal, high: nominal, bits };
-        let Quality { accuracy, linearity, repeatability, noise } = quality;
-        let of_range = Quality {
-            accuracy: 0.5 * accuracy,
-            linearity: 0.5 * linearity,
-            repeatability: 0.5 * repeatability,
-            noise: 0.5 * noise,
-        };
-        LoadCell { sensor: Analogue::new(converter, of_range, draws) }
+        LoadCell { sensor: Analogue::new(converter, quality.scaled(0.5), draws) }
     }
 
     pub fn read(&mut self, force: f64) -> f64 {

@@ -3,7 +3,8 @@
 //! 0 to 400 bar, 0.3 % of full scale, 4 ms        thesis (2.2.3.1, Figure 90)
 //!     tau dy/dt = p - y,   tau = rise time / ln 9
 //! then zero point, span and noise of an analogue sensor. The rise time of a data sheet goes from 10 to 90 %.
-//! Pressures below zero read zero.
+//! A live zero, the share of the supply voltage that stands for no pressure, shows readings below zero and beyond full
+//! scale by live zero / (1 - 2 live zero) of the range; without one, pressures below zero read zero.
 
 use super::analogue::{Analogue, Quality};
 use super::Converter;
@@ -19,12 +20,25 @@ pub struct PressureTransmitter {
     since: f64,
 }
 
+/// What the output stands for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scale {
+    /// Full scale, Pa.
+    pub full: f64,
+    /// Share of the supply voltage at no pressure, and left above full scale; below one half.
+    pub live_zero: f64,
+}
+
 impl PressureTransmitter {
-    /// Full scale in Pa, rise time in s.
-    pub fn new(full_scale: f64, bits: Option<u32>, rise_time: f64, quality: Quality, draws: Draws) -> Self {
-        let converter = Converter { low: 0.0, high: full_scale, bits };
+    /// Rise time in s.
+    pub fn new(scale: Scale, bits: Option<u32>, rise_time: f64, quality: Quality, draws: Draws) -> Self {
+        let Scale { full, live_zero } = scale;
+        let beyond = full * live_zero / (1.0 - 2.0 * live_zero);
+        let converter = Converter { low: -beyond, high: full + beyond, bits };
+        // The data sheet's shares are of full scale, not of what the converter spans.
+        let share = full / (full + 2.0 * beyond);
         PressureTransmitter {
-            sensor: Analogue::new(converter, quality, draws),
+            sensor: Analogue::new(converter, quality.scaled(share), draws),
             time_constant: rise_time / 9f64.ln(),
             lagged: 0.0,
             ahead: 0.0,
@@ -62,8 +76,10 @@ impl PressureTransmitter {
 mod tests {
     use super::*;
 
+    const SCALE: Scale = Scale { full: 400e5, live_zero: 0.0 };
+
     fn exact(rise_time: f64) -> PressureTransmitter {
-        PressureTransmitter::new(400e5, None, rise_time, Quality::default(), Draws::new(0, "p1"))
+        PressureTransmitter::new(SCALE, None, rise_time, Quality::default(), Draws::new(0, "p1"))
     }
 
     #[test]
@@ -105,11 +121,32 @@ mod tests {
     fn vacuum_reads_zero_and_a_settled_one_reads_within_its_accuracy() {
         let quality = Quality { accuracy: 0.003, ..Quality::default() };
         for seed in 0..100 {
-            let mut transmitter = PressureTransmitter::new(400e5, Some(12), 4e-3, quality, Draws::new(seed, "p1"));
+            let mut transmitter = PressureTransmitter::new(SCALE, Some(12), 4e-3, quality, Draws::new(seed, "p1"));
             transmitter.settle(0.0, 120e5);
             assert!((transmitter.read() - 120e5).abs() <= 0.003 * 400e5 + 0.5 * 400e5 / 4095.0);
             transmitter.settle(0.0, -10e5);
             assert_eq!(transmitter.read(), 0.0);
         }
+    }
+
+    #[test]
+    fn a_live_zero_shows_the_zero_point_on_both_sides_and_keeps_the_accuracy() {
+        let quality = Quality { accuracy: 0.003, ..Quality::default() };
+        let scale = Scale { live_zero: 0.1, ..SCALE };
+        let (mut below, mut largest) = (0, 0.0f64);
+        for seed in 0..200 {
+            let mut transmitter = PressureTransmitter::new(scale, None, 4e-3, quality, Draws::new(seed, "p1"));
+            transmitter.settle(0.0, 0.0);
+            let zero = transmitter.read();
+            below += u32::from(zero < 0.0);
+            largest = largest.max(zero.abs());
+            transmitter.settle(0.0, -100e5);
+            assert!(
+                (transmitter.read() + 50e5).abs() < 1e-6,
+                "the output ends at 0 V: an eighth of the range below zero"
+            );
+        }
+        assert!((60..140).contains(&below), "{below} of 200");
+        assert!(largest <= 0.003 * 400e5 && largest > 0.5 * 0.003 * 400e5, "{largest}");
     }
 }

@@ -1,0 +1,102 @@
+"""A motion of the rig's piston under construction: velocities against time become a spool command."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrocrane.arrays import Array
+from hydrocrane.errors import InputError
+from hydrocrane.machine import Machine
+from hydrocrane.rig.log import Segment
+
+# Time in which a commanded step is made, s: a real-time computer's sample or two, well below the spool's own time.
+EDGE = 5e-3
+# Share of the stroke left free at either end, which keeps out of the end stops.
+CLEARANCE = 0.08
+
+
+@dataclass(frozen=True)
+class Seal:
+    """What an experimenter guesses of the seal before: the scales on which its friction changes.
+
+    Attributes
+    ----------
+    slip : float
+        Travel over which the bristles bend before they slip, break-away force over stiffness, m.
+    velocity : float
+        Where the map has fallen to 1/e of its Stribeck rise (121), m/s; the smaller of both directions.
+    """
+
+    slip: float
+    velocity: float
+
+
+def seal_of(crane: Machine) -> Seal:
+    """Scales of the seal of the rig's only cylinder."""
+    speeds = np.geomspace(1e-5, 1.0, 600)
+    maps = [np.abs(crane.friction_map(sign * speeds)) for sign in (1, -1)]
+    falls = [np.argmax(f <= f.min() + (f[0] - f.min()) / np.e) for f in maps]
+    name = f"cylinder.{crane.cylinder_names[0]}.z"
+    slip = 1e-3
+    if name in crane.state_names:
+        bent = crane.pack_state([0.0])
+        bent[crane.state_names.index(name)] = 1e-6
+        stiffness = crane.outputs(bent, [0.0])[f"cylinder.{crane.cylinder_names[0]}.friction"] / 1e-6
+        slip = float(max(f[0] for f in maps) / stiffness)
+    return Seal(slip, float(min(speeds[i] for i in falls)))
+
+
+class Course:
+    """Velocity against time, piece by piece, from rest to rest."""
+
+    def __init__(self) -> None:
+        self.time: list[float] = [0.0]
+        self.velocity: list[float] = [0.0]
+        self.pieces: list[tuple[str, float, float, float]] = []
+
+    def rest(self, duration: float) -> None:
+        """Spool centred for `duration`, s."""
+        self.hold("", 0.0, duration)
+
+    def hold(self, name: str, velocity: float, duration: float) -> None:
+        """`velocity` (m/s) for `duration` (s)."""
+        self.follow(name, lambda t: np.full_like(t, velocity), duration, points=2)
+
+    def follow(self, name: str, velocity: Callable[[Array], Array], duration: float, *, points: int) -> None:
+        """`velocity(t)` for t from 0 to `duration`, in `points` straight pieces; a `name` makes it a segment."""
+        start = self.time[-1]
+        t = np.linspace(EDGE, duration, points)
+        v = velocity(t)
+        self.time += (start + t).tolist()
+        self.velocity += np.asarray(v, dtype=np.float64).tolist()
+        if name:
+            self.pieces.append((name, start, start + duration, float(np.mean(v))))
+
+    @property
+    def fastest(self) -> float:
+        return float(np.abs(self.velocity).max())
+
+    @property
+    def travel(self) -> Array:
+        """(k,) way of the piston from its start at the course's times, m."""
+        time, velocity = np.array(self.time), np.array(self.velocity)
+        steps = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time)
+        return np.concatenate([[0.0], np.cumsum(steps)])
+
+    def start(self, crane: Machine) -> float:
+        """Piston position (m) from which the course stays in the middle of the stroke."""
+        way = self.travel
+        low, high = crane.stroke_limits[0] * (1 - 2 * CLEARANCE)
+        if np.ptp(way) > high - low:
+            raise InputError(
+                f"the experiment needs {np.ptp(way) * 1e3:.0f} mm of stroke, {crane.name} has {(high - low) * 1e3:.0f} mm"
+                " between its end stops; take fewer or slower velocities"
+            )
+        return float(0.5 * (low + high) - 0.5 * (way.max() + way.min()))
+
+    def segments(self, shift: float) -> tuple[Segment, ...]:
+        """The named pieces, `shift` seconds later."""
+        return tuple(Segment(name, begin + shift, end + shift, v) for name, begin, end, v in self.pieces)

@@ -1,0 +1,71 @@
+"""How much damping to give the bristles of a LuGre seal, where none was measured that can be used (E19)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from hydrocrane.arrays import real_array
+from hydrocrane.errors import InputError
+
+# Largest velocity at which the friction of the rig was measured, m/s (thesis 5.2.2).
+FASTEST = 0.1
+
+
+@dataclass(frozen=True)
+class BristleDamping:
+    """The two keys of a machine file's friction.
+
+    Attributes
+    ----------
+    damping : float
+        sigma_1 at rest, N s/m: ``bristle-damping``.
+    velocity : float or None
+        v_d over which it fades, m/s: ``bristle-damping-velocity``; None where it is constant.
+    """
+
+    damping: float
+    velocity: float | None
+
+
+def bristle_damping(
+    stiffness: float,
+    mass: float,
+    coulomb: float,
+    *,
+    damping_ratio: float = 1.0,
+    margin: float = 2.0,
+    fastest: float = FASTEST,
+    fading: bool = True,
+) -> BristleDamping:
+    """Bristle damping from a damping ratio at rest and a margin of passivity in motion.
+
+    At rest the mass swings on the bristles, m x'' + sigma_1 x' + sigma_0 x = 0 (127): sigma_1 = 2 zeta sqrt(sigma_0 m).
+    In motion friction never gives energy back if sigma_1(v) abs(v) <= 4 g(v), and g(v) is at least the Coulomb force.
+    A damping that fades as exp(-(v/v_d)^2) has its largest sigma_1(v) abs(v) at v = v_d / sqrt(2), so that
+    v_d = sqrt(2 e) 4 F_C / (margin sigma_1) keeps the bound with `margin`; v_d is not made larger than `fastest`, because
+    nothing is known of bristles beyond. Without fading, sigma_1 itself is bounded so that it holds up to `fastest`.
+
+    Parameters
+    ----------
+    stiffness : float
+        sigma_0, N/m.
+    mass : float
+        What moves with the piston on the unloaded rig, kg.
+    coulomb : float
+        The smaller of the Coulomb forces of both directions, N.
+    damping_ratio, margin, fastest : float
+        zeta; how many times the bound is kept; m/s.
+    fading : bool
+        Let the damping fade, or keep it constant.
+    """
+    given = {"stiffness": stiffness, "mass": mass, "coulomb": coulomb, "damping_ratio": damping_ratio}
+    for name, value in {**given, "margin": margin, "fastest": fastest}.items():
+        number = real_array(value, name)
+        if number.ndim or number <= 0:
+            raise InputError(f"{name} must be one number greater than zero, got {value!r}")
+    damping = 2 * damping_ratio * math.sqrt(stiffness * mass)
+    bound = 4 * coulomb / margin
+    if not fading:
+        return BristleDamping(min(damping, bound / fastest), None)
+    return BristleDamping(damping, min(fastest, math.sqrt(2 * math.e) * bound / damping))

@@ -1,0 +1,184 @@
+"""The experiments of section 5.2 of the thesis, each a course of piston velocities on the scales of the rig's seal.
+
+Nothing is regulated: the spool follows a table made from the valve's steady law before, as on the real rig, and the piston
+moves as it then does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from hydrocrane.arrays import Array, real_array
+from hydrocrane.errors import InputError, nearest, unknown
+from hydrocrane.rig.course import Course, Seal
+
+# Velocities of section 5.2.2, m/s.
+LEVELS = (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 1e-1)
+FEWER_LEVELS = (5e-4, 1e-3, 2e-3, 5e-3, 2e-2, 5e-2, 1e-1)
+# Straight pieces of one period of a sinusoid.
+POINTS_PER_PERIOD = 40
+# s
+REST = 1.0
+
+
+def _small_sine(seal: Seal, *, frequency: float = 0.2, cycles: int = 5, travel: float = 3.0) -> Course:
+    """Figures 61, 62: a sinusoid that just breaks away; `travel` there and back in slips of the bristles."""
+    peak = np.pi * frequency * travel * seal.slip
+    course = Course()
+    course.rest(REST)
+    course.follow("sine", _sine(0.0, peak, frequency), cycles / frequency, points=POINTS_PER_PERIOD * cycles + 1)
+    course.rest(REST)
+    return course
+
+
+def _constant_velocity(
+    seal: Seal, *, levels: Sequence[float] = LEVELS, slips: float = 5.0, least: float = 8e-3, seconds: float = 1.5
+) -> Course:
+    """Section 5.2.2: levels from fast to slow, extending, then retracting.
+
+    From fast to slow the chamber pressures are near where they have to be when a slow level begins, which would take
+    minutes to build them up itself. Each level lasts for `slips` slips of the bristles, `least` m and `seconds`.
+    """
+    speeds = np.sort(np.abs(_increasing("levels", np.sort(np.atleast_1d(np.asarray(levels, dtype=np.float64))))))[::-1]
+    course = Course()
+    course.rest(REST)
+    for direction in (1, -1):
+        for speed in speeds:
+            travel = max(slips * seal.slip, least, seconds * speed)
+            course.hold(f"{direction * speed:g} m/s", direction * speed, travel / speed)
+        course.rest(REST)
+    return course
+
+
+def _ramp(seal: Seal, *, speed: float = 0.5, last: float = 2.0) -> Course:
+    """Figures 57, 71: the spool opens at a steady rate from rest, extending, then retracting.
+
+    The bristles slip at about `speed` Stribeck velocities, so that they are seen to bend before; it ends at `last`.
+    """
+    course = Course()
+    course.rest(REST)
+    rate = _ramp_rate(seal, speed)
+    duration = last * seal.velocity / rate
+    for direction, name in ((1, "extending"), (-1, "retracting")):
+        course.follow(name, _line(direction * rate), duration, points=2)
+        course.rest(REST)
+    return course
+
+
+def _step(seal: Seal, *, shares: Sequence[float] = (0.1, 0.3), seconds: float = 0.5) -> Course:
+    """Figure 73: spool steps that bend the bristles by `shares` of their slip within `seconds`, and back."""
+    course = Course()
+    course.rest(REST)
+    for share in _increasing("shares", shares):
+        for direction in (1, -1):
+            course.hold(f"{direction * share:g} of slip", direction * share * seal.slip / seconds, seconds)
+            course.rest(2 * REST)
+    return course
+
+
+def _break_away(seal: Seal, *, speeds: Sequence[float] = (0.1, 0.3, 1.0, 3.0)) -> Course:
+    """Figure 54: ramps of growing rate, which load the seal ever faster; slipping at `speeds` Stribeck velocities."""
+    course = Course()
+    course.rest(REST)
+    for speed in _increasing("speeds", speeds):
+        rate = _ramp_rate(seal, speed)
+        duration = np.sqrt(8 * seal.slip / rate)
+        for direction in (1, -1):
+            course.follow(f"{direction * rate:.3g} m/s^2", _line(direction * rate), duration, points=2)
+            course.rest(REST)
+    return course
+
+
+def _frictional_lag(seal: Seal, *, shares: Sequence[float] = (0.08, 0.16, 0.32, 0.64), cycles: int = 3) -> Course:
+    """Figure 55: velocity that swings about 1.5 Stribeck velocities without turning, ever faster.
+
+    Frequencies are `shares` of the Stribeck velocity per slip of the bristles, which is how fast these can follow, but no
+    more than the valve can follow.
+    """
+    follow = min(seal.velocity / seal.slip, 6.0)
+    course = Course()
+    course.rest(REST)
+    for share in _increasing("shares", shares):
+        frequency = share * follow
+        wave = _sine(1.5 * seal.velocity, 1.4 * seal.velocity, frequency)
+        course.follow(f"{frequency:.3g} Hz", wave, cycles / frequency, points=POINTS_PER_PERIOD * cycles + 1)
+    course.rest(REST)
+    return course
+
+
+def _variation(seal: Seal, *, levels: Sequence[float] = FEWER_LEVELS) -> Course:
+    """Figures 74, 75: constant velocities, fewer of them, at each load or supply pressure."""
+    return _constant_velocity(seal, levels=levels)
+
+
+def _sine(mean: float, amplitude: float, frequency: float) -> Callable[[Array], Array]:
+    return lambda t: mean + amplitude * np.sin(2 * np.pi * frequency * t)
+
+
+def _line(rate: float) -> Callable[[Array], Array]:
+    return lambda t: rate * t
+
+
+def _ramp_rate(seal: Seal, speed: float) -> float:
+    """Acceleration (m/s^2) at which `speed` Stribeck velocities are reached after two slips."""
+    return (speed * seal.velocity) ** 2 / (4 * seal.slip)
+
+
+def _increasing(name: str, values: Sequence[float]) -> Array:
+    found = real_array(values, name)
+    if found.ndim != 1 or not found.size or (found <= 0).any() or (np.diff(found) <= 0).any():
+        raise InputError(f"{name} must be numbers greater than zero, each once and in rising order; got {values!r}")
+    return found
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A course with what it is for, and what is varied over several runs of it."""
+
+    course: Callable[..., Course]
+    title: str
+    series: tuple[dict[str, Any], ...] = field(default=({},))
+
+
+EXPERIMENTS = {
+    "small-sine": Experiment(_small_sine, "small sinusoid that just breaks away"),
+    "constant-velocity": Experiment(_constant_velocity, "levels of constant velocity in both directions"),
+    "ramp": Experiment(_ramp, "slow ramps of the spool from rest"),
+    "step": Experiment(_step, "small steps within the bristles' reach"),
+    "break-away": Experiment(_break_away, "ramps that load the seal ever faster"),
+    "frictional-lag": Experiment(_frictional_lag, "velocity swinging without turning, ever faster"),
+    "load-variation": Experiment(
+        _variation, "constant velocities under several loads", tuple({"payload": m} for m in (0.0, 20.0, 115.0))
+    ),
+    "pressure-variation": Experiment(
+        _variation, "constant velocities at several supply pressures", tuple({"supply": p} for p in (140e5, 100e5))
+    ),
+}
+
+
+def experiments() -> tuple[str, ...]:
+    """Names of the experiments."""
+    return tuple(EXPERIMENTS)
+
+
+def experiment(name: str) -> Experiment:
+    """The experiment of a name."""
+    if name not in EXPERIMENTS:
+        raise unknown("experiment", name, EXPERIMENTS)
+    return EXPERIMENTS[name]
+
+
+def course_of(name: str, seal: Seal, options: dict[str, Any]) -> Course:
+    """The course of an experiment with its `options`."""
+    make = experiment(name).course
+    known = [option for option in make.__kwdefaults__]
+    for option, value in options.items():
+        if option not in known:
+            raise InputError(f"the experiment {name} has no option `{option}`{nearest(option, known)}")
+        if (real_array(value, option) <= 0).any():
+            raise InputError(f"{option} must be greater than zero, got {value!r}")
+    return make(seal, **options)

@@ -1,0 +1,115 @@
+"""The rig in steady motion: which spool opening moves the piston how fast, at which pressures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrocrane.arrays import Array, real_array
+from hydrocrane.errors import InputError
+from hydrocrane.machine import Machine
+
+
+@dataclass(frozen=True)
+class SteadyMotion:
+    """Motion at constant velocity: spool (m), pressures (Pa), velocity (m/s), friction (N)."""
+
+    velocity: float
+    spool: float
+    p1: float
+    p2: float
+    friction: float
+
+
+def steady_motion(crane: Machine, velocity: float, *, payload: float | None = None) -> SteadyMotion:
+    """Spool and pressures that move the rig's piston at a constant `velocity` (m/s, not zero) in mid-stroke.
+
+    The pressures balance load and friction (83), and neither of them changes (105), (106): metering edges and leakage
+    pass what the piston displaces.
+
+    Raises
+    ------
+    InputError
+        Where the valve or the supply cannot.
+    """
+    from scipy.optimize import root
+
+    speed = real_array(velocity, "velocity")
+    if speed.ndim or speed == 0:
+        raise InputError(f"velocity must be one number other than zero, in m/s; got {velocity!r}")
+    balance = _Balance(crane, float(speed), crane.payload(payload))
+    found = root(balance.residual, balance.guess(), tol=1e-12)
+    p1, p2, spool = found.x * balance.scale
+    stroke = float(crane.spool_strokes[0])
+    if not np.abs(balance.residual(found.x)).max() < 1e-6 or abs(spool) > stroke or min(p1, p2) < 0:
+        raise InputError(
+            f"{crane.name} cannot move {float(speed):g} m/s steadily with {balance.payload:g} kg at"
+            f" {crane.supply_pressure / 1e5:g} bar; ask for a slower motion or raise supply.pressure"
+        )
+    return SteadyMotion(float(speed), float(spool), float(p1), float(p2), balance.friction)
+
+
+class _Balance:
+    """Three equations for both pressures and the spool, each in numbers of order one."""
+
+    def __init__(self, crane: Machine, velocity: float, payload: float) -> None:
+        self.crane, self.velocity, self.payload = crane, velocity, payload
+        self.areas = crane.piston_areas[0]
+        self.friction = float(crane.friction_map(velocity))
+        self.force = float(crane.static_cylinder_force([0.0], payload=payload)[0]) + self.friction
+        cylinder = crane.cylinder_names[0]
+        self.places = [crane.state_names.index(f"cylinder.{cylinder}.{name}") for name in ("p1", "p2", "xs")]
+        full = float(crane.spool_strokes[0])
+        # At full opening and half the supply's pressure drop the valve passes about what moves the piston this fast.
+        flow = float(crane.orifice_flow(full, 0.5 * crane.supply_pressure))
+        self.opening = full * abs(velocity) * self.areas[0] / flow
+        self.scale = np.array([1e5, 1e5, self.opening])
+        self.moving = crane.pack_state([0.0], [velocity])
+
+    def guess(self) -> Array:
+        """Both edges open alike, no leakage, turbulent flow."""
+        (a1, a2), supply = self.areas, self.crane.supply_pressure
+        ratio = (a1 / a2) ** 2
+        if self.velocity > 0:
+            p2 = (supply * a1 - self.force) / (a2 + ratio * a1)
+            p1 = supply - ratio * p2
+        else:
+            p1 = (supply * a2 + self.force) / (a1 + a2 / ratio)
+            p2 = supply - p1 / ratio
+        return np.array([p1 / 1e5, p2 / 1e5, np.sign(self.velocity)])
+
+    def residual(self, unknowns: Array) -> Array:
+        p1, p2, spool = values = unknowns * self.scale
+        state = self.moving.copy()
+        state[self.places] = values
+        rates = self.crane.state_derivative(state, [spool], payload=self.payload)
+        a1, a2 = self.areas
+        # What the pressures would change by while the piston moves 0.1 mm.
+        change = rates[self.places[:2]] * 1e-4 / abs(self.velocity)
+        return np.array([(p1 * a1 - p2 * a2 - self.force) / 100.0, *(change / 1e5)])
+
+
+class SteadyValve:
+    """Spool opening against velocity in both directions, by interpolation of steady motions."""
+
+    def __init__(self, crane: Machine, fastest: float, payload: float) -> None:
+        speeds = np.geomspace(min(5e-5, 0.1 * fastest), fastest, 12)
+        self.motions = {sign: [steady_motion(crane, sign * v, payload=payload) for v in speeds] for sign in (1, -1)}
+        self.speeds = speeds
+
+    def spool(self, velocity: Array) -> Array:
+        """Spool (m) for velocities (m/s); zero for zero."""
+        speed = np.abs(velocity)
+        found = np.zeros_like(speed)
+        for sign, motions in self.motions.items():
+            per_speed = np.array([motion.spool for motion in motions]) / self.speeds
+            # Opening over velocity hardly changes with velocity, unlike the opening itself.
+            gain = np.interp(np.log(np.maximum(speed, 1e-12)), np.log(self.speeds), per_speed)
+            found = np.where(np.sign(velocity) == sign, gain * speed, found)
+        return found
+
+    def pressures(self, direction: int) -> tuple[float, float]:
+        """p1, p2 (Pa) in the middle of the speeds of one direction."""
+        motion = self.motions[direction][len(self.speeds) // 2]
+        return motion.p1, motion.p2
