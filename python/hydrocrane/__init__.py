@@ -30,7 +30,8 @@ if TYPE_CHECKING:
     )
     from hydrocrane.joystick import Joystick, Stick
     from hydrocrane.linear import LoadChart, Modes, load_chart, mode_map, modes
-    from hydrocrane.machine import Machine, bundled_machines, load_machine
+    from hydrocrane.machine import Machine, Value, bundled_machines, load_machine
+    from hydrocrane.payload import PayloadChange
     from hydrocrane.result import Event, Outcome, Run, load_run
     from hydrocrane.scenario import Command, Scenario, Solver, bundled_scenarios, load_scenario
     from hydrocrane.simulation import simulate
@@ -52,6 +53,7 @@ _HOME = {
     "Observation": "controllers",
     "OutOfReachError": "errors",
     "Outcome": "result",
+    "PayloadChange": "payload",
     "ResultFileError": "errors",
     "Run": "result",
     "Scenario": "scenario",
@@ -60,6 +62,7 @@ _HOME = {
     "Simulator": "simulator",
     "Solver": "scenario",
     "Stick": "joystick",
+    "Value": "machine",
     "bundled_machines": "machine",
     "bundled_scenarios": "scenario",
     "cite": "citation",
@@ -87,6 +90,7 @@ __all__ = [
     "Observation",
     "OutOfReachError",
     "Outcome",
+    "PayloadChange",
     "ResultFileError",
     "Run",
     "Scenario",
@@ -95,6 +99,7 @@ __all__ = [
     "Simulator",
     "Solver",
     "Stick",
+    "Value",
     "__version__",
     "bundled_machines",
     "bundled_scenarios",

@@ -58,39 +58,46 @@ impl<'a> Field<'a> {
 
     pub fn quantity(&self, quantity: &Quantity, sign: Sign) -> Result<f64> {
         self.record()?;
-        self.scalar(self.value, self.place, quantity, sign)
+        let value = self.scalar(self.value, self.place, quantity, sign)?;
+        self.log.keep(&self.path, &[value], &quantity.unit);
+        Ok(value)
     }
 
     /// A value that applies to both entries, or a list of two; `quantities` gives what each entry must be.
     pub fn pair(&self, quantities: [&Quantity; 2], sign: Sign) -> Result<[f64; 2]> {
         self.record()?;
-        match self.value {
+        let [a, b] = match self.value {
             Scalar::List(items) => match items.as_slice() {
-                [a, b] => {
-                    Ok([self.scalar(&a.0, &a.1, quantities[0], sign)?, self.scalar(&b.0, &b.1, quantities[1], sign)?])
+                [a, b] => [(&a.0, &a.1), (&b.0, &b.1)],
+                _ => {
+                    return Err(self
+                        .error(ErrorKind::WrongType, format!("expected two values, found {}", items.len()))
+                        .help("give one value for both, or a list of two"))
                 }
-                _ => Err(self
-                    .error(ErrorKind::WrongType, format!("expected two values, found {}", items.len()))
-                    .help("give one value for both, or a list of two")),
             },
-            value => Ok([
-                self.scalar(value, self.place, quantities[0], sign)?,
-                self.scalar(value, self.place, quantities[1], sign)?,
-            ]),
-        }
+            value => [(value, self.place); 2],
+        };
+        let pair = [self.scalar(a.0, a.1, quantities[0], sign)?, self.scalar(b.0, b.1, quantities[1], sign)?];
+        self.log.keep(&self.path, &pair, &quantities[0].unit);
+        Ok(pair)
     }
 
     /// A list of quantities of one kind.
     pub fn series(&self, quantity: &Quantity) -> Result<Vec<f64>> {
         self.record()?;
-        let items = self.list()?;
-        items.iter().map(|(value, place)| self.scalar(value, place, quantity, Sign::Any)).collect()
+        let items = self.list()?.iter().map(|(value, place)| self.scalar(value, place, quantity, Sign::Any));
+        let series = items.collect::<Result<Vec<f64>>>()?;
+        self.log.keep(&self.path, &series, &quantity.unit);
+        Ok(series)
     }
 
     /// A list of points.
     pub fn points(&self) -> Result<Vec<[f64; 2]>> {
         self.record()?;
-        self.list()?.iter().map(|(value, place)| self.point_from(value, place)).collect()
+        let items = self.list()?.iter().map(|(value, place)| self.point_from(value, place));
+        let points = items.collect::<Result<Vec<[f64; 2]>>>()?;
+        self.log.keep(&self.path, &points.concat(), "m");
+        Ok(points)
     }
 
     pub fn texts(&self) -> Result<Vec<&'a str>> {
@@ -110,7 +117,9 @@ impl<'a> Field<'a> {
 
     pub fn point(&self) -> Result<[f64; 2]> {
         self.record()?;
-        self.point_from(self.value, self.place)
+        let point = self.point_from(self.value, self.place)?;
+        self.log.keep(&self.path, &point, "m");
+        Ok(point)
     }
 
     fn point_from(&self, value: &Scalar, place: &Place) -> Result<[f64; 2]> {

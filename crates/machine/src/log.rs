@@ -19,7 +19,7 @@ const CLASSES: [(&str, ProvenanceClass); 5] = [
 /// Provenance of the values read so far. A log that demands none serves scenario files.
 pub struct Log {
     demands_class: bool,
-    seen: RefCell<HashMap<String, (ProvenanceClass, String)>>,
+    seen: RefCell<HashMap<String, Provenance>>,
 }
 
 impl Log {
@@ -37,9 +37,7 @@ impl Log {
     fn collect(&self, node: &Node, path: &str, ordered: &mut Vec<Provenance>) {
         for entry in node.entries().unwrap_or_default() {
             let key = join(path, &entry.key);
-            if let Some((class, source)) = self.seen.borrow().get(&key) {
-                ordered.push(Provenance { key: key.clone(), class: *class, source: source.clone() });
-            }
+            ordered.extend(self.seen.borrow().get(&key).cloned());
             self.collect(&entry.node, &key, ordered);
         }
     }
@@ -58,7 +56,17 @@ impl Log {
             let message = format!("`{text}` is no provenance class");
             class_place.error(ErrorKind::InvalidChoice, &format!("{key} (its class)"), message).help(help)
         })?;
-        self.seen.borrow_mut().insert(key.into(), (class, origin.source.clone()));
+        let entry =
+            Provenance { key: key.into(), class, source: origin.source.clone(), si: Vec::new(), unit: String::new() };
+        self.seen.borrow_mut().insert(key.into(), entry);
         Ok(())
+    }
+
+    /// Keeps what was read at `key`, in SI.
+    pub fn keep(&self, key: &str, si: &[f64], unit: &str) {
+        if let Some(entry) = self.seen.borrow_mut().get_mut(key) {
+            entry.si = si.to_vec();
+            entry.unit = unit.into();
+        }
     }
 }

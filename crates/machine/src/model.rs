@@ -346,4 +346,8 @@ pub struct Provenance {
     pub key: String,
     pub class: ProvenanceClass,
     pub source: String,
+    /// The value in SI: one number, two of a pair or a point, or those of a list one after the other.
+    pub si: Vec<f64>,
+    /// SI unit of the value (of a pair's first); empty for a plain number.
+    pub unit: String,
 }
