@@ -1,8 +1,9 @@
 """Benchmark of crane-tip control: the same tasks for every controller, under the same conditions.
 
 Each case is one run of :func:`hydrocrane.simulate`: a task of :mod:`hydrocrane.tasks` under a :class:`Condition`. The
-tip starts at rest in ``START``. Payload and changed friction are unknown to the controller, which takes its nominal model
-from the machine as its file has it. The errors of the sensors depend on the seed, everything else is the same in every run.
+tip starts at rest in ``START``. Payload and changed friction are unknown to the controller, which takes its nominal
+model from the machine as its file has it. The errors of the sensors depend on the seed, everything else is the same in
+every run.
 """
 
 from __future__ import annotations
@@ -134,7 +135,9 @@ class Benchmark:
 
 
 def all_cases() -> list[Case]:
-    """Every task under the reference; one vertical, one horizontal line and the circle under every other condition; logs.
+    """Every task under the reference; one vertical, one horizontal line and the circle under the others; logs.
+
+    A log makes no case of the reference: without a load to take up it would be a path like others.
     """
     every = [*tasks.lines(), tasks.square(), tasks.circle(), tasks.reach()]
     chosen = [task for task in every if task.name in ("up 0.1 m/s", "out 0.1 m/s", "circle")]

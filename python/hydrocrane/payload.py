@@ -55,13 +55,15 @@ def payload_changes(given: Any) -> dict[float, float]:
     """Time (s) to payload (kg) from then on, in order of time."""
     if not isinstance(given, Mapping):
         raise InputError(
-            f"payload_changes must map a time in s to the payload in kg from then on, like {{2.0: 100.0}}; got {given!r}"
+            f"payload_changes must map times, s, to the payload from then on, kg, like {{2.0: 100.0}}; got {given!r}"
         )
     changes = {}
     for time, mass in given.items():
         t, m = real_array(time, "time of a payload change"), real_array(mass, f"payload at {time} s")
         if t.ndim or t <= 0:
-            raise InputError(f"a payload change needs one time above zero, in s; the start's is `payload`; got {time!r}")
+            raise InputError(
+                f"the payload changes at one time above zero, in s (`payload` is that of the start); got {time!r}"
+            )
         if m.ndim or m < 0:
             raise InputError(f"the payload at {time:g} s must be one mass in kg, zero or more; got {mass!r}")
         changes[float(t)] = float(m)

@@ -65,8 +65,8 @@ class Run:
     data : xarray.Dataset
         Over ``time``: every state by its name, ``tip.x``, ``tip.z``,
         ``cylinder.<c>.{x,v,force,friction,q1,q2,command}``, ``supply.{flow,power}``, ``payload``, ``ledger.*``; each
-        with ``units`` and ``long_name``. Closed-loop runs add ``measured.*``, ``stick.*``, ``controller.<c>`` and, where the
-        controller has one, ``set_point.{x,z}`` and ``tip.deviation``.
+        with ``units`` and ``long_name``. Closed-loop runs add ``measured.*``, ``stick.*``, ``controller.<c>`` and,
+        where the controller has one, ``set_point.{x,z}`` and ``tip.deviation``.
     """
 
     def __init__(self, data: xr.Dataset, machine: Machine | None = None) -> None:

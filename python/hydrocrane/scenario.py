@@ -125,7 +125,8 @@ class Scenario:
         What the controller sees: the truth, or what the machine's sensors read, drawn by `seed`.
     sensor_faults : sequence of SensorFault
     payload_changes : mapping
-        Time, s, to the payload, kg, from then on: loads that lie still and are taken up, and loads let go.
+        Time, s, to the payload, kg, from then on: loads that lie still and are taken up, and loads let go. What lies
+        beyond the duration does not happen.
     believed : mapping or Machine, optional
         What a controller takes its nominal model from, while the crane stays what it is: overrides of the machine, or
         another machine with as many joints of the same kinds. By default it knows the truth. Own controllers are

@@ -89,16 +89,15 @@ class Simulator:
     def set_payload(self, mass: float) -> PayloadChange:
         """From here on the tip carries `mass`, kg: takes up a load that lies still, or lets one go.
 
-        A load that is taken up brakes the tip at once (``state`` has it; sensors read it at the next step); a reset goes
+        A load that is taken up brakes the tip at once: ``state`` has it, sensors read it at the next step. A reset goes
         back to the payload of the start.
 
         Raises
         ------
         SimulationError
-            Before the first reset.
+            Before the first reset, and after a step that did not end well.
         """
-        if self.outcome is None:
-            raise SimulationError("call reset(q=...) or reset(state=...) before the payload changes")
+        self._require_running()
         return PayloadChange.of(self._core.set_payload(self.crane.payload(mass)))
 
     def reset(self, q: ArrayLike | None = None, state: ArrayLike | None = None) -> Observation:
@@ -124,10 +123,7 @@ class Simulator:
         SimulationError
             Before the first reset, and where the sample does not end well; ``state`` keeps the last good one.
         """
-        if self.outcome is None:
-            raise SimulationError("call reset(q=...) or reset(state=...) before the first step")
-        if self.outcome != "completed":
-            raise SimulationError(f"the simulation ended with `{self.outcome}` at {self.time:.4g} s; call reset first")
+        self._require_running()
         command = vectors(spool_command, "spool_command", self.crane.cylinder_names)
         if command.ndim != 1:
             raise InputError(f"step takes one command of shape ({len(self.crane.cylinder_names)},)")
@@ -136,6 +132,12 @@ class Simulator:
         if self.outcome != "completed":
             raise SimulationError(f"the simulation ended with `{self.outcome}` at {self.time:.4g} s")
         return self._observe()
+
+    def _require_running(self) -> None:
+        if self.outcome is None:
+            raise SimulationError("call reset(q=...) or reset(state=...) before the first step")
+        if self.outcome != "completed":
+            raise SimulationError(f"the simulation ended with `{self.outcome}` at {self.time:.4g} s; call reset first")
 
     def _observe(self) -> Observation:
         state = self.state

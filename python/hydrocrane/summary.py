@@ -144,4 +144,5 @@ def _place(name: str) -> str:
         return "metering edges"
     if term.endswith("_leakage"):
         return "leakage"
-    return {"friction": "seal friction", "tank": "into the tank", "impact": "impacts of loads"}.get(term, term.replace("_", " "))
+    places = {"friction": "seal friction", "tank": "into the tank", "impact": "impacts of loads"}
+    return places.get(term, term.replace("_", " "))

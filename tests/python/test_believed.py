@@ -64,7 +64,8 @@ def test_ones_own_controller_is_handed_the_believed_machine():
 def test_a_scenario_file_states_the_belief(tmp_path):
     text = (
         '[scenario]\nname = "b"\nmachine = "rottne-f9-lab"\nduration = "0.3 s"\n[initial.joint]\nboom = "100 deg"\n'
-        'jib = "100 deg"\nextension = "0 mm"\n[controller]\nname = "tip"\n[controller.believed]\n"payload.mass" = "80 kg"\n'
+        'jib = "100 deg"\nextension = "0 mm"\n[controller]\nname = "tip"\n'
+        '[controller.believed]\n"payload.mass" = "80 kg"\n'
     )
     path = Path(tmp_path / "b.toml")
     path.write_text(text, encoding="utf-8")

@@ -72,7 +72,7 @@ def test_the_ledger_accounts_for_the_loads(run):
     heights = np.interp([up.time, down.time], run.data.time, run.data["tip.z"])
     brought = 9.81 * (150.0 * heights[0] - 120.0 * heights[1]) - 60.0 * np.hypot(*down.velocity_before) ** 2
     assert balance.loads == pytest.approx(brought, rel=1e-4)
-    assert balance.lost["impacts of loads"] == up.loss > 0.01
+    assert balance.lost["impacts of loads"] == up.loss > 0.005
 
 
 def test_runs_without_changes_have_one_payload():
@@ -106,9 +106,7 @@ def test_stepping_with_loads_is_the_run(run):
 
 def test_a_controller_lifts_what_it_does_not_know_of():
     joystick = hc.Joystick([0.2, 3.0], {"z": [1.0, 0.0]}, full_speed=0.05, ramp=0.2)
-    run = hc.simulate(
-        plan(commands={}, joystick=joystick, duration=4.0, payload_changes={1.0: 100.0, 2.0: 0.0})
-    )
+    run = hc.simulate(plan(commands={}, joystick=joystick, duration=4.0, payload_changes={1.0: 100.0, 2.0: 0.0}))
     assert run.outcome.completed and len(run.payload_changes) == 2
     assert run.data["tip.deviation"].values.max() < 0.02
     assert run.data["tip.z"].values[-1] - run.data["tip.z"].values[0] == pytest.approx(0.05 * 2.8, abs=0.02)

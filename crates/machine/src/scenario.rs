@@ -188,9 +188,7 @@ fn flatten(table: &str, key: &str, node: &Node, overrides: &mut Vec<Override>) -
         NodeKind::Value { value, .. } => {
             let value = override_value(value).ok_or_else(|| {
                 let found = format!("expected a value, found {}", value.kind_name());
-                node.place
-                    .error(ErrorKind::WrongType, &document::join(table, key), found)
-                    .help("put it in quotes")
+                node.place.error(ErrorKind::WrongType, &document::join(table, key), found).help("put it in quotes")
             })?;
             overrides.push(Override { key: key.into(), value, place: node.place.clone() });
             Ok(())

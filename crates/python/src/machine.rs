@@ -149,9 +149,7 @@ impl Machine {
     fn values(&self) -> Vec<(&str, &[f64], &str, String, &str)> {
         let entries = self.model.machine().provenance.iter();
         let class = |class| format!("{class:?}").to_lowercase();
-        entries
-            .map(|p| (p.key.as_str(), p.si.as_slice(), p.unit.as_str(), class(p.class), p.source.as_str()))
-            .collect()
+        entries.map(|p| (p.key.as_str(), p.si.as_slice(), p.unit.as_str(), class(p.class), p.source.as_str())).collect()
     }
     #[getter]
     fn errata<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
@@ -381,7 +379,8 @@ impl Machine {
     fn ledger_info(&self) -> Vec<(String, &'static str, String)> {
         let of_cylinders =
             self.ledger_entries(|c, name, long_name| (format!("{c}.{name}"), "J", format!("{c}: {long_name}")));
-        let of_payload = PAYLOAD_TERMS.map(|(name, text, _)| (format!("payload.{name}"), "J", format!("payload: {text}")));
+        let of_payload =
+            PAYLOAD_TERMS.map(|(name, text, _)| (format!("payload.{name}"), "J", format!("payload: {text}")));
         of_cylinders.into_iter().chain(of_payload).collect()
     }
     /// +1 where a ledger entry adds to the stored energy, -1 where it takes from it, 0 where it moves inside.

@@ -91,7 +91,11 @@ pub fn simulate_sampled(
         events: Vec::new(),
     };
     let outcome = closed.run(&mut driven, &mut recorder, period, end, options, keep_going);
-    SampledRun { run: recorder.finish(outcome, Some((&closed.stepper, &driven))), samples: closed.samples, events: closed.events }
+    SampledRun {
+        run: recorder.finish(outcome, Some((&closed.stepper, &driven))),
+        samples: closed.samples,
+        events: closed.events,
+    }
 }
 
 fn bad_start(recorder: Recorder, message: String) -> SampledRun {

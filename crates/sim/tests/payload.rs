@@ -96,7 +96,8 @@ fn the_account_explains_what_the_states_store() {
     let record: Vec<f64> = (0..=200).map(|i| f64::from(i) * 5e-3).collect();
     let run = open_loop(m, &record, &[(0.2, 200.0), (PICKED, 50.0), (0.6, 120.0), (DROPPED, 0.0)]);
     let width = run.ledger.len() / run.times.len();
-    let signs: Vec<f64> = m.machine().cylinders.iter().flat_map(|_| hydrocrane_sim::LEDGER_TERMS.map(|t| t.2)).collect();
+    let signs: Vec<f64> =
+        m.machine().cylinders.iter().flat_map(|_| hydrocrane_sim::LEDGER_TERMS.map(|t| t.2)).collect();
     let signs: Vec<f64> = signs.into_iter().chain(hydrocrane_sim::PAYLOAD_TERMS.map(|t| t.2)).collect();
     assert_eq!(signs.len(), width);
     let energies: Vec<usize> =
@@ -120,11 +121,8 @@ fn a_controller_and_single_steps_see_the_same_loads() {
     let changes = [(0.4, 150.0), (DROPPED, 30.0)];
     let record: Vec<f64> = (0..=100).map(|i| f64::from(i) * 0.01).collect();
     let run = open_loop(m.as_ref(), &record, &changes);
-    let plan = SampledPlan {
-        sticks: Sticks::centred(StickKind::Tip, 3),
-        sensors: Sensors::ideal(m.as_ref()),
-        delay: 0.0,
-    };
+    let plan =
+        SampledPlan { sticks: Sticks::centred(StickKind::Tip, 3), sensors: Sensors::ideal(m.as_ref()), delay: 0.0 };
     let x0 = start(m.as_ref());
     let options = options(&changes);
     let sampled = simulate_sampled(m.as_ref(), &x0, END, &mut Hold, &plan, &record, &options, &mut |_| true).run;
