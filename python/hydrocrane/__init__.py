@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from hydrocrane.linear import LoadChart, Modes, load_chart, mode_map, modes
     from hydrocrane.logs import Log, read_log
     from hydrocrane.machine import Machine, bundled_machines, load_machine
+    from hydrocrane.machine import Machine, Value, bundled_machines, load_machine
+    from hydrocrane.payload import PayloadChange
     from hydrocrane.result import Event, Outcome, Run, load_run
     from hydrocrane.scenario import Command, Scenario, Solver, bundled_scenarios, load_scenario
     from hydrocrane.sensitivity import Sensitivities, sensitivities
@@ -55,6 +57,7 @@ _HOME = {
     "Observation": "controllers",
     "OutOfReachError": "errors",
     "Outcome": "result",
+    "PayloadChange": "payload",
     "ResultFileError": "errors",
     "Run": "result",
     "Scenario": "scenario",
@@ -64,6 +67,7 @@ _HOME = {
     "Simulator": "simulator",
     "Solver": "scenario",
     "Stick": "joystick",
+    "Value": "machine",
     "bundled_machines": "machine",
     "bundled_scenarios": "scenario",
     "cite": "citation",
@@ -94,6 +98,7 @@ __all__ = [
     "Observation",
     "OutOfReachError",
     "Outcome",
+    "PayloadChange",
     "ResultFileError",
     "Run",
     "Scenario",
@@ -103,6 +108,7 @@ __all__ = [
     "Simulator",
     "Solver",
     "Stick",
+    "Value",
     "__version__",
     "bundled_machines",
     "bundled_scenarios",

@@ -32,6 +32,13 @@ def real_array(value: ArrayLike, name: str) -> Array:
     return array
 
 
+def seed_number(value: object) -> int:
+    """A seed: a whole number from 0 to 2^64 - 1."""
+    if isinstance(value, int | np.integer) and not isinstance(value, bool) and 0 <= value < 2**64:
+        return int(value)
+    raise InputError(f"seed must be a whole number, zero or greater and below 2^64; got {value!r}")
+
+
 def vectors(value: ArrayLike, name: str, labels: Sequence[str]) -> Array:
     """`value` as an array of shape (..., len(labels)), all finite."""
     array = real_array(value, name)

@@ -1,16 +1,15 @@
 """Benchmark of crane-tip control: the same tasks for every controller, under the same conditions.
 
 Each case is one run of :func:`hydrocrane.simulate`: a task of :mod:`hydrocrane.tasks` under a :class:`Condition`. The
-tip starts at rest in ``START``. The payload hangs on the crane unknown to the controller; a changed friction is known
-to it, as the controllers of the package take their nominal model from the machine that runs. The errors of the sensors
-depend on the seed, everything else is the same in every run.
+tip starts at rest in ``START``. Payload and changed friction are unknown to the controller, which takes its nominal
+model from the machine as its file has it. The errors of the sensors depend on the seed, everything else is the same in
+every run.
 """
 
 from __future__ import annotations
 
 import csv
 import json
-import tomllib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
@@ -18,12 +17,12 @@ from typing import Any
 
 import numpy as np
 
-from hydrocrane import _core, tasks
-from hydrocrane.arrays import Array
+from hydrocrane import tasks
+from hydrocrane.arrays import Array, seed_number
 from hydrocrane.controllers import checked_controller
 from hydrocrane.errors import HydrocraneError, InputError
 from hydrocrane.joystick import Joystick
-from hydrocrane.machine import Machine, bundled_machines, load_machine
+from hydrocrane.machine import Machine, load_machine
 from hydrocrane.metrics import Metrics, Motion, metrics
 from hydrocrane.result import Run
 from hydrocrane.scenario import Scenario
@@ -33,6 +32,7 @@ from hydrocrane.tasks import Task
 MACHINE = "rottne-f9-lab"
 START = {"boom": np.radians(100.0), "jib": np.radians(100.0), "extension": 0.0}
 CONTROLLERS = ("tip", "heinze-pid")
+LOGS = (100.0, 200.0)
 FRICTION_KEYS = ("coulomb", "breakaway", "viscous")
 
 
@@ -43,7 +43,7 @@ class Condition:
     Attributes
     ----------
     payload : float
-        At the tip, kg.
+        At the tip, kg; a task that takes a load up and lets it go does so with this one.
     sensors : {"ideal", "data-sheet"}
     period : float or None
         Between samples, s; ``None``: the controller's own.
@@ -135,10 +135,14 @@ class Benchmark:
 
 
 def all_cases() -> list[Case]:
-    """Every task under the reference; one vertical, one horizontal line and the circle under every other condition."""
+    """Every task under the reference; one vertical, one horizontal line and the circle under the others; logs.
+
+    A log makes no case of the reference: without a load to take up it would be a path like others.
+    """
     every = [*tasks.lines(), tasks.square(), tasks.circle(), tasks.reach()]
     chosen = [task for task in every if task.name in ("up 0.1 m/s", "out 0.1 m/s", "circle")]
-    return [Case(task) for task in every] + [Case(task, c) for c in _conditions() for task in chosen]
+    logs = [Case(tasks.pick_and_place(), Condition(payload=mass)) for mass in LOGS]
+    return [Case(task) for task in every] + [Case(task, c) for c in _conditions() for task in chosen] + logs
 
 
 def quick_cases() -> list[Case]:
@@ -187,8 +191,7 @@ def benchmark(
     drivers = [checked_controller(controller) for controller in controllers]
     if not drivers or not cases:
         raise InputError("a benchmark needs one controller and one case or more")
-    if not isinstance(seed, int) or not 0 <= seed < 2**64:
-        raise InputError(f"seed must be a whole number, zero or greater; got {seed!r}")
+    seed = seed_number(seed)
     crane = machine if isinstance(machine, Machine) else load_machine(machine)
     missing = [joint for joint in START if joint not in crane.joint_names]
     if missing or len(crane.joint_names) != len(START):
@@ -225,7 +228,8 @@ def scenario_of(crane: Machine, controller: Any, case: Case, *, seed: int = 0) -
         machine=crane.source,
         joints=START,
         duration=task.duration,
-        payload=condition.payload,
+        payload=0.0 if task.carries else condition.payload,
+        payload_changes=dict(zip(task.carries, (condition.payload, 0.0), strict=True)) if task.carries else {},
         overrides={**crane.overrides, **friction_overrides(crane, condition.friction)},
         name=task.name,
         seed=seed,
@@ -233,6 +237,7 @@ def scenario_of(crane: Machine, controller: Any, case: Case, *, seed: int = 0) -
         joystick=stick,
         period=condition.period,
         sensors=condition.sensors,
+        believed=crane,
     )
 
 
@@ -264,37 +269,10 @@ def friction_overrides(crane: Machine, share: float) -> dict[str, Any]:
     """Overrides that scale the forces of every seal friction in a machine's file by `share`."""
     if share == 1.0:
         return {}
-    tables = _friction_tables(crane.source)
-    stated = {f"friction.{name}.{key}": table[key] for name, table in tables.items() for key in FRICTION_KEYS}
+    stated = [key for key in crane.keys if key.startswith("friction.") and key.rsplit(".", 1)[1] in FRICTION_KEYS]
     if not stated:
         raise InputError(f"{crane.name} has no friction that could be scaled")
-    return {key: _scaled(crane.overrides.get(key, value), share) for key, value in stated.items()}
-
-
-def _friction_tables(source: str) -> dict[str, dict[str, Any]]:
-    """The friction tables of a machine file, with those of the file that it extends."""
-    known = bundled_machines()
-    text = _core.bundled_text("machine", source) if source in known else Path(source).read_text(encoding="utf-8")
-    content = tomllib.loads(text)
-    parent = content.get("extends")
-    tables = {}
-    if parent is not None:
-        tables = _friction_tables(parent if parent in known else str(Path(source).parent / parent))
-    for name, own in content.get("friction", {}).items():
-        tables[name] = {**tables.get(name, {}), **own}
-    return tables
-
-
-def _scaled(value: Any, share: float) -> Any:
-    """A number, a quantity with its unit, a table with a `value`, or a list of these, times `share`."""
-    if isinstance(value, dict):
-        return _scaled(value["value"], share)
-    if isinstance(value, list):
-        return [_scaled(item, share) for item in value]
-    if isinstance(value, str):
-        number, _, unit = value.strip().partition(" ")
-        return f"{float(number) * share!r} {unit}"
-    return float(value) * share
+    return {key: (share * np.asarray(crane.value(key).si)).tolist() for key in stated}
 
 
 def _plain(value: float) -> float | None:

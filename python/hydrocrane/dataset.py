@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from hydrocrane.machine import Machine
+from hydrocrane.payload import PayloadChange
 from hydrocrane.samples import add_samples
 from hydrocrane.scenario import Scenario
 
@@ -28,7 +29,9 @@ def run_dataset(crane: Machine, plan: Scenario, raw: dict[str, Any], *, payload:
     for i, cylinder in enumerate(crane.cylinder_names):
         about = {"units": "m", "long_name": f"{cylinder} spool command"}
         data[f"cylinder.{cylinder}.command"] = ("time", commands[:, i].copy(), about)
-    _add_columns(data, crane.core.output_info, _outputs(crane, states, commands, payload))
+    payloads = np.asarray(raw["payloads"])
+    _add_columns(data, crane.core.output_info, _outputs(crane, states, commands, payloads))
+    data["payload"] = ("time", payloads, {"units": "kg", "long_name": "payload at the tip"})
     if np.size(raw["ledger"]):
         info = [(f"ledger.{name}", unit, text) for name, unit, text in crane.core.ledger_info]
         _add_columns(data, info, np.asarray(raw["ledger"]))
@@ -37,16 +40,35 @@ def run_dataset(crane: Machine, plan: Scenario, raw: dict[str, Any], *, payload:
     data.attrs = _run_attributes(crane, plan, raw, payload, wall)
     if "samples" in raw:
         add_samples(data, crane, plan, raw)
+        _note_belief(data, crane, plan)
     return data
 
 
-def _outputs(crane: Machine, states: np.ndarray, commands: np.ndarray, payload: float) -> np.ndarray:
-    return np.asarray(crane.core.outputs(np.ascontiguousarray(states), np.ascontiguousarray(commands), payload))
+def _outputs(crane: Machine, states: np.ndarray, commands: np.ndarray, payloads: np.ndarray) -> np.ndarray:
+    table = np.empty((len(states), len(crane.core.output_info)))
+    for mass in np.unique(payloads):
+        rows = payloads == mass
+        table[rows] = crane.core.outputs(states[rows], commands[rows], float(mass))
+    return table
+
+
+def _events(raw: dict[str, Any]) -> list[tuple[float, str]]:
+    """What happened on the way, in order of time."""
+    changes = [PayloadChange.of(entry) for entry in raw["payload_changes"]]
+    return sorted([*raw.get("events", []), *((change.time, change.text) for change in changes)], key=lambda e: e[0])
 
 
 def _add_columns(data: xr.Dataset, info: list[tuple[str, str, str]], table: np.ndarray) -> None:
     for i, (name, unit, meaning) in enumerate(info):
         data[name] = ("time", table[:, i].copy(), {"units": unit, "long_name": meaning})
+
+
+def _note_belief(data: xr.Dataset, crane: Machine, plan: Scenario) -> None:
+    """What the controller took the crane for, where that was not the truth."""
+    if plan.believed is not None:
+        believed = plan.believed_machine(crane)
+        data.attrs["believed_source"] = believed.source
+        data.attrs["believed_overrides"] = json.dumps(believed.overrides)
 
 
 def _run_attributes(crane: Machine, plan: Scenario, raw: dict[str, Any], payload: float, wall: float) -> dict[str, Any]:
@@ -63,6 +85,8 @@ def _run_attributes(crane: Machine, plan: Scenario, raw: dict[str, Any], payload
         "joint_names": json.dumps(crane.joint_names),
         "cylinder_names": json.dumps(crane.cylinder_names),
         "payload": payload,
+        "payload_changes": json.dumps(raw["payload_changes"]),
+        "events": json.dumps(_events(raw)),
         "seed": plan.seed,
         "outcome": kind,
         "outcome_time": float(time),

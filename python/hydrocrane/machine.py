@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
@@ -77,6 +78,29 @@ def _plain(key: str, value: Any) -> Override:
     if isinstance(value, list | tuple | np.ndarray):
         return [_plain(key, item) for item in value]
     raise InputError(f"override `{key}` must be a number (SI), a string with its unit, a bool or a list; got {value!r}")
+
+
+@dataclass(frozen=True)
+class Value:
+    """A value that a machine file, or an override, states.
+
+    Attributes
+    ----------
+    key : str
+        Dotted, as in overrides.
+    si : float or array
+        In SI: a number, two of a pair or a point, or those of a list one after the other.
+    unit : str
+        SI unit; empty for a plain number.
+    provenance, source : str
+        Class and source, as in :attr:`Machine.provenance`.
+    """
+
+    key: str
+    si: float | Array
+    unit: str
+    provenance: str
+    source: str
 
 
 class Machine:
@@ -162,7 +186,31 @@ class Machine:
     @property
     def provenance(self) -> tuple[tuple[str, str, str], ...]:
         """(key, class, source) of every value of the machine file."""
-        return tuple(tuple(entry) for entry in self.core.provenance)
+        return tuple((value.key, value.provenance, value.source) for value in self._values.values())
+
+    def value(self, key: str) -> Value:
+        """A value that the file or an override states, by its dotted key, for example ``friction.lift.coulomb``.
+
+        Raises
+        ------
+        InputError
+            Where nothing states it, also where a default applies.
+        """
+        if key not in self._values:
+            raise unknown(f"value of {self.name}", key, self._values)
+        return self._values[key]
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Every key that :meth:`value` takes, in file order."""
+        return tuple(self._values)
+
+    @cached_property
+    def _values(self) -> dict[str, Value]:
+        def plain(si: list[float]) -> float | Array:
+            return si[0] if len(si) == 1 else np.array(si, dtype=np.float64)
+
+        return {key: Value(key, plain(si), unit, kind, source) for key, si, unit, kind, source in self.core.values}
 
     @property
     def provenance_tally(self) -> dict[str, int]:

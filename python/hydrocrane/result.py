@@ -14,6 +14,7 @@ import xarray as xr
 
 from hydrocrane import files, summary
 from hydrocrane.errors import ResultFileError
+from hydrocrane.payload import PayloadChange
 
 if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
@@ -63,9 +64,9 @@ class Run:
     ----------
     data : xarray.Dataset
         Over ``time``: every state by its name, ``tip.x``, ``tip.z``,
-        ``cylinder.<c>.{x,v,force,friction,q1,q2,command}``, ``supply.{flow,power}``, ``ledger.*``; each with ``units``
-        and ``long_name``. Closed-loop runs add ``measured.*``, ``stick.*``, ``controller.<c>`` and, where the
-        controller has one, ``set_point.{x,z}`` and ``tip.deviation``.
+        ``cylinder.<c>.{x,v,force,friction,q1,q2,command}``, ``supply.{flow,power}``, ``payload``, ``ledger.*``; each
+        with ``units`` and ``long_name``. Closed-loop runs add ``measured.*``, ``stick.*``, ``controller.<c>`` and,
+        where the controller has one, ``set_point.{x,z}`` and ``tip.deviation``.
     """
 
     def __init__(self, data: xr.Dataset, machine: Machine | None = None) -> None:
@@ -88,8 +89,13 @@ class Run:
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """What happened on the way, in order of time; only closed-loop runs have events."""
+        """What happened on the way, in order of time: trouble of a controller, loads taken up and let go."""
         return tuple(Event(float(time), str(text)) for time, text in json.loads(self.data.attrs.get("events", "[]")))
+
+    @property
+    def payload_changes(self) -> tuple[PayloadChange, ...]:
+        """Loads taken up and let go, in order of time; rows at such a time have the state before it."""
+        return tuple(PayloadChange.of(entry) for entry in json.loads(self.data.attrs.get("payload_changes", "[]")))
 
     @property
     def machine(self) -> Machine:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 import numpy as np
@@ -15,12 +14,11 @@ from hydrocrane.scenario import Scenario
 
 
 def add_samples(data: xr.Dataset, crane: Machine, plan: Scenario, raw: dict[str, Any]) -> None:
-    """Add the samples of a run, each held over ``time`` until the next one, and its events."""
+    """Add the samples of a run, each held over ``time`` until the next one."""
     samples = raw["samples"]
     driver = plan.driver
     data.attrs["controller"] = driver if isinstance(driver, str) else getattr(driver, "__name__", type(driver).__name__)
     data.attrs["sensors"] = plan.sensors
-    data.attrs["events"] = json.dumps(raw["events"])
     if not np.size(samples["t"]):
         return
     held = np.searchsorted(samples["t"], data.time.values + 1e-9, side="right") - 1

@@ -20,11 +20,12 @@ from typing import Any
 import numpy as np
 
 from hydrocrane import _core
-from hydrocrane.arrays import Array, real_array
+from hydrocrane.arrays import Array, real_array, seed_number
 from hydrocrane.controllers import DEFAULT_PERIOD, SENSORS, SensorFault, checked_controller
 from hydrocrane.errors import InputError, nearest, translated, unknown
 from hydrocrane.joystick import TIP_AXES, Joystick
 from hydrocrane.machine import Machine, load_machine, plain_overrides
+from hydrocrane.payload import payload_changes
 
 METHODS = ("rodas5p", "tsit5")
 INTERPOLATIONS = ("hold", "linear")
@@ -123,6 +124,13 @@ class Scenario:
     sensors : {"ideal", "data-sheet"}
         What the controller sees: the truth, or what the machine's sensors read, drawn by `seed`.
     sensor_faults : sequence of SensorFault
+    payload_changes : mapping
+        Time, s, to the payload, kg, from then on: loads that lie still and are taken up, and loads let go. What lies
+        beyond the duration does not happen.
+    believed : mapping or Machine, optional
+        What a controller takes its nominal model from, while the crane stays what it is: overrides of the machine, or
+        another machine with as many joints of the same kinds. By default it knows the truth. Own controllers are
+        handed this machine in ``reset``.
     """
 
     machine: str = "rottne-f9-lab"
@@ -143,9 +151,13 @@ class Scenario:
     delay: float = 0.0
     sensors: str = "ideal"
     sensor_faults: Sequence[SensorFault] = ()
+    payload_changes: Mapping[float, float] = field(default_factory=dict)
+    believed: Any = None
 
     def __post_init__(self) -> None:
         self._check_loop()
+        object.__setattr__(self, "seed", seed_number(self.seed))
+        object.__setattr__(self, "payload_changes", payload_changes(self.payload_changes))
         _positive("duration", self.duration)
         _positive("record_interval", self.record_interval)
         if isinstance(self.commands, Mapping):
@@ -184,6 +196,11 @@ class Scenario:
             raise InputError(f"delay must be one number, zero or greater, in seconds; got {self.delay!r}")
         if self.joystick is not None and not isinstance(self.joystick, Joystick):
             raise InputError(f"joystick must be a Joystick, got {self.joystick!r}")
+        if self.believed is not None:
+            if not self.closed_loop:
+                raise InputError("`believed` is what a controller takes the crane for; this scenario has no controller")
+            if not isinstance(self.believed, Machine):
+                object.__setattr__(self, "believed", plain_overrides(self.believed))
         if isinstance(self.driver, str) and (self.driver == "lever") != (self.stick_mode == "lever"):
             raise InputError(f"controller `{self.driver}` does not take the stick mode `{self.stick_mode}`")
 
@@ -209,13 +226,35 @@ class Scenario:
     @property
     def machine_overrides(self) -> dict[str, Any]:
         """The overrides, with those that a named controller's period and full speed make."""
+        return {**self.overrides, **self._loop_overrides}
+
+    @property
+    def _loop_overrides(self) -> dict[str, Any]:
         extra: dict[str, Any] = {}
         if isinstance(self.driver, str):
             if self.period is not None:
                 extra["control.period"] = float(self.period)
             if self.joystick is not None and self.joystick.full_speed is not None and self.driver != "lever":
                 extra[f"control.{self.driver}.full-speed"] = float(self.joystick.full_speed)
-        return {**self.overrides, **extra}
+        return extra
+
+    def believed_machine(self, crane: Machine) -> Machine:
+        """What the controller takes `crane` for."""
+        if self.believed is None:
+            return crane
+        source, overrides = crane.source, {**crane.overrides, **self._loop_overrides}
+        if isinstance(self.believed, Machine):
+            source, overrides = self.believed.source, {**self.believed.overrides, **self._loop_overrides}
+        else:
+            overrides |= self.believed
+        machine = load_machine(source, overrides)
+        if machine.joint_units != crane.joint_units:
+            kinds = [", ".join(f"{j} ({unit})" for j, unit in zip(m.joint_names, m.joint_units, strict=True))
+                     for m in (crane, machine)]  # fmt: skip
+            raise InputError(
+                f"the believed machine must have the joints of {crane.name}, {kinds[0]}; {machine.name} has {kinds[1]}"
+            )
+        return machine
 
     def loop_plan(self, crane: Machine) -> dict[str, Any]:
         """What surrounds the controller, as the core takes it."""
@@ -224,7 +263,7 @@ class Scenario:
             "period": float(self.period or DEFAULT_PERIOD),
             "delay": float(self.delay),
             "sensors": self.sensors,
-            "seed": int(self.seed),
+            "seed": self.seed,
             "faults": [fault.entry for fault in self.sensor_faults],
             "mode": stick.mode,
             "stick_times": stick.time.tolist(),
@@ -311,6 +350,7 @@ def load_scenario(source: str | PathLike[str], overrides: Mapping[str, Any] | No
         record_interval=raw["record_interval"],
         pressures=raw["pressures"],
         payload=raw["payload"],
+        payload_changes=dict(raw["payload_changes"]),
         overrides=dict(raw["overrides"]),
         solver=Solver(**solver),
         name=raw["name"],
@@ -322,7 +362,10 @@ def load_scenario(source: str | PathLike[str], overrides: Mapping[str, Any] | No
 
 
 def _loop(raw: dict[str, Any] | None) -> dict[str, Any]:
-    return {} if raw is None else {"controller": raw["name"], **{key: raw[key] for key in raw if key != "name"}}
+    if raw is None:
+        return {}
+    known = {key: raw[key] for key in ("period", "delay", "sensors")}
+    return {"controller": raw["name"], "believed": dict(raw["believed"]) or None, **known}
 
 
 def _joystick(raw: dict[str, Any] | None, cylinders: list[str]) -> Joystick | None:

@@ -60,14 +60,16 @@ def _integrate(crane: Machine, plan: Scenario, payload: float, ledger: bool) -> 
     """Hand the plan to the core, which records states, commands and ledger until the end or a reason to stop."""
     start = plan.initial_state(crane)
     settings = {**dataclasses.asdict(plan.solver), "payload": payload, "ledger": ledger}
+    settings["payload_changes"] = list(plan.payload_changes.items())
     head, record = (crane.core, start, float(plan.duration)), plan.record_times()
     if plan.closed_loop:
-        driver = plan.driver
+        driver, believed = plan.driver, plan.believed_machine(crane)
         if not isinstance(driver, str):
             full_speed = plan.joystick.full_speed if plan.joystick else None
-            driver = SampledController(driver, crane, plan.stick_mode, full_speed)
+            driver = SampledController(driver, believed, plan.stick_mode, full_speed)
         with interruptible() as should_stop, translated():
-            return _core.simulate_controlled(*head, driver, plan.loop_plan(crane), record, settings, should_stop)
+            loop = plan.loop_plan(crane)
+            return _core.simulate_controlled(*head, driver, believed.core, loop, record, settings, should_stop)
     times, spools, linear = plan.command_grid(crane)
     with interruptible() as should_stop, translated():
         return _core.simulate(*head, times, spools, linear, record, settings, should_stop)

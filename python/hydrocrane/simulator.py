@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrocrane import _core
-from hydrocrane.arrays import Array, real_array, vectors
+from hydrocrane.arrays import Array, real_array, seed_number, vectors
 from hydrocrane.controllers import SENSORS, Observation, SensorFault
 from hydrocrane.errors import InputError, SimulationError, translated, unknown
 from hydrocrane.machine import Machine
+from hydrocrane.payload import PayloadChange
 from hydrocrane.scenario import Solver
 
 
@@ -25,7 +26,7 @@ class Simulator:
     sample_time : float
         s.
     payload : float, optional
-        kg at the tip; default is the machine's own.
+        kg at the tip at every reset; default is the machine's own. :meth:`set_payload` changes it on the way.
     method, rtol
         As in :class:`~hydrocrane.Solver`.
     sensors : {"ideal", "data-sheet"}
@@ -54,8 +55,8 @@ class Simulator:
             raise InputError(f"sample_time must be one number greater than zero, in seconds; got {sample_time!r}")
         solver = Solver(method=method, rtol=rtol)
         self.crane = crane
+        self._start_payload = crane.payload(payload)
         self.sample_time = float(period)
-        self.payload = crane.payload(payload)
         self.outcome: str | None = None
         names = crane.state_names
         self._q = [names.index(f"joint.{j}.q") for j in crane.joint_names]
@@ -64,9 +65,10 @@ class Simulator:
         if sensors not in SENSORS:
             raise unknown("kind of sensors", sensors, SENSORS)
         faults = [fault.entry for fault in sensor_faults]
+        seed = seed_number(seed)
         with translated():
             self._core = _core.Simulator(
-                crane.core, self.sample_time, self.payload, solver.method, solver.rtol, sensors, int(seed), faults
+                crane.core, self.sample_time, self._start_payload, solver.method, solver.rtol, sensors, seed, faults
             )
 
     @property
@@ -79,12 +81,31 @@ class Simulator:
         """s."""
         return float(self._core.time)
 
+    @property
+    def payload(self) -> float:
+        """At the tip, kg."""
+        return float(self._core.payload)
+
+    def set_payload(self, mass: float) -> PayloadChange:
+        """From here on the tip carries `mass`, kg: takes up a load that lies still, or lets one go.
+
+        A load that is taken up brakes the tip at once: ``state`` has it, sensors read it at the next step. A reset goes
+        back to the payload of the start.
+
+        Raises
+        ------
+        SimulationError
+            Before the first reset, and after a step that did not end well.
+        """
+        self._require_running()
+        return PayloadChange.of(self._core.set_payload(self.crane.payload(mass)))
+
     def reset(self, q: ArrayLike | None = None, state: ArrayLike | None = None) -> Observation:
         """Go back to time zero, at rest in pose q (n,) with holding pressures, or at a full state (n_states,)."""
         if (q is None) == (state is None):
             raise InputError("reset takes either q, a pose to rest in, or state, a full state")
         if q is not None:
-            start = self.crane.equilibrium(q, payload=self.payload)
+            start = self.crane.equilibrium(q, payload=self._start_payload)
         else:
             start = vectors(cast(ArrayLike, state), "state", self.crane.state_names)
         if start.ndim != 1:
@@ -102,10 +123,7 @@ class Simulator:
         SimulationError
             Before the first reset, and where the sample does not end well; ``state`` keeps the last good one.
         """
-        if self.outcome is None:
-            raise SimulationError("call reset(q=...) or reset(state=...) before the first step")
-        if self.outcome != "completed":
-            raise SimulationError(f"the simulation ended with `{self.outcome}` at {self.time:.4g} s; call reset first")
+        self._require_running()
         command = vectors(spool_command, "spool_command", self.crane.cylinder_names)
         if command.ndim != 1:
             raise InputError(f"step takes one command of shape ({len(self.crane.cylinder_names)},)")
@@ -114,6 +132,12 @@ class Simulator:
         if self.outcome != "completed":
             raise SimulationError(f"the simulation ended with `{self.outcome}` at {self.time:.4g} s")
         return self._observe()
+
+    def _require_running(self) -> None:
+        if self.outcome is None:
+            raise SimulationError("call reset(q=...) or reset(state=...) before the first step")
+        if self.outcome != "completed":
+            raise SimulationError(f"the simulation ended with `{self.outcome}` at {self.time:.4g} s; call reset first")
 
     def _observe(self) -> Observation:
         state = self.state

@@ -17,7 +17,7 @@ def text(run: Run) -> str:
     """Outcome, effort, tip, cylinders and energy of a run."""
     if not run.data.sizes.get("time"):
         return "\n".join(_head(run))
-    return "\n".join([*_head(run), *_tip(run), *_loop(run), *_cylinders(run), *_energy(run)])
+    return "\n".join([*_head(run), *_tip(run), *_loop(run), *_events(run), *_cylinders(run), *_energy(run)])
 
 
 def _head(run: Run) -> list[str]:
@@ -43,16 +43,21 @@ def _tip(run: Run) -> list[str]:
 
 
 def _loop(run: Run) -> list[str]:
-    """Controller, how far the tip strayed, and the first events."""
+    """Controller, and how far the tip strayed."""
     about = run.data.attrs
     if "controller" not in about:
         return []
     line = f"  controller {about['controller']}, {about['sensors']} sensors"
     if "tip.deviation" in run.data:
         line += f", tip at most {float(run.data['tip.deviation'].max()) * 1e3:.2f} mm off the way of its set-point"
+    return [line]
+
+
+def _events(run: Run) -> list[str]:
+    """The first of them."""
     shown = [f"  {event.time:.3f} s: {event.text}" for event in run.events[:SHOWN_EVENTS]]
     more = len(run.events) - SHOWN_EVENTS
-    return [line, *shown, *([f"  and {more} more events"] if more > 0 else [])]
+    return [*shown, *([f"  and {more} more events"] if more > 0 else [])]
 
 
 def _cylinders(run: Run) -> list[str]:
@@ -78,9 +83,10 @@ def _energy(run: Run) -> list[str]:
         return []
     balance = energy_balance(run)
     lost = sorted(balance.lost.items(), key=lambda entry: -abs(entry[1]))
+    loads = f", loads brought {balance.loads:+.0f} J" if run.payload_changes else ""
     where = ", ".join(f"{name} {value:.0f}" for name, value in lost[:4] if abs(value) >= 0.5)
     return [
-        f"  energy     pump {balance.pump:.0f} J, stored {balance.stored:+.0f} J,"
+        f"  energy     pump {balance.pump:.0f} J{loads}, stored {balance.stored:+.0f} J,"
         f" lost {sum(balance.lost.values()):.0f} J" + (f" ({where})" if where else ""),
         f"             the ledger closes to {balance.residual:.1e} J",
     ]
@@ -94,6 +100,8 @@ class EnergyBalance:
     ----------
     pump : float
         Work of the pump, with the elastic energy that its oil carries.
+    loads : float
+        Energy that loads brought as they were taken up, less what they took away as they were let go.
     stored : float
         Gain of kinetic, potential and elastic energy.
     lost : dict
@@ -103,28 +111,31 @@ class EnergyBalance:
     """
 
     pump: float
+    loads: float
     stored: float
     lost: dict[str, float]
     residual: float
 
 
 def energy_balance(run: Run) -> EnergyBalance:
-    """Sum the ledger of a run over its cylinders."""
+    """Sum the ledger of a run over its cylinders and loads."""
     stored = np.sum([v.values for name, v in run.data.items() if str(name).startswith("energy.")], axis=0)
     gained, lost = np.zeros(run.data.sizes["time"]), {}
-    pump = 0.0
+    pump = loads = 0.0
     for name, entry in run.data.items():
         if not str(name).startswith("ledger."):
             continue
         sign, end = float(entry.attrs["sign"]), float(entry.values[-1])
         gained = gained + sign * entry.values
-        if sign > 0:
+        if name == "ledger.payload.load":
+            loads = end
+        elif sign > 0:
             pump += end
         elif sign < 0:
             place = _place(str(name))
             lost[place] = lost.get(place, 0.0) + end
     gap = stored - stored[0] - gained
-    return EnergyBalance(pump, float(stored[-1] - stored[0]), lost, float(np.abs(gap).max()))
+    return EnergyBalance(pump, loads, float(stored[-1] - stored[0]), lost, float(np.abs(gap).max()))
 
 
 def _place(name: str) -> str:
@@ -133,4 +144,5 @@ def _place(name: str) -> str:
         return "metering edges"
     if term.endswith("_leakage"):
         return "leakage"
-    return {"friction": "seal friction", "tank": "into the tank"}.get(term, term.replace("_", " "))
+    places = {"friction": "seal friction", "tank": "into the tank", "impact": "impacts of loads"}
+    return places.get(term, term.replace("_", " "))

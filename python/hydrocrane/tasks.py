@@ -7,7 +7,7 @@ nor corrects it, so that what the tip misses is the controller's.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,7 +22,15 @@ LINE, SIDE, RADIUS = 0.5, 0.3, 0.2
 CURVE_SPEED = 0.08
 # Both ends lie 0.3 m and more inside the laboratory crane's workspace.
 REACH = (-1.2, 0.9)
+# Log handling: down to the log, slowly along it while the grapple closes, up, out, down, and back to the start.
+LOG_LEGS = ((0.0, -0.3), (0.06, 0.0), (0.0, 0.4), (0.4, 0.0), (0.0, -0.3), (-0.46, 0.2))
+LOG_SPEED, GRIP_SPEED = 0.1, 0.03
+GRIP_LEG, RELEASE_LEG = 1, 4
 SENSES = {"up": (0.0, 1.0), "down": (0.0, -1.0), "out": (1.0, 0.0), "in": (-1.0, 0.0)}
+
+
+# Length, speed, and direction (m, 2) at a way along it (m,).
+Curve = tuple[float, float, Callable[[Array], Array]]
 
 
 @dataclass(frozen=True)
@@ -38,12 +46,15 @@ class Task:
         s, from 0; the velocity is straight in between.
     velocity : (k, 2) array
         Velocity asked for, x and z, m/s; zero at the end, where the tip has time to come to rest.
+    carries : (float, float) or None
+        When the payload is taken up and let go, s; ``None``: it hangs on the tip all the time.
     """
 
     name: str
     speed: float
     time: Array
     velocity: Array
+    carries: tuple[float, float] | None = None
 
     @property
     def duration(self) -> float:
@@ -83,7 +94,7 @@ def square() -> Task:
 
 def circle() -> Task:
     """One turn, first upwards, about a centre behind the start."""
-    return _task("circle", CURVE_SPEED, [(2.0 * np.pi * RADIUS, _on_circle)])
+    return _task("circle", CURVE_SPEED, [(2.0 * np.pi * RADIUS, CURVE_SPEED, _on_circle)])
 
 
 def reach() -> Task:
@@ -92,10 +103,33 @@ def reach() -> Task:
     return straight("reach", [np.array([x, 0.0]) for x in (near, far - near, -far)], SPEEDS[1])
 
 
+def pick_and_place() -> Task:
+    """To a log, up with it, out, down, let it go, and back; the tip moves slowly as it takes the log up."""
+    speeds = [LOG_SPEED] * len(LOG_LEGS)
+    speeds[GRIP_LEG] = GRIP_SPEED
+    task = _task("log pick-and-place", LOG_SPEED, _legs([np.array(leg) for leg in LOG_LEGS], speeds))
+    moves = _moves(task)
+    grip = 0.5 * sum(moves[GRIP_LEG])
+    release = 0.5 * (moves[RELEASE_LEG][1] + moves[RELEASE_LEG + 1][0])
+    return replace(task, carries=(grip, release))
+
+
 def straight(name: str, legs: list[Array], speed: float) -> Task:
     """Straight legs (2,) one after the other, each from rest to rest."""
+    return _task(name, speed, _legs(legs, [speed] * len(legs)))
+
+
+def _legs(legs: list[Array], speeds: list[float]) -> list[Curve]:
     lengths = [float(np.hypot(*leg)) for leg in legs]
-    return _task(name, speed, [(n, _along(leg / n)) for leg, n in zip(legs, lengths, strict=True)])
+    return [(n, speed, _along(leg / n)) for leg, n, speed in zip(legs, lengths, speeds, strict=True)]
+
+
+def _moves(task: Task) -> list[tuple[float, float]]:
+    """When each leg begins and ends, s: pauses are where the velocity stays zero."""
+    resting = ~task.velocity.any(axis=1)
+    paused = resting[:-1] & resting[1:]
+    ends, begins = task.time[:-1][paused], np.append(0.0, task.time[1:][paused])
+    return list(zip(begins.tolist(), ends.tolist(), strict=False))
 
 
 def _along(direction: Array) -> Callable[[Array], Array]:
@@ -107,11 +141,11 @@ def _on_circle(way: Array) -> Array:
     return np.column_stack([-np.sin(angle), np.cos(angle)])
 
 
-def _task(name: str, speed: float, curves: list[tuple[float, Callable[[Array], Array]]]) -> Task:
-    """Curves, each by its length and its direction (m, 2) at a way along it (m,), with pauses between."""
+def _task(name: str, speed: float, curves: list[Curve]) -> Task:
+    """Curves one after the other with pauses between."""
     time, velocity = [np.zeros(1)], [np.zeros((1, 2))]
-    for i, (length, direction) in enumerate(curves):
-        t, pace, way = _trapezoid(length, speed)
+    for i, (length, own_speed, direction) in enumerate(curves):
+        t, pace, way = _trapezoid(length, own_speed)
         pause = REST if i == len(curves) - 1 else PAUSE
         time.append(time[-1][-1] + np.append(t[1:], t[-1] + pause))
         velocity.append(np.vstack([(pace[:, np.newaxis] * direction(way))[1:], np.zeros((1, 2))]))

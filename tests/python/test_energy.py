@@ -51,6 +51,12 @@ RUNS = {
         "vertical-lift-open-loop", "rottne-f9-lab"
     ),
     "laboratory crane, payload": lambda: hc.load_scenario("vertical-lift-open-loop").changed(payload=200.0),
+    "laboratory crane, loads that come and go": lambda: hc.load_scenario("vertical-lift-open-loop").changed(
+        payload=20.0, payload_changes={0.5: 220.0, 1.7: 60.0, 2.6: 150.0, 3.5: 0.0}
+    ),
+    "single cylinder, loads that come and go": lambda: hc.load_scenario("single-cylinder-step").changed(
+        payload_changes={0.3: 200.0, 0.6: 0.0}
+    ),
     "laboratory crane, into the stops": into_every_stop,
     "loader crane": lambda: hc.load_scenario("hiab-lift"),
     "single cylinder": lambda: hc.load_scenario("single-cylinder-step"),
@@ -89,11 +95,12 @@ def test_stored_energy_is_what_the_ledger_brought(run):
 
 
 def test_work_of_the_cylinders_moves_the_links(run):
-    """Kinetic plus potential energy change by the work of the net cylinder forces alone."""
+    """Kinetic plus potential energy change by the work of the net cylinder forces and by loads alone."""
     data = run.data
     mechanical = data["energy.kinetic"].values + data["energy.potential"].values
     work = sum(data[n].values for n in data if n.startswith("ledger.") and n.endswith(".work"))
-    assert np.abs(mechanical - mechanical[0] - work).max() < 1e-9 * throughput(data)
+    loads = data["ledger.payload.load"].values - data["ledger.payload.impact"].values
+    assert np.abs(mechanical - mechanical[0] - work - loads).max() < 1e-9 * throughput(data)
 
 
 def test_every_loss_only_grows(run):

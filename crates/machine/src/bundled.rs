@@ -16,6 +16,7 @@ pub fn bundled_scenarios() -> &'static [(&'static str, &'static str)] {
     bundle!(
         "scenarios": "vertical-lift-open-loop",
         "tip-vertical-line",
+        "tip-log-pick-and-place",
         "heinze-2007-open-loop",
         "hiab-lift",
         "single-cylinder-step",

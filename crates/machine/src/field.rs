@@ -3,7 +3,7 @@
 use crate::document::{Origin, Place, Scalar};
 use crate::errors::{ErrorKind, MachineError};
 use crate::log::Log;
-use crate::model::Number;
+use crate::model::{Form, Recorded};
 use crate::nearest::{choose, suggestion};
 use crate::quantities;
 use crate::units::{self, Quantity, Unit, UnitError};
@@ -60,19 +60,18 @@ impl<'a> Field<'a> {
     pub fn quantity(&self, quantity: &Quantity, sign: Sign) -> Result<f64> {
         self.record()?;
         let value = self.scalar(self.value, self.place, quantity, sign)?;
-        self.note(&[value], &[quantity], false);
+        self.keep(&[value], &[quantity], Form::One);
         Ok(value)
     }
 
-    fn note(&self, values: &[f64], quantities: &[&Quantity], shared: bool) {
+    fn keep(&self, si: &[f64], quantities: &[&Quantity], form: Form) {
         let units = quantities.iter().map(|quantity| quantity.unit.clone()).collect();
-        self.log.note(Number { key: self.path.clone(), values: values.to_vec(), units, shared });
+        self.log.keep(&self.path, Recorded { si: si.to_vec(), units, form });
     }
 
     /// A value that applies to both entries, or a list of two; `quantities` gives what each entry must be.
     pub fn pair(&self, quantities: [&Quantity; 2], sign: Sign) -> Result<[f64; 2]> {
         self.record()?;
-        let shared = (self.value, self.place);
         let [a, b] = match self.value {
             Scalar::List(items) => match items.as_slice() {
                 [a, b] => [(&a.0, &a.1), (&b.0, &b.1)],
@@ -82,27 +81,30 @@ impl<'a> Field<'a> {
                         .help("give one value for both, or a list of two"))
                 }
             },
-            _ => [shared; 2],
+            value => [(value, self.place); 2],
         };
         let pair = [self.scalar(a.0, a.1, quantities[0], sign)?, self.scalar(b.0, b.1, quantities[1], sign)?];
-        match self.value {
-            Scalar::List(_) => self.note(&pair, &quantities, false),
-            _ => self.note(&pair[..1], &quantities[..1], true),
-        }
+        let form = if matches!(self.value, Scalar::List(_)) { Form::Two } else { Form::Shared };
+        self.keep(&pair, &quantities, form);
         Ok(pair)
     }
 
     /// A list of quantities of one kind.
     pub fn series(&self, quantity: &Quantity) -> Result<Vec<f64>> {
         self.record()?;
-        let items = self.list()?;
-        items.iter().map(|(value, place)| self.scalar(value, place, quantity, Sign::Any)).collect()
+        let items = self.list()?.iter().map(|(value, place)| self.scalar(value, place, quantity, Sign::Any));
+        let series = items.collect::<Result<Vec<f64>>>()?;
+        self.keep(&series, &[quantity], Form::List);
+        Ok(series)
     }
 
     /// A list of points.
     pub fn points(&self) -> Result<Vec<[f64; 2]>> {
         self.record()?;
-        self.list()?.iter().map(|(value, place)| self.point_from(value, place)).collect()
+        let items = self.list()?.iter().map(|(value, place)| self.point_from(value, place));
+        let points = items.collect::<Result<Vec<[f64; 2]>>>()?;
+        self.keep(&points.concat(), &[&quantities::length()], Form::List);
+        Ok(points)
     }
 
     pub fn texts(&self) -> Result<Vec<&'a str>> {
@@ -124,12 +126,12 @@ impl<'a> Field<'a> {
         self.record()?;
         let point = self.point_from(self.value, self.place)?;
         let length = quantities::length();
-        self.note(&point, &[&length, &length], false);
+        self.keep(&point, &[&length, &length], Form::Two);
         Ok(point)
     }
 
     fn point_from(&self, value: &Scalar, place: &Place) -> Result<[f64; 2]> {
-        let length = quantities::length();
+        let length = Quantity::new("length", "m");
         let report = |message: String| {
             place.error(ErrorKind::WrongType, &self.path, message).help(format!("give {POINT_EXAMPLE}"))
         };

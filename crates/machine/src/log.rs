@@ -1,11 +1,11 @@
-//! Keeps the provenance of the values that were read, and the numbers among them.
+//! Keeps the provenance of the values that were read.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
 
 use crate::document::{join, Node, Origin, Place};
 use crate::errors::{ErrorKind, MachineError};
-use crate::model::{Number, Provenance, ProvenanceClass};
+use crate::model::{Provenance, ProvenanceClass, Recorded};
 use crate::nearest::choose;
 
 const CLASSES: [(&str, ProvenanceClass); 5] = [
@@ -19,30 +19,27 @@ const CLASSES: [(&str, ProvenanceClass); 5] = [
 /// Provenance of the values read so far. A log that demands none serves scenario files.
 pub struct Log {
     demands_class: bool,
-    seen: RefCell<HashMap<String, (ProvenanceClass, String)>>,
-    numbers: RefCell<HashMap<String, Number>>,
+    seen: RefCell<HashMap<String, Provenance>>,
 }
 
 impl Log {
     pub fn new(demands_class: bool) -> Self {
-        Self { demands_class, seen: RefCell::default(), numbers: RefCell::default() }
+        Self { demands_class, seen: RefCell::default() }
     }
 
     /// What was read, in the order of the tree.
     pub fn in_order_of(&self, root: &Node) -> Vec<Provenance> {
-        let seen = self.seen.borrow();
-        let provenance = |(key, (class, source)): (&String, &(ProvenanceClass, String))| Provenance {
-            key: key.clone(),
-            class: *class,
-            source: source.clone(),
-        };
-        keys(root).iter().filter_map(|key| seen.get_key_value(key).map(provenance)).collect()
+        let mut ordered = Vec::new();
+        self.collect(root, "", &mut ordered);
+        ordered
     }
 
-    /// The numbers that were read, in the order of the tree.
-    pub fn numbers_in_order_of(&self, root: &Node) -> Vec<Number> {
-        let numbers = self.numbers.borrow();
-        keys(root).iter().filter_map(|key| numbers.get(key).cloned()).collect()
+    fn collect(&self, node: &Node, path: &str, ordered: &mut Vec<Provenance>) {
+        for entry in node.entries().unwrap_or_default() {
+            let key = join(path, &entry.key);
+            ordered.extend(self.seen.borrow().get(&key).cloned());
+            self.collect(&entry.node, &key, ordered);
+        }
     }
 
     /// Notes where the value at `key` comes from; demanding logs refuse a value without a class.
@@ -59,26 +56,16 @@ impl Log {
             let message = format!("`{text}` is no provenance class");
             class_place.error(ErrorKind::InvalidChoice, &format!("{key} (its class)"), message).help(help)
         })?;
-        self.seen.borrow_mut().insert(key.into(), (class, origin.source.clone()));
+        let entry =
+            Provenance { key: key.into(), class, source: origin.source.clone(), value: Recorded::default() };
+        self.seen.borrow_mut().insert(key.into(), entry);
         Ok(())
     }
 
-    /// Notes the numbers at `key`.
-    pub fn note(&self, number: Number) {
-        self.numbers.borrow_mut().insert(number.key.clone(), number);
-    }
-}
-
-/// Dotted paths of everything below `root`, in the order of the tree.
-fn keys(root: &Node) -> Vec<String> {
-    fn collect(node: &Node, path: &str, found: &mut Vec<String>) {
-        for entry in node.entries().unwrap_or_default() {
-            let key = join(path, &entry.key);
-            found.push(key.clone());
-            collect(&entry.node, &key, found);
+    /// Keeps what was read at `key`.
+    pub fn keep(&self, key: &str, value: Recorded) {
+        if let Some(entry) = self.seen.borrow_mut().get_mut(key) {
+            entry.value = value;
         }
     }
-    let mut found = Vec::new();
-    collect(root, "", &mut found);
-    found
 }

@@ -30,21 +30,6 @@ pub struct Machine {
     pub control: Control,
     /// One entry per value of the file, in file order.
     pub provenance: Vec<Provenance>,
-    /// Those of them that are a number, a pair or a point, in file order.
-    pub numbers: Vec<Number>,
-}
-
-/// A numeric value of the file.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Number {
-    /// Dotted path of the value.
-    pub key: String,
-    /// SI; two of them for a point, or for a pair that the file gives as a list.
-    pub values: Vec<f64>,
-    /// SI unit of each value; empty for a plain number.
-    pub units: Vec<String>,
-    /// Whether one value stands for both of a pair.
-    pub shared: bool,
 }
 
 /// A point fixed in a link: link index and (x, z) in its frame, m.
@@ -361,4 +346,26 @@ pub struct Provenance {
     pub key: String,
     pub class: ProvenanceClass,
     pub source: String,
+    pub value: Recorded,
+}
+
+/// A value of the file as it was read.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Recorded {
+    /// SI; points of a list one after the other.
+    pub si: Vec<f64>,
+    /// SI unit of each value, or one for all; empty for a plain number.
+    pub units: Vec<String>,
+    pub form: Form,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Form {
+    #[default]
+    One,
+    /// One value that stands for both of a pair.
+    Shared,
+    /// A pair or a point.
+    Two,
+    List,
 }

@@ -29,6 +29,8 @@ pub struct Scenario {
     pub overrides: Vec<(String, OverrideValue)>,
     /// Point mass at the tip, kg; `None`: the machine's.
     pub payload: Option<f64>,
+    /// Payload from a time (s) on, kg: loads taken up and let go.
+    pub payload_changes: Vec<(f64, f64)>,
     pub duration: f64,
     pub record_interval: f64,
     pub initial: Initial,
@@ -83,7 +85,8 @@ pub struct Solver {
     pub max_step: f64,
 }
 
-const ROOT_KEYS: [&str; 7] = ["scenario", "overrides", "initial", "command", "controller", "joystick", "solver"];
+const ROOT_KEYS: [&str; 8] =
+    ["scenario", "overrides", "initial", "payload", "command", "controller", "joystick", "solver"];
 const SCENARIO_KEYS: [&str; 7] = ["name", "title", "machine", "duration", "record-interval", "payload", "seed"];
 const METHODS: [(&str, &str); 2] = [("rodas5p", "rodas5p"), ("tsit5", "tsit5")];
 const DEFAULT_RECORD_INTERVAL: f64 = 0.01;
@@ -120,23 +123,25 @@ fn build(source: &Source, overrides: &[(String, OverrideValue)]) -> Result<Scena
     let Some(head) = root.table("scenario", &SCENARIO_KEYS)? else {
         return Err(root.missing("scenario", "add the table [scenario]"));
     };
-    let machine_overrides = machine_overrides(&root)?;
+    let machine_overrides = overrides_in(&root, "overrides")?;
     let machine_source = machine_source(source, head.text("machine")?);
     let machine = machine(&head, &machine_source, &machine_overrides)?;
     let joystick = closed_loop::joystick(&root, &machine, source)?;
+    let controller = closed_loop::controller(&root, joystick.as_ref(), &machine_source, &machine_overrides)?;
     let positive = |key: &str| head.quantity(key, &time(), Sign::Positive);
     Ok(Scenario {
         name: head.text("name")?.into(),
         title: head.text_or("title", "")?.into(),
         machine: machine_source,
-        overrides: machine_overrides.into_iter().map(|change| (change.key, change.value)).collect(),
+        overrides: plain(machine_overrides),
         payload: head.optional_quantity("payload", &mass(), Sign::NonNegative)?,
+        payload_changes: payload_changes(&root)?,
         duration: positive("duration")?,
         record_interval: head.quantity_or("record-interval", &time(), Sign::Positive, DEFAULT_RECORD_INTERVAL)?,
         initial: initial(&root, &machine)?,
         commands: commands(&root, &machine)?,
         cylinders: machine.cylinders.iter().map(|cylinder| cylinder.name.clone()).collect(),
-        controller: closed_loop::controller(&root, joystick.as_ref())?,
+        controller,
         joystick,
         solver: solver(&root)?,
         seed: seed(&head)?,
@@ -159,28 +164,31 @@ fn machine(head: &Reader, source: &str, overrides: &[Override]) -> Result<Machin
     load::load_with(source, overrides)
 }
 
-fn machine_overrides(root: &Reader) -> Result<Vec<Override>> {
+/// The overrides of a machine in the sub-table `name`.
+fn overrides_in(parent: &Reader, name: &str) -> Result<Vec<Override>> {
     let mut overrides = Vec::new();
-    if let Some(table) = root.names("overrides")? {
+    if let Some(table) = parent.names(name)? {
         for (key, node) in table.nodes() {
-            flatten(key, node, &mut overrides)?;
+            flatten(&table.path, key, node, &mut overrides)?;
         }
     }
     Ok(overrides)
 }
 
+fn plain(overrides: Vec<Override>) -> Vec<(String, OverrideValue)> {
+    overrides.into_iter().map(|change| (change.key, change.value)).collect()
+}
+
 /// `"supply.pressure" = ...` and `supply.pressure = ...` both name the key `supply.pressure`.
-fn flatten(key: &str, node: &Node, overrides: &mut Vec<Override>) -> Result<()> {
+fn flatten(table: &str, key: &str, node: &Node, overrides: &mut Vec<Override>) -> Result<()> {
     match &node.kind {
-        NodeKind::Table(entries) => {
-            entries.iter().try_for_each(|entry| flatten(&document::join(key, &entry.key), &entry.node, overrides))
-        }
+        NodeKind::Table(entries) => entries
+            .iter()
+            .try_for_each(|entry| flatten(table, &document::join(key, &entry.key), &entry.node, overrides)),
         NodeKind::Value { value, .. } => {
             let value = override_value(value).ok_or_else(|| {
                 let found = format!("expected a value, found {}", value.kind_name());
-                node.place
-                    .error(ErrorKind::WrongType, &document::join("overrides", key), found)
-                    .help("put it in quotes")
+                node.place.error(ErrorKind::WrongType, &document::join(table, key), found).help("put it in quotes")
             })?;
             overrides.push(Override { key: key.into(), value, place: node.place.clone() });
             Ok(())
@@ -198,6 +206,26 @@ fn override_value(value: &Scalar) -> Option<OverrideValue> {
         }
         Scalar::Date => return None,
     })
+}
+
+/// Loads taken up and let go: the payload from each time on.
+fn payload_changes(root: &Reader) -> Result<Vec<(f64, f64)>> {
+    let Some(table) = root.table("payload", &["time", "mass"])? else { return Ok(Vec::new()) };
+    let time_field = table.required("time", "a list of times, for example [\"2 s\", \"6 s\"]")?;
+    let mass_field = table.required("mass", "a list of masses, for example [\"100 kg\", \"0 kg\"]")?;
+    let (times, masses) = (time_field.series(&time())?, mass_field.series(&mass())?);
+    check_series(&times, &masses, &time_field, &mass_field)?;
+    if times[0] <= 0.0 {
+        let message = format!("the payload cannot change at {} s, before the run has begun", times[0]);
+        let help = "give times above zero; the payload at the start is `scenario.payload`";
+        return Err(time_field.error(ErrorKind::OutOfRange, message).help(help));
+    }
+    match masses.iter().find(|mass| **mass < 0.0) {
+        Some(mass) => Err(mass_field
+            .error(ErrorKind::OutOfRange, format!("a payload of {mass} kg"))
+            .help("give masses of zero or more")),
+        None => Ok(times.into_iter().zip(masses).collect()),
+    }
 }
 
 fn initial(root: &Reader, machine: &Machine) -> Result<Initial> {

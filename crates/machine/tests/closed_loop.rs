@@ -122,3 +122,27 @@ fn a_sensor_states_what_it_cannot_do_without() {
     assert!(transmitter("10 %").is_ok());
     assert_eq!(transmitter("50 %").unwrap_err().slug(), "out-of-range");
 }
+
+#[test]
+fn loads_come_and_go_at_times_above_zero() {
+    let s = scenario("[payload]\ntime = [\"2 s\", \"6000 ms\"]\nmass = [\"0.1 t\", \"0 kg\"]\n").unwrap();
+    assert_eq!(s.payload_changes, [(2.0, 100.0), (6.0, 0.0)]);
+    assert!(scenario("").unwrap().payload_changes.is_empty());
+    assert_eq!(slug("[payload]\ntime = [\"0 s\"]\nmass = [\"1 kg\"]\n"), "out-of-range");
+    assert_eq!(slug("[payload]\ntime = [\"1 s\"]\nmass = [\"-1 kg\"]\n"), "out-of-range");
+    assert_eq!(slug("[payload]\ntime = [\"1 s\", \"1 s\"]\nmass = [\"1 kg\", \"2 kg\"]\n"), "bad-series");
+    assert_eq!(slug("[payload]\ntime = [\"1 s\"]\nmass = []\n"), "bad-series");
+    assert_eq!(slug("[payload]\ntime = [\"1 s\"]\n"), "missing-key");
+    assert_eq!(slug("[payload]\nmas = [\"1 kg\"]\n"), "unknown-key");
+}
+
+#[test]
+fn a_belief_is_checked_as_the_overrides_are() {
+    let s = scenario("[controller.believed]\nsupply.pressure = \"100 bar\"\n\"payload.mass\" = \"5 kg\"\n").unwrap();
+    let believed = s.controller.unwrap().believed;
+    assert_eq!(believed.iter().map(|(key, _)| key.as_str()).collect::<Vec<_>>(), ["supply.pressure", "payload.mass"]);
+    let error = scenario("[controller.believed]\nsupply.presure = \"100 bar\"\n").unwrap_err();
+    assert_eq!((error.slug(), error.line()), ("unknown-key", Some(6)));
+    assert_eq!(slug("[controller.believed]\nsupply.pressure = 2024-01-01\n"), "wrong-type");
+    assert_eq!(slug("[controller]\nbelieved = \"heavy\"\n"), "wrong-type");
+}

@@ -109,6 +109,16 @@ fn provenance_lists_each_value_once_in_file_order() {
 }
 
 #[test]
+fn every_value_is_kept_in_si() {
+    let crane = with("supply.pressure", text("100 bar")).unwrap();
+    let kept = |key: &str| (entry(&crane, key).value.si.clone(), entry(&crane, key).value.units[0].clone());
+    assert_eq!(kept("supply.pressure"), (vec![1e7], "Pa".into()));
+    assert_eq!(kept("friction.lift.coulomb"), (crane.cylinders[0].friction.coulomb.to_vec(), "N".into()));
+    assert_eq!(kept("link.boom.centre-of-gravity"), (crane.links[1].centre_of_gravity.to_vec(), "m".into()));
+    assert!(crane.provenance.iter().all(|p| !p.value.si.is_empty() && p.value.si.iter().all(|v| v.is_finite())));
+}
+
+#[test]
 fn a_file_that_extends_keeps_the_provenance_of_what_it_extends() {
     let printed = load("heinze-2007", &[]).unwrap();
     assert_eq!(entry(&printed, "supply.pressure").class, Setting);

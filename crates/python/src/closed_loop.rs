@@ -156,7 +156,8 @@ impl Controller for PythonController {
     }
 }
 
-/// `controller` is a name or an object with the methods of [`PythonController`].
+/// `controller` is a name or an object with the methods of [`PythonController`]; `believed` is the machine that one of
+/// that name takes its nominal model from.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
 pub fn simulate_controlled<'py>(
@@ -165,6 +166,7 @@ pub fn simulate_controlled<'py>(
     x0: Row<'py>,
     t_end: f64,
     controller: &Bound<'py, PyAny>,
+    believed: &Machine,
     plan: Plan,
     record_times: Row<'py>,
     settings: Settings,
@@ -172,7 +174,7 @@ pub fn simulate_controlled<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let model = machine.model.clone();
     let mut controller: Box<dyn Controller> = match controller.extract::<String>() {
-        Ok(name) => controllers::build(model.machine(), &name).map_err(PyValueError::new_err)?,
+        Ok(name) => controllers::build(believed.model.machine(), &name).map_err(PyValueError::new_err)?,
         Err(_) => Box::new(PythonController { object: controller.clone().unbind(), period: plan.period, failed: None }),
     };
     let surroundings = SampledPlan {

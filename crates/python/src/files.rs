@@ -47,6 +47,10 @@ fn to_python<'py>(py: Python<'py>, v: &OverrideValue) -> PyResult<Bound<'py, PyA
     })
 }
 
+fn pairs_of<'py>(py: Python<'py>, changes: &[(String, OverrideValue)]) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
+    changes.iter().map(|(key, value)| Ok((key.clone(), to_python(py, value)?))).collect()
+}
+
 #[pyfunction]
 pub fn load_machine(source: &str, pairs: &Bound<'_, PyList>) -> PyResult<Machine> {
     let description = hydrocrane_machine::load(source, &overrides(pairs)?).map_err(|e| file_error(&e))?;
@@ -74,9 +78,9 @@ pub fn load_scenario<'py>(py: Python<'py>, source: &str, pairs: &Bound<'py, PyLi
     out.set_item("name", s.name)?;
     out.set_item("title", s.title)?;
     out.set_item("machine", s.machine)?;
-    let changes: PyResult<Vec<_>> = s.overrides.iter().map(|(k, v)| Ok((k.clone(), to_python(py, v)?))).collect();
-    out.set_item("overrides", changes?)?;
+    out.set_item("overrides", pairs_of(py, &s.overrides)?)?;
     out.set_item("payload", s.payload)?;
+    out.set_item("payload_changes", s.payload_changes)?;
     out.set_item("duration", s.duration)?;
     out.set_item("record_interval", s.record_interval)?;
     out.set_item("seed", s.seed)?;
@@ -122,6 +126,7 @@ fn controller_of<'py>(py: Python<'py>, c: ControllerChoice) -> PyResult<Bound<'p
     out.set_item("name", c.name)?;
     out.set_item("period", c.period)?;
     out.set_item("delay", c.delay)?;
+    out.set_item("believed", pairs_of(py, &c.believed)?)?;
     out.set_item("sensors", if c.sensors == SensorQuality::Ideal { "ideal" } else { "data-sheet" })?;
     Ok(out)
 }

@@ -1,7 +1,7 @@
 //! The machine as Python asks it: batches of rows in, arrays out.
 
 use crate::arrays::{matrix, row, rows, tensor, vector, Row, Rows};
-use hydrocrane_sim::{controllers, EquilibriumMode, Model, OutputInfo, LEDGER_TERMS};
+use hydrocrane_sim::{controllers, EquilibriumMode, Model, OutputInfo, LEDGER_TERMS, PAYLOAD_TERMS};
 use numpy::{PyArray1, PyArray2, PyArray3};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
@@ -144,10 +144,14 @@ impl Machine {
         let pairs = self.model.machine().cylinders.iter();
         matrix(py, pairs.flat_map(|c| [area(c.bore), area(c.bore) - area(c.rod_diameter)]).collect(), 2)
     }
+    /// Every value of the machine file that was read: key, SI numbers, unit, class, source.
     #[getter]
-    fn provenance(&self) -> Vec<(String, String, String)> {
+    fn values(&self) -> Vec<(&str, &[f64], &str, String, &str)> {
         let entries = self.model.machine().provenance.iter();
-        entries.map(|p| (p.key.clone(), format!("{:?}", p.class).to_lowercase(), p.source.clone())).collect()
+        let class = |class| format!("{class:?}").to_lowercase();
+        entries
+            .map(|p| (p.key.as_str(), p.value.si.as_slice(), p.value.units[0].as_str(), class(p.class), p.source.as_str()))
+            .collect()
     }
     #[getter]
     fn errata<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
@@ -375,12 +379,17 @@ impl Machine {
     /// Name, unit, meaning and sign in the energy balance.
     #[getter]
     fn ledger_info(&self) -> Vec<(String, &'static str, String)> {
-        self.ledger_entries(|c, name, long_name| (format!("{c}.{name}"), "J", format!("{c}: {long_name}")))
+        let of_cylinders =
+            self.ledger_entries(|c, name, long_name| (format!("{c}.{name}"), "J", format!("{c}: {long_name}")));
+        let of_payload =
+            PAYLOAD_TERMS.map(|(name, text, _)| (format!("payload.{name}"), "J", format!("payload: {text}")));
+        of_cylinders.into_iter().chain(of_payload).collect()
     }
     /// +1 where a ledger entry adds to the stored energy, -1 where it takes from it, 0 where it moves inside.
     #[getter]
     fn ledger_signs(&self) -> Vec<f64> {
-        self.model.machine().cylinders.iter().flat_map(|_| LEDGER_TERMS.map(|(_, _, sign)| sign)).collect()
+        let of_cylinders = self.model.machine().cylinders.iter().flat_map(|_| LEDGER_TERMS.map(|(_, _, sign)| sign));
+        of_cylinders.chain(PAYLOAD_TERMS.map(|(_, _, sign)| sign)).collect()
     }
 }
 

@@ -4,7 +4,7 @@ use crate::arrays::{matrix, row, rows, vector, Row, Rows};
 use crate::closed_loop::FaultEntry;
 use crate::machine::Machine;
 use hydrocrane_sim::integrator::{Effort, Tolerances};
-use hydrocrane_sim::{Commands, Outcome, Run, RunOptions, LEDGER_PER_CYLINDER};
+use hydrocrane_sim::{Commands, Outcome, PayloadChange, PayloadEvent, Run, RunOptions};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -18,6 +18,8 @@ const MAX_STEPS: u64 = 20_000_000;
 #[pyo3(from_item_all)]
 pub struct Settings {
     payload: f64,
+    /// (time, mass)
+    payload_changes: Vec<(f64, f64)>,
     method: String,
     rtol: f64,
     atol: Option<f64>,
@@ -27,7 +29,11 @@ pub struct Settings {
 
 impl Settings {
     pub fn options(&self) -> RunOptions {
-        options(self.payload, &self.method, self.rtol, self.atol, self.max_step, self.ledger)
+        let changes = self.payload_changes.iter().map(|&(time, mass)| PayloadChange { time, mass });
+        RunOptions {
+            payload_changes: changes.collect(),
+            ..options(self.payload, &self.method, self.rtol, self.atol, self.max_step, self.ledger)
+        }
     }
 }
 
@@ -36,6 +42,7 @@ fn options(payload: f64, method: &str, rtol: f64, atol: Option<f64>, max_step: f
         method: method.to_string(),
         tolerances: Tolerances { relative: rtol, absolute: atol.unwrap_or(rtol), max_step },
         payload,
+        payload_changes: Vec::new(),
         ledger,
         max_steps: MAX_STEPS,
     }
@@ -82,13 +89,23 @@ pub fn stopper(should_stop: Option<&Py<PyAny>>) -> impl FnMut(f64) -> bool + '_ 
     }
 }
 
+/// Time, masses and tip velocities before and after, loss.
+type PayloadEntry = (f64, [f64; 2], [[f64; 2]; 2], f64);
+
+fn payload_entry(event: &PayloadEvent) -> PayloadEntry {
+    (event.time, event.mass, event.tip_velocity, event.loss)
+}
+
 pub fn record_of<'py>(py: Python<'py>, machine: &Machine, run: Run) -> PyResult<Bound<'py, PyDict>> {
     let layout = machine.model.layout();
     let out = PyDict::new(py);
-    let ledger_width = if run.ledger.is_empty() { 0 } else { LEDGER_PER_CYLINDER * layout.joints() };
+    let ledger_width = run.ledger.len().checked_div(run.times.len()).unwrap_or(0);
     out.set_item("t", vector(py, run.times))?;
     out.set_item("states", matrix(py, run.states, layout.len())?)?;
     out.set_item("ledger", matrix(py, run.ledger, ledger_width)?)?;
+    out.set_item("payloads", vector(py, run.payloads))?;
+    let events: Vec<PayloadEntry> = run.payload_events.iter().map(payload_entry).collect();
+    out.set_item("payload_changes", events)?;
     out.set_item("commands", matrix(py, run.commands, layout.joints())?)?;
     out.set_item("outcome", outcome_of(run.outcome))?;
     out.set_item("stats", statistics_of(py, (run.accepted, run.rejected), run.effort)?)?;
@@ -147,6 +164,17 @@ impl Simulator {
     fn step(&mut self, py: Python<'_>, u: Row<'_>) -> PyResult<&'static str> {
         let u = row(&u, self.cylinders, "spool_command")?.to_vec();
         Ok(py.detach(|| self.inner.step(&u)).kind.name())
+    }
+
+    /// Time, masses and tip velocities before and after, loss.
+    fn set_payload(&mut self, mass: f64) -> PyResult<PayloadEntry> {
+        let event = self.inner.set_payload(mass).ok_or_else(|| PyValueError::new_err("reset the simulator first"))?;
+        Ok(payload_entry(&event))
+    }
+
+    #[getter]
+    fn payload(&self) -> f64 {
+        self.inner.payload()
     }
 
     #[getter]

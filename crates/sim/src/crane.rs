@@ -223,6 +223,19 @@ impl<const N: usize> Model for Crane<N> {
         force.copy_from_slice(&self.plant.static_force(&array::<N>(q), payload));
     }
 
+    fn tip_velocity(&self, q: &[f64], qd: &[f64]) -> [f64; 2] {
+        let pose = self.plant.mechanics.pose(&array::<N>(q));
+        let v = self.plant.mechanics.tip_velocity(&pose, &array::<N>(qd));
+        [v.x, v.z]
+    }
+
+    fn attach(&self, q: &[f64], qd: &[f64], payload: f64, load: f64, rates: &mut [f64]) -> f64 {
+        let pose = self.plant.mechanics.pose(&array::<N>(q));
+        let attachment = self.plant.mechanics.attach(&pose, &array::<N>(qd), payload, load);
+        rates.copy_from_slice(&attachment.rates);
+        attachment.loss
+    }
+
     fn energies(&self, q: &[f64], qd: &[f64], payload: f64) -> (f64, f64) {
         let m = &self.plant.mechanics;
         let pose = m.pose(&array::<N>(q));

@@ -51,6 +51,10 @@ pub trait Model: Send + Sync {
     fn equations(&self, q: &[f64], qd: &[f64], payload: f64, mass: &mut [f64], bias: &mut [f64]);
     fn forward_dynamics(&self, q: &[f64], qd: &[f64], force: &[f64], payload: f64, qdd: &mut [f64]);
     fn static_force(&self, q: &[f64], payload: f64, force: &mut [f64]);
+    /// Velocity (x, z) of the tip, m/s.
+    fn tip_velocity(&self, q: &[f64], qd: &[f64]) -> [f64; 2];
+    /// The tip with `payload` takes up `load` (kg) that lies still: writes the joint rates after it, tells the loss (J).
+    fn attach(&self, q: &[f64], qd: &[f64], payload: f64, load: f64, rates: &mut [f64]) -> f64;
     /// (kinetic, potential), J.
     fn energies(&self, q: &[f64], qd: &[f64], payload: f64) -> (f64, f64);
 

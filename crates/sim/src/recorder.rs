@@ -3,6 +3,7 @@
 use crate::integrator::{Effort, Stepper};
 use crate::model::Model;
 use crate::outcome::{Outcome, OutcomeKind};
+use crate::payload::PAYLOAD_TERMS;
 use crate::run::{Driven, Run, RunOptions};
 
 /// Collects rows at the record times.
@@ -27,8 +28,10 @@ impl<'a> Recorder<'a> {
             run: Run {
                 times: Vec::with_capacity(record.len()),
                 states: Vec::with_capacity(record.len() * model.layout().len()),
-                ledger: Vec::with_capacity(record.len() * quadratures),
+                ledger: Vec::with_capacity(record.len() * (quadratures + PAYLOAD_TERMS.len())),
+                payloads: Vec::with_capacity(record.len()),
                 commands: Vec::with_capacity(record.len() * n),
+                payload_events: Vec::new(),
                 outcome,
                 accepted: 0,
                 rejected: 0,
@@ -42,29 +45,31 @@ impl<'a> Recorder<'a> {
         while self.next < self.record.len() && self.record[self.next] <= stepper.t + 1e-12 {
             let t = self.record[self.next];
             stepper.interpolate(t, &mut self.state, &mut self.energies);
-            self.push(t, &driven.command(t)[..driven.model.layout().joints()]);
+            self.push(t, driven);
             self.next += 1;
         }
     }
 
-    fn push(&mut self, t: f64, command: &[f64]) {
+    fn push(&mut self, t: f64, driven: &Driven) {
         self.run.times.push(t);
         self.run.states.extend_from_slice(&self.state);
-        self.run.ledger.extend_from_slice(&self.energies);
-        self.run.commands.extend_from_slice(command);
+        if !self.energies.is_empty() {
+            self.run.ledger.extend(self.energies.iter().chain(&driven.loads.account));
+        }
+        self.run.payloads.push(driven.payload);
+        self.run.commands.extend_from_slice(&driven.command(t)[..driven.model.layout().joints()]);
     }
 
     /// The run so far. One that broke off also gets its last state.
-    pub fn finish(mut self, outcome: Outcome, stepper: Option<&Stepper>) -> Run {
-        if let Some(stepper) = stepper {
+    pub fn finish(mut self, outcome: Outcome, end: Option<(&Stepper, &Driven)>) -> Run {
+        if let Some((stepper, driven)) = end {
             let last = self.run.times.last().copied().unwrap_or(-1.0);
             if outcome.kind != OutcomeKind::Completed && stepper.t > last {
                 self.state.copy_from_slice(&stepper.x);
                 self.energies.copy_from_slice(&stepper.w);
-                let n = self.run.commands.len() / self.run.times.len().max(1);
-                let command = self.run.commands[self.run.commands.len() - n..].to_vec();
-                self.push(stepper.t, &command);
+                self.push(stepper.t, driven);
             }
+            self.run.payload_events.clone_from(&driven.loads.events);
             self.run.accepted = stepper.accepted;
             self.run.rejected = stepper.rejected;
             self.run.effort = stepper.effort();

@@ -4,6 +4,7 @@ use crate::integrator::{method, Effort, StepFailure, Stepper, Tolerances, METHOD
 use crate::ledger::LEDGER_PER_CYLINDER;
 use crate::model::{Model, MAX_JOINTS};
 use crate::outcome::{Outcome, OutcomeKind};
+use crate::payload::{self, Loads, PayloadChange, PayloadEvent};
 use crate::recorder::Recorder;
 use crate::system::System;
 
@@ -25,6 +26,8 @@ pub struct RunOptions {
     pub tolerances: Tolerances,
     /// kg at the tip
     pub payload: f64,
+    /// Loads taken up and let go on the way, in order of time.
+    pub payload_changes: Vec<PayloadChange>,
     /// Integrate the energy ledger along.
     pub ledger: bool,
     /// Accepted steps after which a run is given up.
@@ -48,10 +51,14 @@ pub struct Run {
     pub times: Vec<f64>,
     /// Row-major, one row per time.
     pub states: Vec<f64>,
-    /// Energies (J) since the start, one row per time; empty without ledger.
+    /// Energies (J) since the start, one row per time: the cylinders' terms, then those of the payload; empty without
+    /// ledger.
     pub ledger: Vec<f64>,
+    /// kg at the tip, one per time. A row at the instant of a change has the state before it.
+    pub payloads: Vec<f64>,
     /// Spool commands after delay and limits, m, one row per time.
     pub commands: Vec<f64>,
+    pub payload_events: Vec<PayloadEvent>,
     pub outcome: Outcome,
     pub accepted: u64,
     pub rejected: u64,
@@ -62,6 +69,7 @@ pub struct Run {
 pub(crate) struct Driven<'a> {
     pub model: &'a dyn Model,
     pub payload: f64,
+    pub loads: Loads,
     pub quadratures: usize,
     /// Commands at `since` and their slopes: constant slope on the interval at hand.
     pub base: [f64; MAX_JOINTS],
@@ -75,6 +83,7 @@ impl<'a> Driven<'a> {
         Driven {
             model,
             payload: options.payload,
+            loads: Loads::new(&options.payload_changes),
             quadratures: options.quadratures(model),
             base: [0.0; MAX_JOINTS],
             slope: [0.0; MAX_JOINTS],
@@ -84,6 +93,13 @@ impl<'a> Driven<'a> {
 
     pub fn command(&self, t: f64) -> [f64; MAX_JOINTS] {
         std::array::from_fn(|c| self.base[c] + self.slope[c] * (t - self.since))
+    }
+
+    /// Takes up and lets go the loads that are due where `stepper` is.
+    pub fn change_payload(&mut self, stepper: &mut Stepper) {
+        if self.loads.come_and_go(self.model, stepper.t, &mut stepper.x, &mut self.payload) {
+            stepper.restart();
+        }
     }
 }
 
@@ -212,7 +228,7 @@ pub fn simulate(
         return recorder.finish(Outcome { kind: OutcomeKind::BadState, time: 0.0, message }, None);
     };
     let outcome = drive(&mut stepper, &mut driven, &schedule, end, options, &mut recorder, keep_going);
-    recorder.finish(outcome, Some(&stepper))
+    recorder.finish(outcome, Some((&stepper, &driven)))
 }
 
 /// A stepper at time zero; `None` where there is no such method, which [`start_fault`] finds first.
@@ -234,13 +250,15 @@ fn drive(
     schedule.apply(0.0, driven);
     recorder.take(stepper, driven);
     while stepper.t < end {
-        let limit = schedule.breaks.iter().copied().find(|&b| b > stepper.t + 1e-12).unwrap_or(end).min(end);
+        driven.change_payload(stepper);
+        let next = schedule.breaks.iter().copied().find(|&b| b > stepper.t + 1e-12);
+        let limit = next.into_iter().chain(driven.loads.next_time()).fold(end, f64::min);
         if let Err(failure) = stepper.step(driven, limit) {
             return failed(driven.model, stepper, failure);
         }
         recorder.take(stepper, driven);
-        if stepper.t >= limit {
-            schedule.apply(limit, driven);
+        if next.is_some_and(|at| stepper.t >= at) {
+            schedule.apply(stepper.t, driven);
             stepper.restart();
         }
         if let Some(outcome) = given_up(stepper, options, keep_going) {
@@ -278,6 +296,9 @@ pub(crate) fn start_fault(model: &dyn Model, x0: &[f64], options: &RunOptions) -
     }
     if let Some(i) = x0.iter().position(|v| !v.is_finite()) {
         return Some(format!("initial state `{}` is {}; it must be a finite number", layout.names[i], x0[i]));
+    }
+    if let Some(message) = payload::fault(&options.payload_changes) {
+        return Some(message);
     }
     (!model.admissible(x0)).then(|| format!("the initial state is impossible: {}", outside(model, x0)))
 }

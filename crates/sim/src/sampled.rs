@@ -91,7 +91,11 @@ pub fn simulate_sampled(
         events: Vec::new(),
     };
     let outcome = closed.run(&mut driven, &mut recorder, period, end, options, keep_going);
-    SampledRun { run: recorder.finish(outcome, Some(&closed.stepper)), samples: closed.samples, events: closed.events }
+    SampledRun {
+        run: recorder.finish(outcome, Some((&closed.stepper, &driven))),
+        samples: closed.samples,
+        events: closed.events,
+    }
 }
 
 fn bad_start(recorder: Recorder, message: String) -> SampledRun {
@@ -155,9 +159,11 @@ impl ClosedLoop<'_> {
                 sample += 1;
             }
             self.receive(driven, limit);
+            driven.change_payload(&mut self.stepper);
             // The next sample counts its times anew, so that no rounding piles up.
             let next = (sample as f64 * period).min(end);
-            limit = self.lines.next_arrival().map_or(next, |t| t.min(next));
+            let interruptions = self.lines.next_arrival().into_iter().chain(driven.loads.next_time());
+            limit = interruptions.fold(next, f64::min);
             while self.stepper.t < limit {
                 if let Err(failure) = self.stepper.step(driven, limit) {
                     return failed(driven.model, &self.stepper, failure);

@@ -3,6 +3,7 @@
 use crate::integrator::Stepper;
 use crate::model::Model;
 use crate::outcome::{Outcome, OutcomeKind};
+use crate::payload::{change_payload, PayloadEvent};
 use crate::run::{failed, start_fault, stepper, Driven, RunOptions};
 use crate::sensing::Sensors;
 use crate::valve_line::ValveLines;
@@ -11,6 +12,8 @@ use std::sync::Arc;
 pub struct Simulator {
     model: Arc<dyn Model>,
     options: RunOptions,
+    /// At the tip, kg.
+    payload: f64,
     sample_time: f64,
     stepper: Option<Stepper>,
     lines: ValveLines,
@@ -22,7 +25,8 @@ pub struct Simulator {
 impl Simulator {
     pub fn new(model: Arc<dyn Model>, sample_time: f64, options: RunOptions) -> Self {
         let (lines, sensors) = (ValveLines::new(model.machine()), Sensors::ideal(model.as_ref()));
-        Simulator { model, options, sample_time, stepper: None, lines, unread: sensors.clone(), sensors }
+        let payload = options.payload;
+        Simulator { model, options, payload, sample_time, stepper: None, lines, unread: sensors.clone(), sensors }
     }
 
     /// Reads through these sensors instead of ideal ones.
@@ -38,11 +42,12 @@ impl Simulator {
             return Err(fault);
         }
         self.lines.clear();
+        self.payload = self.options.payload;
         let driven = Driven::new(self.model.as_ref(), &self.options, 0.0);
         self.stepper = stepper(x0, &driven, &self.options);
         self.sensors = self.unread.clone();
         self.sensors.settle(0.0, x0);
-        self.sensors.read(self.model.as_ref(), 0.0, x0, self.options.payload);
+        self.sensors.read(self.model.as_ref(), 0.0, x0, self.payload);
         Ok(())
     }
 
@@ -65,6 +70,7 @@ impl Simulator {
             let limit = self.lines.next_arrival().map_or(end, |t| t.min(end));
             let mut driven = Driven::new(self.model.as_ref(), &self.options, stepper.t);
             driven.base = self.lines.arrived;
+            driven.payload = self.payload;
             stepper.refresh();
             while stepper.t < limit {
                 if let Err(failure) = stepper.step(&driven, limit) {
@@ -73,8 +79,23 @@ impl Simulator {
                 self.sensors.follow(stepper);
             }
         }
-        self.sensors.read(self.model.as_ref(), stepper.t, &stepper.x, self.options.payload);
+        self.sensors.read(self.model.as_ref(), stepper.t, &stepper.x, self.payload);
         Outcome { kind: OutcomeKind::Completed, time: stepper.t, message: "stepped".to_string() }
+    }
+
+    /// From here on the tip carries `mass` (kg): takes up a load that lies still, or lets one go. `None` before a reset.
+    pub fn set_payload(&mut self, mass: f64) -> Option<PayloadEvent> {
+        let stepper = self.stepper.as_mut()?;
+        let change = [self.payload, mass];
+        self.payload = mass;
+        let event = change_payload(self.model.as_ref(), stepper.t, &mut stepper.x, change);
+        stepper.restart();
+        Some(event)
+    }
+
+    /// At the tip, kg.
+    pub fn payload(&self) -> f64 {
+        self.payload
     }
 
     /// What the sensors read at the last sample.

@@ -15,6 +15,7 @@ fn options(method: &str) -> RunOptions {
         method: method.to_string(),
         tolerances: Tolerances { relative: 1e-4, absolute: 1e-4, max_step: 0.05 },
         payload: 0.0,
+        payload_changes: Vec::new(),
         ledger: true,
         max_steps: 1_000_000,
     }

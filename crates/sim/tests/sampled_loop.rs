@@ -43,7 +43,14 @@ fn start(m: &dyn Model) -> Vec<f64> {
 
 fn options() -> RunOptions {
     let tolerances = Tolerances { relative: 1e-4, absolute: 1e-4, max_step: 0.05 };
-    RunOptions { method: "rodas5p".into(), tolerances, payload: 0.0, ledger: false, max_steps: 1_000_000 }
+    RunOptions {
+        method: "rodas5p".into(),
+        tolerances,
+        payload: 0.0,
+        payload_changes: Vec::new(),
+        ledger: false,
+        max_steps: 1_000_000,
+    }
 }
 
 fn plan(m: &dyn Model) -> SampledPlan {

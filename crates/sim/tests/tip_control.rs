@@ -50,6 +50,7 @@ fn options(model: &dyn Model, payload: f64) -> RunOptions {
         method: method.to_string(),
         tolerances: Tolerances { relative: tolerance, absolute: tolerance, max_step: 0.01 },
         payload,
+        payload_changes: Vec::new(),
         ledger: false,
         max_steps: 10_000_000,
     }

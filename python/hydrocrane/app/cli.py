@@ -33,6 +33,7 @@ app.add_typer(control)
 
 class Chart(StrEnum):
     cylinders = "cylinders"
+    tip = "tip"
     joint_stroke = "joint-stroke"
     flow_law = "flow-law"
     friction = "friction"
@@ -110,6 +111,10 @@ def plot(
     _headless()
     if chart is Chart.cylinders:
         figure = _run(target, settings).plot(cylinder)
+    elif chart is Chart.tip:
+        from hydrocrane import plots
+
+        figure = plots.tip_charts(_run(target, settings))
     else:
         figure = _machine_chart(_machine(target, settings), chart, cylinder)
     _write_figure(figure, output, f"{Path(target).stem}-{chart.value}.png")

@@ -90,7 +90,14 @@ def scenario_report(plan: Scenario, crane: Machine) -> list[Text]:
         Text(f"machine {crane.name}, {plan.duration:g} s recorded every {plan.record_interval * 1e3:g} ms"),
         Text(f"start at {', '.join(q)}; pressures {plan.pressures if isinstance(plan.pressures, str) else 'given'}"),
         Text(f"{_drive(plan, crane)}; solver {plan.solver.method}"),
+        *_loads(plan),
     ]
+
+
+def _loads(plan: Scenario) -> list[Text]:
+    """The payload against time, where it changes."""
+    changes = [f"{mass:g} kg from {time:g} s" for time, mass in plan.payload_changes.items()]
+    return [Text(f"payload {', '.join(changes)}")] if changes else []
 
 
 def _drive(plan: Scenario, crane: Machine) -> str:

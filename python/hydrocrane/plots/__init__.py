@@ -7,6 +7,7 @@ from hydrocrane.plots.friction_maps import friction_maps
 from hydrocrane.plots.joint_stroke import joint_stroke
 from hydrocrane.plots.loadchart import load_chart
 from hydrocrane.plots.modes import mode_map
+from hydrocrane.plots.tip_path import tip_charts
 from hydrocrane.plots.workspace import workspace
 
 __all__ = [
@@ -18,5 +19,6 @@ __all__ = [
     "load_chart",
     "mode_map",
     "overview",
+    "tip_charts",
     "workspace",
 ]

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from hydrocrane.benchmark import Benchmark, Result
 
 # Shapes of paths, those first that are drawn where there is room for PANELS only.
-SHAPES = ("up", "out", "square", "circle", "reach", "down", "in")
-PANELS = 5
+SHAPES = ("up", "out", "square", "circle", "reach", "log", "down", "in")
+PANELS = 6
 # Share of the path's size that the enlarged deviation may take.
 SHOWN_DEVIATION = 0.2
 # Bars begin here, m.

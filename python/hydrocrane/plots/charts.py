@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.plots.style import COLOURS, MUTED, figure, shown, styled, title, write
+from hydrocrane.plots.tip_path import mark_payload_changes
 
 if TYPE_CHECKING:
     from hydrocrane.result import Run
@@ -74,6 +75,7 @@ def _curve(axes: Axes, run: Run, name: str, colour: str) -> None:
     axes.plot(run.data.time.values, values, color=colour)
     axes.set_ylabel(f"[{unit}]")
     axes.margins(x=0)
+    mark_payload_changes(axes, run)
     _keep_flat(axes, values)
     if values.min() < 0 < values.max():
         axes.axhline(0.0, color=MUTED, lw=0.7, zorder=1)

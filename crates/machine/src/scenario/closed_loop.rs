@@ -1,8 +1,9 @@
 //! `[controller]` and `[joystick]` of a scenario: who drives the spools, and what the operator wants.
 
-use super::{Interpolation, Result};
+use super::{overrides_in, plain, Interpolation, Result};
 use crate::errors::ErrorKind;
-use crate::load::Source;
+use crate::load::{self, Source};
+use crate::merge::{Override, OverrideValue};
 use crate::model::Machine;
 use crate::quantities::{time, velocity};
 use crate::reader::{Field, Reader, Sign};
@@ -18,6 +19,8 @@ pub struct ControllerChoice {
     /// Time that computing takes, s.
     pub delay: f64,
     pub sensors: SensorQuality,
+    /// Overrides of the machine's values that the controller believes in, by dotted key.
+    pub believed: Vec<(String, OverrideValue)>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,13 +61,20 @@ const LEVER: &str = "lever";
 const STICK_KEYS: [&str; 7] = ["mode", "time", "interpolation", "dead-zone", "full-speed", "ramp", "log"];
 
 /// The controller; a joystick alone calls for the one that fits its mode.
-pub fn controller(root: &Reader, stick: Option<&Joystick>) -> Result<Option<ControllerChoice>> {
+/// `source` and `overrides` are those of the machine.
+pub fn controller(
+    root: &Reader,
+    stick: Option<&Joystick>,
+    source: &str,
+    overrides: &[Override],
+) -> Result<Option<ControllerChoice>> {
     let fitting = match stick {
         Some(Joystick { mode: StickMode::Lever, .. }) => LEVER,
         _ => CONTROLLERS[0].0,
     };
-    let Some(table) = root.table("controller", &["name", "period", "delay", "sensors"])? else {
-        let alone = ControllerChoice { name: fitting.into(), period: None, delay: 0.0, sensors: SensorQuality::Ideal };
+    let Some(table) = root.table("controller", &["name", "period", "delay", "sensors", "believed"])? else {
+        let (name, sensors) = (fitting.into(), SensorQuality::Ideal);
+        let alone = ControllerChoice { name, period: None, delay: 0.0, sensors, believed: Vec::new() };
         return Ok(stick.map(|_| alone));
     };
     if root.has("command") {
@@ -83,9 +93,17 @@ pub fn controller(root: &Reader, stick: Option<&Joystick>) -> Result<Option<Cont
             &[("ideal", SensorQuality::Ideal), ("data-sheet", SensorQuality::DataSheet)],
             SensorQuality::Ideal,
         )?,
+        believed: believed(&table, source, overrides)?,
     };
     check_mode(&table, &choice.name, stick)?;
     Ok(Some(choice))
+}
+
+/// What the controller believes of the machine where that is not the truth; loading it finds what is wrong.
+fn believed(table: &Reader, source: &str, overrides: &[Override]) -> Result<Vec<(String, OverrideValue)>> {
+    let believed = overrides_in(table, "believed")?;
+    load::load_with(source, &[overrides, &believed].concat())?;
+    Ok(plain(believed))
 }
 
 fn check_mode(table: &Reader, name: &str, stick: Option<&Joystick>) -> Result<()> {

@@ -78,11 +78,9 @@ pub fn machine(tree: &Node) -> Result<Machine> {
         joints,
         cylinders,
         provenance: Vec::new(),
-        numbers: Vec::new(),
     };
     errata::check_printed_viscosity(&root, &machine)?;
     machine.provenance = log.in_order_of(tree);
-    machine.numbers = log.numbers_in_order_of(tree);
     Ok(machine)
 }
 

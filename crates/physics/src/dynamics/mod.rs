@@ -1,5 +1,6 @@
 //! Motion of the chain under forces (thesis 3.2).
 
+pub mod attachment;
 pub mod energy;
 pub mod equations_of_motion;
 

@@ -1,7 +1,7 @@
 //! Keys of a machine file as parameters: `supply.pressure`, or `friction.test.coulomb[0]` for one value of a pair.
 
 use super::SensitivityError;
-use hydrocrane_machine::model::Number;
+use hydrocrane_machine::model::{Form, Provenance, Recorded};
 use hydrocrane_machine::{ErrorKind, Machine, OverrideValue, Template};
 
 type Result<T> = std::result::Result<T, SensitivityError>;
@@ -29,7 +29,7 @@ pub struct Keys {
     slots: Vec<Slot>,
     /// The numbers in the tables of the keys. All are given in SI when a value changes, because the unit of one can depend on
     /// the value of another (viscous friction on its exponent).
-    pinned: Vec<Number>,
+    pinned: Vec<Provenance>,
 }
 
 impl Keys {
@@ -40,8 +40,8 @@ impl Keys {
         }
         let machine = template.build(&[])?;
         let paths: Vec<(&str, Option<usize>)> = keys.iter().map(|key| split(key)).collect::<Result<_>>()?;
-        let beside = |number: &&Number| paths.iter().any(|(path, _)| table_of(path) == table_of(&number.key));
-        let pinned: Vec<Number> = machine.numbers.iter().filter(beside).cloned().collect();
+        let beside = |entry: &&Provenance| entry.value.form != Form::List && paths.iter().any(|(path, _)| table_of(path) == table_of(&entry.key));
+        let pinned: Vec<Provenance> = machine.provenance.iter().filter(beside).cloned().collect();
         let mut found = Keys { template, parameters: Vec::new(), slots: Vec::new(), pinned };
         for (i, (key, (path, element))) in keys.iter().zip(&paths).enumerate() {
             let clash = |(other, e): &(&str, Option<usize>)| {
@@ -59,11 +59,11 @@ impl Keys {
         let Some(index) = self.pinned.iter().position(|number| number.key == path) else {
             return Err(self.no_number(path, machine));
         };
-        let number = &self.pinned[index];
-        let pair = number.shared || number.values.len() == 2;
+        let number = &self.pinned[index].value;
+        let pair = number.form != Form::One;
         let trouble = match element {
             Some(_) if !pair => Some(format!("`{path}` is one number: leave out the brackets")),
-            None if number.values.len() == 2 => {
+            None if number.form == Form::Two => {
                 Some(format!("`{path}` holds two values: name one of them, `{path}[0]` or `{path}[1]`"))
             }
             _ => None,
@@ -71,8 +71,8 @@ impl Keys {
         if let Some(text) = trouble {
             return Err(SensitivityError::Key(text));
         }
-        let i = element.filter(|_| !number.shared).unwrap_or(0);
-        self.parameters.push(Parameter { key: key.into(), value: number.values[i], unit: number.units[i].clone() });
+        let i = element.filter(|_| number.form == Form::Two).unwrap_or(0);
+        self.parameters.push(Parameter { key: key.into(), value: number.si[i], unit: number.units[i].clone() });
         self.slots.push(Slot { number: index, element });
         Ok(())
     }
@@ -80,7 +80,7 @@ impl Keys {
     /// Why `path` names no number: the loader knows.
     fn no_number(&self, path: &str, machine: &Machine) -> SensitivityError {
         if let Some((pair, element @ ("0" | "1"))) = path.rsplit_once('.') {
-            if machine.numbers.iter().any(|number| number.key == pair) {
+            if machine.provenance.iter().any(|entry| entry.key == pair && entry.value.form != Form::List) {
                 return SensitivityError::Key(format!(
                     "one value of a pair is written `{pair}[{element}]`, not `{path}`"
                 ));
@@ -115,26 +115,28 @@ impl Keys {
                 let text = format!("the value of `{}` must be a finite number, got {value}", parameter.key);
                 return Err(SensitivityError::Key(text));
             }
-            set(&mut numbers[slot.number], slot.element, *value);
+            set(&mut numbers[slot.number].value, slot.element, *value);
         }
-        let changes: Vec<(String, OverrideValue)> = numbers.iter().map(|n| (n.key.clone(), override_of(n))).collect();
+        let changes: Vec<(String, OverrideValue)> = numbers.iter().map(|n| (n.key.clone(), override_of(&n.value))).collect();
         Ok(self.template.build(&changes)?)
     }
 }
 
 /// A value shared by both of a pair is parted where one of them is set.
-fn set(number: &mut Number, element: Option<usize>, value: f64) {
-    if number.shared && element.is_some() {
-        number.values = vec![number.values[0]; 2];
-        number.shared = false;
+fn set(number: &mut Recorded, element: Option<usize>, value: f64) {
+    if number.form == Form::Shared && element.is_some() {
+        number.form = Form::Two;
     }
-    number.values[element.unwrap_or(0)] = value;
+    if number.form == Form::Shared {
+        number.si = vec![value; 2];
+    }
+    number.si[element.unwrap_or(0)] = value;
 }
 
-fn override_of(number: &Number) -> OverrideValue {
-    match number.values.as_slice() {
-        [value] => OverrideValue::Number(*value),
-        values => OverrideValue::List(values.iter().copied().map(OverrideValue::Number).collect()),
+fn override_of(number: &Recorded) -> OverrideValue {
+    match number.form {
+        Form::One | Form::Shared => OverrideValue::Number(number.si[0]),
+        _ => OverrideValue::List(number.si.iter().copied().map(OverrideValue::Number).collect()),
     }
 }
 

@@ -1,0 +1,103 @@
+//! Loads that come and go: the payload against time, and what each change does to the state and to the energy account.
+//!
+//! Taking up a load that lies still is an impact (`hydrocrane_physics::dynamics::attachment`); letting one go leaves the
+//! state as it is. theory: docs/theory/simulation.md
+
+use crate::model::Model;
+
+/// From `time` (s) on the tip carries `mass` (kg).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PayloadChange {
+    pub time: f64,
+    pub mass: f64,
+}
+
+/// What a change of the payload did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PayloadEvent {
+    /// s
+    pub time: f64,
+    /// Payload before and after, kg.
+    pub mass: [f64; 2],
+    /// Velocity (x, z) of the tip before and after, m/s.
+    pub tip_velocity: [[f64; 2]; 2],
+    /// Kinetic energy that became heat, J.
+    pub loss: f64,
+    /// Mechanical energy that the load brought, negative where it took some away, J.
+    pub brought: f64,
+}
+
+/// Name, meaning and sign in the balance of the account's terms.
+pub const PAYLOAD_TERMS: [(&str, &str, f64); 2] = [
+    ("load", "energy that loads bring less what they take away", 1.0),
+    ("impact", "heat of taking up loads that lie still", -1.0),
+];
+
+/// The loads of one run.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Loads {
+    /// Ascending; those before `next` are done.
+    changes: Vec<PayloadChange>,
+    next: usize,
+    pub events: Vec<PayloadEvent>,
+    /// Energies since the start, J, in the order of [`PAYLOAD_TERMS`].
+    pub account: [f64; 2],
+}
+
+/// Rounding allowed between the time of a change and the time at hand, s.
+const ROUNDING: f64 = 1e-12;
+
+impl Loads {
+    pub fn new(changes: &[PayloadChange]) -> Self {
+        Loads { changes: changes.to_vec(), ..Loads::default() }
+    }
+
+    /// When the payload changes next.
+    pub fn next_time(&self) -> Option<f64> {
+        self.changes.get(self.next).map(|change| change.time)
+    }
+
+    /// Carries out the changes that are due at `now` on state `x` and the `payload` at hand; whether there were any.
+    pub fn come_and_go(&mut self, model: &dyn Model, now: f64, x: &mut [f64], payload: &mut f64) -> bool {
+        let first = self.next;
+        while let Some(change) = self.changes.get(self.next).filter(|change| change.time <= now + ROUNDING) {
+            let event = change_payload(model, now, x, [*payload, change.mass]);
+            *payload = change.mass;
+            self.account[0] += event.brought;
+            self.account[1] += event.loss;
+            self.events.push(event);
+            self.next += 1;
+        }
+        self.next > first
+    }
+}
+
+/// Changes the payload of state `x` from the first to the second mass.
+pub(crate) fn change_payload(model: &dyn Model, time: f64, x: &mut [f64], mass: [f64; 2]) -> PayloadEvent {
+    let n = model.layout().joints();
+    let (q, rest) = x.split_at_mut(model.layout().qd(0));
+    let qd = &mut rest[..n];
+    let load = mass[1] - mass[0];
+    let before = model.tip_velocity(q, qd);
+    let mut loss = 0.0;
+    if load > 0.0 {
+        let mut rates = vec![0.0; n];
+        loss = model.attach(q, qd, mass[0], load, &mut rates);
+        qd.copy_from_slice(&rates);
+    }
+    let potential = |payload: f64| model.energies(q, &vec![0.0; n], payload).1;
+    // A load that is taken up lies still; one that is let go leaves with the tip's velocity.
+    let carried_off = 0.5 * (-load).max(0.0) * (before[0] * before[0] + before[1] * before[1]);
+    let brought = potential(mass[1]) - potential(mass[0]) - carried_off;
+    PayloadEvent { time, mass, tip_velocity: [before, model.tip_velocity(q, qd)], loss, brought }
+}
+
+/// Why a payload cannot change like this, if it cannot.
+pub(crate) fn fault(changes: &[PayloadChange]) -> Option<String> {
+    if let Some(change) = changes.iter().find(|c| !(c.mass.is_finite() && c.mass >= 0.0)) {
+        return Some(format!("a payload of {} kg at {} s; it must be zero or greater", change.mass, change.time));
+    }
+    let times: Vec<f64> = std::iter::once(0.0).chain(changes.iter().map(|c| c.time)).collect();
+    let back = times.windows(2).find(|pair| !(pair[1].is_finite() && pair[1] > pair[0]))?;
+    Some(format!("the payload changes at {} s after {} s; its times must grow from above zero", back[1], back[0]))
+}

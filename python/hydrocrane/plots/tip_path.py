@@ -1,0 +1,68 @@
+"""The way of the crane tip, and what it carries on the way."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from hydrocrane.errors import InputError
+from hydrocrane.plots.style import ACCENT, COLOURS, INK, MUTED, figure, shown, styled, title
+
+if TYPE_CHECKING:
+    from hydrocrane.result import Run
+
+# Below the path, each against time where the run has it: variable, heading.
+PANELS = (
+    ("tip.deviation", "distance from the way of the set-point"),
+    ("payload", "payload"),
+    ("supply.power", "power drawn from the pump"),
+)
+
+
+@styled
+def tip_charts(run: Run) -> Figure:
+    """Path of the tip with the way of its set-point; deviation, payload and pump power against time."""
+    if run.data.sizes["time"] < 2:
+        raise InputError(f"this run recorded no motion to draw: {run.outcome.kind}, {run.outcome.message}")
+    rows = [(name, heading) for name, heading in PANELS if name in run.data]
+    fig, axes = figure(7.5, 4.0 + 1.7 * len(rows), nrows=1 + len(rows), height_ratios=[2.4] + [1.0] * len(rows))
+    _path(axes[0], run)
+    for panel, (name, heading) in zip(axes[1:], rows, strict=True):
+        unit, factor = shown(str(run.data[name].attrs["units"]))
+        drawstyle = "steps-pre" if name == "payload" else "default"
+        panel.plot(run.data.time.values, run.data[name].values * factor, color=COLOURS[0], drawstyle=drawstyle)
+        panel.set_title(heading, fontsize=9.5)
+        panel.set_ylabel(f"[{unit}]")
+        panel.margins(x=0)
+        panel.sharex(axes[1])
+        mark_payload_changes(panel, run)
+    axes[-1].set_xlabel("time [s]")
+    title(fig, "Crane tip", f"{run.data.attrs['scenario']} on {run.data.attrs['machine']}")
+    return fig
+
+
+def mark_payload_changes(axes: Axes, run: Run) -> None:
+    """A line at each time at which a load is taken up or let go."""
+    for change in run.payload_changes:
+        axes.axvline(change.time, color=ACCENT if change.after > change.before else MUTED, lw=0.9, ls=":", zorder=1.5)
+
+
+def _path(axes: Axes, run: Run) -> None:
+    data = run.data
+    time, x, z = (data[name].values for name in ("time", "tip.x", "tip.z"))
+    if "set_point.x" in data:
+        axes.plot(data["set_point.x"], data["set_point.z"], color=INK, lw=0.8, label="set-point")
+    axes.plot(x, z, color=COLOURS[0], lw=1.2, label="tip")
+    axes.plot(x[0], z[0], marker="o", ms=4, color=INK, ls="none", label="start")
+    for change in run.payload_changes:
+        load = change.after - change.before
+        word, colour = ("takes up", ACCENT) if load > 0 else ("lets go", MUTED)
+        place = [np.interp(change.time, time, column) for column in (x, z)]
+        axes.plot(*place, marker="v", ms=7, color=colour, ls="none", label=f"{word} {abs(load):g} kg")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("z [m]")
+    axes.legend(loc="best")
