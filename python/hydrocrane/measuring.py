@@ -36,7 +36,9 @@ def measure(
         raise InputError(f"measure takes a run or its dataset over `time`, got {type(recorded).__name__}")
     missing = [name for name in crane.state_names if name not in data]
     if missing:
-        raise InputError(f"the recorded data lack the state `{missing[0]}` of {crane.name}: they are of another machine")
+        raise InputError(
+            f"the recorded data lack the state `{missing[0]}` of {crane.name}: they are of another machine"
+        )
     time = np.ascontiguousarray(data.time.values, dtype=np.float64)
     states = np.stack([data[name].values for name in crane.state_names], axis=-1).astype(np.float64)
     if not (np.isfinite(time).all() and np.isfinite(states).all() and (np.diff(time) > 0).all()):

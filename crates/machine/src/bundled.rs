@@ -20,5 +20,14 @@ pub fn bundled_scenarios() -> &'static [(&'static str, &'static str)] {
         "heinze-2007-open-loop",
         "hiab-lift",
         "single-cylinder-step",
+        "rig-small-sine",
+        "rig-constant-velocity",
+        "rig-ramp",
+        "rig-step",
+        "rig-break-away",
+        "rig-frictional-lag",
+        "rig-load-variation",
+        "rig-pressure-variation",
+        "rig-kalmar-ramp",
     )
 }

@@ -4,7 +4,7 @@ use hydrocrane_machine::load;
 use hydrocrane_sim::{build, EquilibriumMode, Model};
 use std::sync::Arc;
 
-const MACHINES: [&str; 3] = ["rottne-f9-lab", "hiab-xs031", "single-cylinder"];
+const MACHINES: [&str; 5] = ["rottne-f9-lab", "hiab-xs031", "single-cylinder", "rig-rottne", "rig-kalmar"];
 
 fn model(name: &str) -> Arc<dyn Model> {
     build(&load(name, &[]).expect("a bundled machine")).expect("a machine that can be built")

@@ -14,6 +14,7 @@ import typer
 
 from hydrocrane.app.console import bar, complain, say, waiting
 from hydrocrane.app.control import control
+from hydrocrane.app.rig import rig
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,6 +30,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.add_typer(control)
+app.add_typer(rig)
 
 
 class Chart(StrEnum):

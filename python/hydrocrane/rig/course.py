@@ -68,6 +68,8 @@ class Course:
     def follow(self, name: str, velocity: Callable[[Array], Array], duration: float, *, points: int) -> None:
         """`velocity(t)` for t from 0 to `duration`, in `points` straight pieces; a `name` makes it a segment."""
         start = self.time[-1]
+        if duration <= EDGE:
+            raise InputError(f"a motion of {duration:g} s is shorter than a step of the spool; ask for a slower one")
         t = np.linspace(EDGE, duration, points)
         v = velocity(t)
         self.time += (start + t).tolist()
@@ -92,8 +94,8 @@ class Course:
         low, high = crane.stroke_limits[0] * (1 - 2 * CLEARANCE)
         if np.ptp(way) > high - low:
             raise InputError(
-                f"the experiment needs {np.ptp(way) * 1e3:.0f} mm of stroke, {crane.name} has {(high - low) * 1e3:.0f} mm"
-                " between its end stops; take fewer or slower velocities"
+                f"the experiment needs {np.ptp(way) * 1e3:.0f} mm of stroke, {crane.name} has"
+                f" {(high - low) * 1e3:.0f} mm between its end stops; take fewer or slower velocities"
             )
         return float(0.5 * (low + high) - 0.5 * (way.max() + way.min()))
 

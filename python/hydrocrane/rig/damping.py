@@ -43,8 +43,8 @@ def bristle_damping(
     At rest the mass swings on the bristles, m x'' + sigma_1 x' + sigma_0 x = 0 (127): sigma_1 = 2 zeta sqrt(sigma_0 m).
     In motion friction never gives energy back if sigma_1(v) abs(v) <= 4 g(v), and g(v) is at least the Coulomb force.
     A damping that fades as exp(-(v/v_d)^2) has its largest sigma_1(v) abs(v) at v = v_d / sqrt(2), so that
-    v_d = sqrt(2 e) 4 F_C / (margin sigma_1) keeps the bound with `margin`; v_d is not made larger than `fastest`, because
-    nothing is known of bristles beyond. Without fading, sigma_1 itself is bounded so that it holds up to `fastest`.
+    v_d = sqrt(2 e) 4 F_C / (margin sigma_1) keeps the bound with `margin`; it is not made larger than `fastest`, beyond
+    which nothing is known of bristles. Without fading, sigma_1 itself is bounded so that it holds up to `fastest`.
 
     Parameters
     ----------

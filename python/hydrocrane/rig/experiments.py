@@ -1,7 +1,7 @@
 """The experiments of section 5.2 of the thesis, each a course of piston velocities on the scales of the rig's seal.
 
-Nothing is regulated: the spool follows a table made from the valve's steady law before, as on the real rig, and the piston
-moves as it then does.
+Nothing is regulated: as on the real rig the spool follows a table, made before from the valve's steady law, and the
+piston moves as it then does.
 """
 
 from __future__ import annotations
@@ -21,8 +21,9 @@ LEVELS = (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 1e-1)
 FEWER_LEVELS = (5e-4, 1e-3, 2e-3, 5e-3, 2e-2, 5e-2, 1e-1)
 # Straight pieces of one period of a sinusoid.
 POINTS_PER_PERIOD = 40
-# s
+# Pause between two motions, s, and velocity of an unmeasured way back, m/s.
 REST = 1.0
+RETURN = 0.03
 
 
 def _small_sine(seal: Seal, *, frequency: float = 0.2, cycles: int = 5, travel: float = 3.0) -> Course:
@@ -30,7 +31,7 @@ def _small_sine(seal: Seal, *, frequency: float = 0.2, cycles: int = 5, travel: 
     peak = np.pi * frequency * travel * seal.slip
     course = Course()
     course.rest(REST)
-    course.follow("sine", _sine(0.0, peak, frequency), cycles / frequency, points=POINTS_PER_PERIOD * cycles + 1)
+    course.follow("sine", _sine(0.0, peak, frequency), cycles / frequency, points=round(POINTS_PER_PERIOD * cycles) + 1)
     course.rest(REST)
     return course
 
@@ -43,7 +44,7 @@ def _constant_velocity(
     From fast to slow the chamber pressures are near where they have to be when a slow level begins, which would take
     minutes to build them up itself. Each level lasts for `slips` slips of the bristles, `least` m and `seconds`.
     """
-    speeds = np.sort(np.abs(_increasing("levels", np.sort(np.atleast_1d(np.asarray(levels, dtype=np.float64))))))[::-1]
+    speeds = _increasing("levels", np.sort(levels))[::-1]
     course = Course()
     course.rest(REST)
     for direction in (1, -1):
@@ -54,7 +55,7 @@ def _constant_velocity(
     return course
 
 
-def _ramp(seal: Seal, *, speed: float = 0.5, last: float = 2.0) -> Course:
+def _ramp(seal: Seal, *, speed: float = 0.25, last: float = 1.0) -> Course:
     """Figures 57, 71: the spool opens at a steady rate from rest, extending, then retracting.
 
     The bristles slip at about `speed` Stribeck velocities, so that they are seen to bend before; it ends at `last`.
@@ -93,11 +94,11 @@ def _break_away(seal: Seal, *, speeds: Sequence[float] = (0.1, 0.3, 1.0, 3.0)) -
     return course
 
 
-def _frictional_lag(seal: Seal, *, shares: Sequence[float] = (0.08, 0.16, 0.32, 0.64), cycles: int = 3) -> Course:
+def _frictional_lag(seal: Seal, *, shares: Sequence[float] = (0.025, 0.05, 0.1), cycles: int = 2) -> Course:
     """Figure 55: velocity that swings about 1.5 Stribeck velocities without turning, ever faster.
 
-    Frequencies are `shares` of the Stribeck velocity per slip of the bristles, which is how fast these can follow, but no
-    more than the valve can follow.
+    Frequencies are `shares` of the Stribeck velocity per slip of the bristles, which is how fast these can follow, but
+    no more than the valve can follow. Between two frequencies the piston goes back to where it was.
     """
     follow = min(seal.velocity / seal.slip, 6.0)
     course = Course()
@@ -105,8 +106,10 @@ def _frictional_lag(seal: Seal, *, shares: Sequence[float] = (0.08, 0.16, 0.32, 
     for share in _increasing("shares", shares):
         frequency = share * follow
         wave = _sine(1.5 * seal.velocity, 1.4 * seal.velocity, frequency)
-        course.follow(f"{frequency:.3g} Hz", wave, cycles / frequency, points=POINTS_PER_PERIOD * cycles + 1)
-    course.rest(REST)
+        course.follow(f"{frequency:.3g} Hz", wave, cycles / frequency, points=round(POINTS_PER_PERIOD * cycles) + 1)
+        course.rest(REST)
+        course.hold("", -RETURN, 1.5 * seal.velocity * cycles / frequency / RETURN)
+        course.rest(REST)
     return course
 
 
@@ -130,8 +133,8 @@ def _ramp_rate(seal: Seal, speed: float) -> float:
 
 def _increasing(name: str, values: Sequence[float]) -> Array:
     found = real_array(values, name)
-    if found.ndim != 1 or not found.size or (found <= 0).any() or (np.diff(found) <= 0).any():
-        raise InputError(f"{name} must be numbers greater than zero, each once and in rising order; got {values!r}")
+    if (np.diff(found) <= 0).any():
+        raise InputError(f"{name} must each be given once, in rising order; got {np.asarray(values).tolist()}")
     return found
 
 
@@ -175,10 +178,12 @@ def experiment(name: str) -> Experiment:
 def course_of(name: str, seal: Seal, options: dict[str, Any]) -> Course:
     """The course of an experiment with its `options`."""
     make = experiment(name).course
-    known = [option for option in make.__kwdefaults__]
+    known = make.__kwdefaults__
     for option, value in options.items():
         if option not in known:
             raise InputError(f"the experiment {name} has no option `{option}`{nearest(option, known)}")
-        if (real_array(value, option) <= 0).any():
-            raise InputError(f"{option} must be greater than zero, got {value!r}")
+        given = real_array(value, option)
+        if given.ndim != np.ndim(known[option]) or not given.size or (given <= 0).any():
+            kind = "numbers" if np.ndim(known[option]) else "one number"
+            raise InputError(f"{option} must be {kind} greater than zero, for example {known[option]}; got {value!r}")
     return make(seal, **options)

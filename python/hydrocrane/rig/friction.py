@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hydrocrane.errors import unknown
+from hydrocrane.errors import InputError, unknown
 
 Pair = tuple[float, float]
 
@@ -44,7 +44,7 @@ def loaded_friction(rig: str = "rig-rottne", load: int = 115) -> dict[str, list[
     if rig not in rigs:
         raise unknown("rig", rig, rigs)
     if (rig, load) not in TABLE_3:
-        raise unknown("load of Table 3 in kg", load, ("0", "115"))
+        raise InputError(f"Table 3 has loads of 0 and 115 kg, not {load!r}")
     row = TABLE_3[rig, load]
     return {
         "friction.test.coulomb": list(row.alpha_0),

@@ -40,8 +40,8 @@ class RigLog:
     Attributes
     ----------
     data : xarray.Dataset
-        Over ``time``: ``x`` (piston from mid-stroke, m), ``p1``, ``p2`` (Pa), ``force`` (load cell, net force on the rod,
-        N; optional) as the sensors read them, and ``command`` (spool, m). `attrs` say what was run.
+        Over ``time``, as the sensors read them: ``x`` (piston from mid-stroke, m), ``p1``, ``p2`` (Pa), ``force`` (load
+        cell, net force on the rod, N; optional); and ``command`` (spool, m). `attrs` say what was run.
     truth : xarray.Dataset
         At the same times, without any sensor: ``x``, ``v``, ``p1``, ``p2``, ``force``, ``friction``, ``z``, ``spool``.
     run : Run

@@ -106,8 +106,8 @@ def run(
 def series(name: str, rig: Rig = "rig-rottne", **settings: Any) -> list[RigLog]:
     """All runs of an experiment that varies the load or the supply pressure; one run of any other.
 
-    `settings` are those of :func:`run`; what is varied may not be among them. Loads are 0, 20 and 115 kg, pressures that of
-    the thesis and 100 bar (Figures 74, 75); on a rig with less supply, its own and 5/7 of it.
+    `settings` are those of :func:`run`; what is varied may not be among them. Loads are 0, 20 and 115 kg, pressures the
+    rig's own and 5/7 of it: 140 and 100 bar on ``rig-rottne`` (Figures 74, 75).
     """
     members = experiment(name).series
     varied = {key for member in members for key in member}
@@ -127,7 +127,9 @@ def _machine(
     """The rig with everything that its file is to be changed in."""
     given = rig if isinstance(rig, Machine) else load_machine(rig)
     if len(given.joint_names) != 1 or given.joint_units[0] != "m":
-        raise InputError(f"{given.name} is no friction rig: it takes one cylinder on one sliding joint, as rig-rottne has")
+        raise InputError(
+            f"{given.name} is no friction rig: it takes one cylinder on one sliding joint, as rig-rottne has"
+        )
     changes = plain_overrides(overrides or {})
     if supply is not None:
         changes |= plain_overrides({"supply.pressure": supply})
@@ -204,7 +206,9 @@ def _data(crane: Machine, recorded: xr.Dataset, readings: xr.Dataset, load_cell:
     if load_cell:
         signals["force"] = f"{cylinder}.force"
         if signals["force"] not in readings:
-            raise InputError(f"{crane.name} has no load cell; give load_cell=False, or a [sensor] that measures the force")
+            raise InputError(
+                f"{crane.name} has no load cell; give load_cell=False, or a [sensor] that measures the force"
+            )
     data = xr.Dataset(coords={"time": recorded.time})
     for name, signal in signals.items():
         data[name] = readings[signal]
@@ -224,11 +228,15 @@ def _truth(crane: Machine, recorded: xr.Dataset) -> xr.Dataset:
     return xr.Dataset(kept, coords={"time": recorded.time}, attrs=recorded.attrs)
 
 
-def _about(
-    crane: Machine, name: str, plan: Scenario, recorded: xr.Dataset, reading: dict[str, Any]
-) -> dict[str, Any]:
+def _about(crane: Machine, name: str, plan: Scenario, recorded: xr.Dataset, reading: dict[str, Any]) -> dict[str, Any]:
     """What was run: plain strings and numbers, so that every file format keeps them."""
     kept = ("machine", "machine_source", "machine_overrides", "outcome", "outcome_time", "outcome_message", "source")
     about = {key: recorded.attrs[key] for key in kept}
     own = {"experiment": name, "payload": crane.payload(plan.payload), "supply": crane.supply_pressure}
-    return {"title": f"{crane.title}: {plan.title}", **own, **reading, **about, "Conventions": "SI units, gauge pressures"}
+    return {
+        "title": f"{crane.title}: {plan.title}",
+        **own,
+        **reading,
+        **about,
+        "Conventions": "SI units, gauge pressures",
+    }
