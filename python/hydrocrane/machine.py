@@ -213,6 +213,11 @@ class Machine:
         return {key: Value(key, plain(si), unit, kind, source) for key, si, unit, kind, source in self.core.values}
 
     @property
+    def sensors(self) -> dict[str, str]:
+        """Sensors of the file: the signal that each measures, by its name."""
+        return dict(self.core.sensors)
+
+    @property
     def provenance_tally(self) -> dict[str, int]:
         """How many values are measured, fitted, from the literature, assumed, or a setting."""
         count = Counter(kind for _, kind, _ in self.provenance)

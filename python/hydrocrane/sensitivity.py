@@ -98,6 +98,11 @@ class Experiment:
                 "sensitivities need spool commands; this scenario has a controller, whose samples depend on the run. Give "
                 "its commands as a table: commands=(time, spool), from `cylinder.<c>.command` of a run"
             )
+        if self.plan.payload_changes:
+            raise InputError(
+                "sensitivities need one payload throughout; this scenario picks loads up or drops them. Leave out "
+                "`payload_changes`, or take the stretches between them as runs of their own"
+            )
         self.keys = _checked_keys(keys)
         self.machine = self.plan.load_machine()
         self.payload = self.machine.payload(self.plan.payload)
@@ -139,7 +144,7 @@ class Experiment:
         at_rest = isinstance(plan.pressures, str)
         start = state[: len(crane.joint_names)] if at_rest else state
         overrides = {**crane.overrides, "payload.mass": self.payload}
-        settings = {**dataclasses.asdict(plan.solver), "payload": self.payload, "ledger": False}
+        settings = {**dataclasses.asdict(plan.solver), "payload": self.payload, "ledger": False, "payload_changes": []}
         head = (crane.source, list(overrides.items()), self.keys, np.ascontiguousarray(start), at_rest)
         body = (float(plan.duration), *plan.command_grid(crane), times, settings, bool(resolve_slopes))
         return _core.SensitivityExperiment(*head, *body)
@@ -199,7 +204,12 @@ class Sensitivities:
         """The run itself, as :func:`hydrocrane.simulate` gives it without ledger."""
         made, raw = self._experiment, self._raw
         states = np.ascontiguousarray(np.asarray(raw["values"])[:, : len(made.machine.state_names)])
-        record = {key: raw[key] for key in ("t", "commands", "outcome", "stats")} | {"states": states, "ledger": []}
+        record = {key: raw[key] for key in ("t", "commands", "outcome", "stats")} | {
+            "states": states,
+            "ledger": [],
+            "payloads": np.full(len(raw["t"]), made.payload),
+            "payload_changes": [],
+        }
         data = run_dataset(made.machine, made.plan, record, payload=made.payload, wall=self._wall)
         return Run(data, made.machine)
 

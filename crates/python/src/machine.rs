@@ -153,6 +153,11 @@ impl Machine {
             .map(|p| (p.key.as_str(), p.value.si.as_slice(), p.value.units[0].as_str(), class(p.class), p.source.as_str()))
             .collect()
     }
+    /// Sensors of the file: name and measured signal.
+    #[getter]
+    fn sensors(&self) -> Vec<(&str, &str)> {
+        self.model.machine().sensors.iter().map(|s| (s.name.as_str(), s.measures.as_str())).collect()
+    }
     #[getter]
     fn errata<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let e = &self.model.machine().errata;

@@ -281,7 +281,8 @@ def _unknowns(
     for name in STATIC:
         for side, value in enumerate(np.atleast_1d(rig.value(head + name).si)):
             deviation = _deviation(static, f"{name}.{('extending', 'retracting')[side]}", float(value))
-            unknowns.append(Unknown(f"{head}{name}[{side}]", float(value), deviation, (float(value), deviation), (0.0, np.inf)))
+            bounds = _static_bounds(rig, name, side)
+            unknowns.append(Unknown(f"{head}{name}[{side}]", float(value), deviation, (float(value), deviation), bounds))
     valve = f"valve.{rig.cylinder_names[0]}.nominal-flow"
     flow = float(rig.value(valve).si)
     unknowns.append(Unknown(valve, flow, 0.01 * flow, (flow, VALVE_SHARE * flow), (0.1 * flow, 10.0 * flow)))
@@ -293,6 +294,14 @@ def _unknowns(
         unknowns.append(Unknown(name, 0.0, deviation, (0.0, deviation)))
     coarse = 2.0 * reader(rig).position_error + 1e-4
     return unknowns + [Unknown(f"x.offset {k}", 0.0, coarse, (0.0, coarse)) for k in range(logs)]
+
+
+def _static_bounds(rig: Machine, name: str, side: int) -> tuple[float, float]:
+    """Coulomb and break-away force stay on their sides of the middle between them; velocities stay above zero."""
+    head = f"friction.{rig.cylinder_names[0]}."
+    middle = 0.5 * float(rig.value(head + "coulomb").si[side] + rig.value(head + "breakaway").si[side])
+    own = float(np.atleast_1d(rig.value(head + name).si)[side])
+    return {"coulomb": (0.0, middle), "breakaway": (middle, np.inf)}.get(name, (0.1 * own, 10.0 * own))
 
 
 def _deviation(static: StaticFit | None, label: str, value: float) -> float:
@@ -335,8 +344,8 @@ class _Misfit:
             row[:, 0, : self.keys] -= common[4] * dy[:1, 0]
             row[:, :, self.keys : self.keys + len(NUISANCES)] = by_nuisance[:, :, :-1]
             row[:, :, self.keys + len(NUISANCES) + k] = by_nuisance[:, :, -1]
-            residuals.append(((seen - model.measured) / model.deviation).ravel())
-            slopes.append((row / model.deviation[:, np.newaxis]).reshape(-1, len(theta)))
+            residuals.append(((seen - model.measured) * model.weight).ravel())
+            slopes.append((row * model.weight[:, :, np.newaxis]).reshape(-1, len(theta)))
         found = np.concatenate(residuals)
         self.calls += 1
         if self.progress is not None:
@@ -389,5 +398,5 @@ def _passive_up_to(rig: Machine, cylinder: str, estimate: Estimate | None) -> fl
         return float("inf")
     changes: dict[str, Any] = {f"friction.{cylinder}.{n}": estimate[f"friction.{cylinder}.{n}"] for n in DYNAMIC}
     fitted = load_machine(rig.source, {**rig.overrides, **changes})
-    limits = [entry.fails_at for entry in fitted.passivity() if entry.fails_at is not None]
-    return min(limits, default=float("inf"))
+    limits = [entry["velocity_limit"] for entry in fitted.passivity() if not entry["holds"]]
+    return float(min(limits, default=np.inf))

@@ -21,14 +21,14 @@ from hydrocrane.scenario import Command, Scenario, Solver
 from hydrocrane.sensitivity import Experiment, solve
 
 SIGNALS = ("x", "p1", "p2")
-# Share of the spool stroke to which the logged command is followed by straight lines.
-COMMAND_TOLERANCE = 2e-4
-# A start is read from the first samples up to this time, s.
+# Share of its own largest value to which the logged command is followed by straight lines.
+COMMAND_TOLERANCE = 1e-4
+# A start is read from the samples up to this time, s, in which a transmitter may still be settling.
 START = 0.05
 # Smooth and direction-dependent errors of a potentiometer are few, however many samples there are: a log counts for as
 # many independent readings of its position.
 INDEPENDENT_POSITIONS = 10
-TOLERANCE = 1e-6
+SOLVER = Solver(rtol=1e-6, max_step=1.0)
 
 
 @dataclass(frozen=True)
@@ -60,6 +60,7 @@ class LogModel:
         self.measured = np.stack([log[name] for name in SIGNALS], axis=-1)
         self.interval = float(self.time[-1] / (len(self.time) - 1))
         self.reader = reader
+        self.counted = self.time > START
         self.experiment = Experiment(
             _scenario(log, rig, self.time, self.measured, payload),
             list(keys),
@@ -74,6 +75,11 @@ class LogModel:
         thinned = len(self.time) / INDEPENDENT_POSITIONS
         x = np.sqrt(r.position_noise**2 + r.position_error**2 * max(thinned, 1.0))
         return np.array([x, r.pressure_noise, r.pressure_noise])
+
+    @property
+    def weight(self) -> Array:
+        """(m, 3) one over :attr:`deviation`; zero while the transmitters settle."""
+        return self.counted[:, np.newaxis] / self.deviation
 
     def predict(self, values: Array) -> tuple[Array, Array]:
         """x, p1, p2 as a sensor without bias reads them (m, 3), SI, and their slopes by the keys (m, 3, k)."""
@@ -114,13 +120,13 @@ def _signals(rig: Machine) -> tuple[str, str, str]:
 
 
 def _scenario(log: Log, rig: Machine, time: Array, measured: Array, payload: float | None) -> Scenario:
-    first = np.median(measured[time <= START], axis=0)
+    first = np.median(measured[(0.5 * START <= time) & (time <= START)], axis=0)
     a1, a2 = rig.piston_areas[0]
     held = float(rig.static_cylinder_force([0.0], payload=payload)[0])
     p1 = max(float(first[1]), (held + 1e5 * a2) / a1)
     cylinder, joint = rig.cylinder_names[0], rig.joint_names[0]
     low, high = rig.joint_limits[0]
-    at, spool = straight_lines(time, log["command"], COMMAND_TOLERANCE * float(rig.spool_strokes[0]))
+    at, spool = straight_lines(time, log["command"], COMMAND_TOLERANCE * float(np.abs(log["command"]).max()))
     return Scenario(
         machine=rig,
         joints={joint: float(np.clip(rig.joints_from_strokes([first[0]])[0], low, high))},
@@ -129,7 +135,7 @@ def _scenario(log: Log, rig: Machine, time: Array, measured: Array, payload: flo
         duration=float(time[-1]),
         record_interval=float(time[1] - time[0]),
         payload=payload,
-        solver=Solver(rtol=TOLERANCE),
+        solver=SOLVER,
         name=log.source or "log",
     )
 
