@@ -125,7 +125,7 @@ def test_the_bundled_scenario_shows_it(tmp_path):
 
 
 WRONG = {
-    "not a mapping": (lambda: plan(payload_changes=([1.0], [100.0])), "must map a time"),
+    "not a mapping": (lambda: plan(payload_changes=([1.0], [100.0])), "must map times"),
     "at the start": (lambda: plan(payload_changes={0.0: 100.0}), "above zero"),
     "not a number": (lambda: plan(payload_changes={1.0: np.nan}), "finite"),
     "below zero": (lambda: plan(payload_changes={1.0: -5.0}), "zero or more"),
