@@ -32,10 +32,12 @@ impl WorkingArea {
         let velocity = self.keep_out.slowed(place, velocity);
         let posture = nominal.posture(q);
         let any_speed = [[f64::NEG_INFINITY, f64::INFINITY]; N];
-        let bounds = joint_rates(nominal, &posture, q, &any_speed, self.limit_rate);
-        let jacobian = posture.jacobian.map(|row| std::array::from_fn(|i| if moves[i] { row[i] } else { 0.0 }));
+        let mut bounds = joint_rates(nominal, &posture, q, &any_speed, self.limit_rate);
+        for i in (0..N).filter(|&i| !moves[i]) {
+            bounds[i] = [0.0; 2];
+        }
         let prefer = Preference { weights: [1.0; N], rates: [0.0; N], bounds };
-        let share = resolve(&jacobian, &Task { velocity, correction: [0.0; 2] }, &prefer).scale;
+        let share = resolve(&posture.jacobian, &Task { velocity, correction: [0.0; 2] }, &prefer).scale;
         velocity.map(|v| share * v)
     }
 
