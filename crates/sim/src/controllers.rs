@@ -122,8 +122,11 @@ pub fn tip_settings<const N: usize>(machine: &Machine, nominal: &Nominal<N>) -> 
     let telescope = nominal.mechanics.joints.map(|j| !j.revolute);
     let gain = |key: &str| tip_gain(machine, key);
     let centring = gain("telescope-centring");
+    let period = machine.control.period.unwrap_or(0.01);
+    // Faster, a single sample could lead past the border.
+    let border_rate = gain("limit-rate").min(1.0 / period);
     tip::Settings {
-        period: machine.control.period.unwrap_or(0.01),
+        period,
         full_speed: machine.control.gain("tip", "full-speed").unwrap_or_else(|| fastest_joint(nominal)),
         shape: Shape {
             stick_bandwidth: gain("stick-bandwidth"),
@@ -131,7 +134,7 @@ pub fn tip_settings<const N: usize>(machine: &Machine, nominal: &Nominal<N>) -> 
             limit_rate: gain("limit-rate"),
             centring: telescope.map(|t| if t { centring } else { 0.0 }),
             effort: [1.0; N],
-            keep_out: keep_out(machine, gain("keep-out-margin"), gain("limit-rate")),
+            keep_out: keep_out(machine, gain("keep-out-margin"), border_rate),
         },
         drive: DriveGains {
             position: gain("position-gain"),
