@@ -228,6 +228,11 @@ class Machine:
         """Correction switches of the thesis; True where the law is corrected."""
         return dict(self.core.errata)
 
+    @property
+    def keep_out(self) -> dict[str, Array]:
+        """Regions that controllers keep the tip out of, by name: corners (k, 2) in the inertial frame, m."""
+        return dict(self.core.keep_out)
+
     @cached_property
     def home(self) -> Array:
         """(n,) pose in the middle of the joint limits."""

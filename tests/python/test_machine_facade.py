@@ -63,6 +63,14 @@ def test_overrides_reach_the_machine():
     assert hc.load_machine("rottne-f9-lab", {"supply.pressure": np.float32(9e6)}).supply_pressure == pytest.approx(9e6)
 
 
+def test_regions_to_keep_out_of(crane):
+    assert list(crane.keep_out) == ["ground", "pillar"]
+    assert crane.keep_out["pillar"].shape == (4, 2) and crane.keep_out["ground"][:, 1].max() == pytest.approx(-1.21)
+    without = hc.load_machine("rottne-f9-lab", {"keep-out.ground.status": "inactive"})
+    assert list(without.keep_out) == ["pillar"]
+    assert not hc.load_machine("heinze-2007").keep_out
+
+
 def test_provenance_tally_counts_every_value(crane):
     assert sum(crane.provenance_tally.values()) == len(crane.provenance) > 50
 

@@ -109,6 +109,15 @@ def test_every_machine_can_be_drawn(name, tmp_path):
         assert panels(figure)
 
 
+def test_a_workspace_hatches_the_regions_and_keeps_its_limits(crane):
+    bare = hc.load_machine("rottne-f9-lab", {f"keep-out.{name}.status": "inactive" for name in crane.keep_out})
+    with_regions, without = (panels(plots.workspace(machine))[0] for machine in (crane, bare))
+    drawn = [artist.get_xy()[:-1] for artist in with_regions.patches]
+    for corners, outline in zip(drawn, crane.keep_out.values(), strict=True):
+        np.testing.assert_allclose(corners, outline)
+    assert with_regions.dataLim.bounds == without.dataLim.bounds and not without.patches
+
+
 def test_joint_stroke_curve_is_the_linkage(crane):
     axes = panels(plots.joint_stroke(crane, "boom"))[0]
     angle, stroke = axes.lines[0].get_data()

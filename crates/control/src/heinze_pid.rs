@@ -4,7 +4,8 @@
 //! PID per joint (129), (130) drives the joint's spool. The program drives cylinder 2 the other way round because
 //! its joint angle falls as the piston extends; here the sign is that of dx/dq. The printed run has a set-point interval of
 //! 5 s: one set-point, 2.5 m away. Departs from the source: the PID runs at a fixed period, not at every evaluation
-//! of the right-hand side (E22).
+//! of the right-hand side (E22). Steps 6 and 8, which the program leaves out, are settings: the
+//! [working area](crate::working_area) and the [penalty](crate::penalty).
 
 use crate::controller::{Controller, Fault, Measurement, Stick};
 use crate::inverse_kinematics::{branches, Printed, TooFewRevolute};
@@ -12,6 +13,7 @@ use crate::nominal::Nominal;
 use crate::penalty::{self, Weights};
 use crate::pid::{Gains, Pid};
 use crate::slow_down::{checked, checked_stick};
+use crate::working_area::WorkingArea;
 use std::f64::consts::PI;
 
 /// How the coordinates of prismatic joints are chosen.
@@ -23,7 +25,7 @@ pub enum Extension<const N: usize> {
     Penalty { weights: Weights<N>, candidates: usize },
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Settings<const N: usize> {
     /// s
     pub period: f64,
@@ -35,6 +37,8 @@ pub struct Settings<const N: usize> {
     pub gains: [Gains; N],
     pub extension: Extension<N>,
     pub printed: Printed,
+    /// Where the set-point may go; `None`: anywhere, as in the program.
+    pub working_area: Option<WorkingArea>,
 }
 
 /// K_i of joint 1 and of the others, K_p, K_d: section 7.2.
@@ -67,32 +71,74 @@ impl<const N: usize> HeinzePid<N> {
         self.target = *q;
         self.set_point = self.nominal.tip(q);
         self.due = Some(t);
+        let held = self.settings.extension == Extension::Zero;
+        if held && self.settings.working_area.is_some() && self.posture_for(self.set_point, q) == Ok(None) {
+            // With the telescope out the tip may lie where no posture reaches with the telescope at zero.
+            self.target = self.at_zero(q);
+            self.set_point = self.nominal.tip(&self.target);
+        }
     }
 
-    /// Moves the set-point and finds joint targets; an unreachable one leaves the targets as they are.
+    /// Moves the set-point and finds joint targets; one that is not accepted leaves both as they are.
     fn aim(&mut self, q: &[f64; N], stick: [f64; 2]) -> Result<(), Fault> {
-        let travel = self.settings.full_speed * self.settings.set_point_interval;
-        let moved = [self.set_point[0] + stick[0] * travel, self.set_point[1] + stick[1] * travel];
-        let found = match &self.settings.extension {
-            Extension::Zero => self.nearest_branch(moved, q),
-            Extension::Penalty { weights, candidates } => {
-                penalty::search(&self.nominal, weights, moved, q, *candidates)
-            }
-        };
-        if let Some(target) = found.map_err(|e| Fault::Failed(e.to_string()))? {
+        if stick == [0.0; 2] && self.settings.extension != Extension::Zero {
+            // The penalty pulls the telescope to its middle; it shall not while the stick is centred.
+            return Ok(());
+        }
+        let velocity = self.allowed(stick.map(|s| s * self.settings.full_speed));
+        let moved = std::array::from_fn(|r| self.set_point[r] + velocity[r] * self.settings.set_point_interval);
+        if self.settings.working_area.as_ref().is_some_and(|area| !area.accepts(self.set_point, moved)) {
+            return Ok(());
+        }
+        if let Some(target) = self.posture_for(moved, q).map_err(|e| Fault::Failed(e.to_string()))? {
             self.target = target;
             self.set_point = moved;
         }
         Ok(())
     }
 
-    /// Inverse kinematics with prismatic joints at zero, on the branch nearest to the posture, whatever the limits.
+    /// The stick's velocity, slowed down before the borders of the working area. A set-point that comes seldom leaps
+    /// farther than a velocity at its start can tell: it is left to be accepted or not.
+    fn allowed(&self, velocity: [f64; 2]) -> [f64; 2] {
+        let interval = self.settings.set_point_interval;
+        match &self.settings.working_area {
+            Some(area) if area.limit_rate * interval < 1.0 => {
+                let searched = self.settings.extension != Extension::Zero;
+                let moves = self.nominal.mechanics.joints.map(|joint| joint.revolute || searched);
+                area.slowed(&self.nominal, &self.target, &moves, self.set_point, velocity)
+            }
+            _ => velocity,
+        }
+    }
+
+    fn posture_for(&self, tip: [f64; 2], q: &[f64; N]) -> Result<Option<[f64; N]>, TooFewRevolute> {
+        match &self.settings.extension {
+            Extension::Zero => self.nearest_branch(tip, q),
+            Extension::Penalty { weights, candidates } => penalty::search(&self.nominal, weights, tip, q, *candidates),
+        }
+    }
+
+    /// Inverse kinematics with prismatic joints at zero, on the branch nearest to the posture; whatever the limits
+    /// without a working area.
     fn nearest_branch(&self, tip: [f64; 2], q: &[f64; N]) -> Result<Option<[f64; N]>, TooFewRevolute> {
         let whole_turn = q.map(|q| [q.min(0.0) - PI, q.max(0.0) + PI]);
-        let held = std::array::from_fn(|i| if self.nominal.mechanics.joints[i].revolute { q[i] } else { 0.0 });
-        let found = branches(&self.nominal.mechanics, &whole_turn, tip, &held, self.settings.printed)?;
+        let area = self.settings.working_area.as_ref();
+        let limits = area.map_or(whole_turn, |area| area.limits(&self.nominal, &self.target));
+        let printed =
+            Printed { unreachable: self.settings.printed.unreachable && area.is_none(), ..self.settings.printed };
+        let found = branches(&self.nominal.mechanics, &limits, tip, &self.at_zero(q), printed)?;
         let distance = |c: &[f64; N]| (0..N).map(|i| (c[i] - q[i]).powi(2)).sum::<f64>();
         Ok(found.into_iter().flatten().min_by(|a, b| distance(a).total_cmp(&distance(b))))
+    }
+
+    /// The posture with prismatic joints at zero, or with a working area as near to it as their limits allow.
+    fn at_zero(&self, q: &[f64; N]) -> [f64; N] {
+        let nearest =
+            |[low, high]: [f64; 2]| if self.settings.working_area.is_some() { low.max(0.0).min(high) } else { 0.0 };
+        std::array::from_fn(|i| match self.nominal.mechanics.joints[i].revolute {
+            true => q[i],
+            false => nearest(self.nominal.joint_limits[i]),
+        })
     }
 }
 

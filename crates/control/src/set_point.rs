@@ -5,12 +5,13 @@
 //! the next step, so no inverse kinematics is needed and any chain will do. Joints beyond the first two revolute ones
 //! follow their measured positions: where the telescope lags, boom and jib make up for it.
 
+use crate::keep_out::KeepOut;
 use crate::nominal::{Nominal, Posture};
 use crate::redundancy::{resolve, Motion, Preference, Task};
 use crate::slow_down::joint_rates;
 
 /// How the reference moves.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Shape<const N: usize> {
     /// Each of the two lags of the stick, rad/s.
     pub stick_bandwidth: f64,
@@ -22,6 +23,8 @@ pub struct Shape<const N: usize> {
     pub centring: [f64; N],
     /// Relative reluctance to use a joint.
     pub effort: [f64; N],
+    /// Regions that the set-point stays out of.
+    pub keep_out: KeepOut,
 }
 
 /// The reference at one sample.
@@ -74,13 +77,15 @@ impl<const N: usize> Reference<N> {
         observed: &[f64; N],
         piston: &[[f64; 2]; N],
     ) {
-        self.shape_stick(shape, period, wish);
+        // The stick as well as its lags: lags wound up at a border would hold the tip there after the stick has turned away.
+        self.shape_stick(shape, period, shape.keep_out.slowed(self.set_point, wish));
         for i in (0..N).filter(|&i| !self.leaders[i]) {
             self.q[i] = observed[i];
         }
         let posture = nominal.posture(&self.q);
         let correction = std::array::from_fn(|r| shape.path_rate * (self.set_point[r] - posture.tip[r]));
-        let velocity = self.lags[1];
+        let velocity = shape.keep_out.slowed(self.set_point, self.lags[1]);
+        let speed = velocity[0].hypot(velocity[1]);
         let bounds = joint_rates(nominal, &posture, &self.q, piston, shape.limit_rate);
         let prefer = Preference {
             weights: std::array::from_fn(|i| {
@@ -89,7 +94,7 @@ impl<const N: usize> Reference<N> {
             }),
             rates: std::array::from_fn(|i| {
                 let middle = 0.5 * (nominal.joint_limits[i][0] + nominal.joint_limits[i][1]);
-                shape.centring[i] * self.speed() * (middle - self.q[i])
+                shape.centring[i] * speed * (middle - self.q[i])
             }),
             bounds,
         };

@@ -10,7 +10,7 @@ use crate::nominal::{Nominal, Posture};
 use crate::set_point::{Reference, Shape};
 use crate::slow_down::{checked, checked_stick};
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Settings<const N: usize> {
     /// s
     pub period: f64,

@@ -25,7 +25,7 @@ pub struct Machine {
     pub equilibrium: Equilibrium,
     pub errata: Errata,
     pub sensors: Vec<Sensor>,
-    /// Polygons in the inertial frame that no part of the crane may enter: name and corners (x, z), m.
+    /// Polygons in the inertial frame that controllers keep the tip out of: name and corners (x, z), m.
     pub keep_out: Vec<(String, Vec<[f64; 2]>)>,
     pub control: Control,
     /// One entry per value of the file, in file order.
@@ -305,6 +305,22 @@ pub struct Control {
     pub period: Option<f64>,
     /// Per controller its gains by key, SI.
     pub gains: Vec<(String, Vec<(String, f64)>)>,
+    pub thesis: ThesisSteps,
+}
+
+/// The steps of the thesis's controller that its program leaves out (Table 6): whether they are taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ThesisSteps {
+    /// Step 6: the set-point stays in the working area.
+    pub working_area: bool,
+    /// Step 8: a penalty chooses the telescope, which otherwise stays at zero.
+    pub penalty: bool,
+}
+
+impl Default for ThesisSteps {
+    fn default() -> Self {
+        ThesisSteps { working_area: true, penalty: false }
+    }
 }
 
 impl Control {

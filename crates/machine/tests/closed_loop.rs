@@ -88,7 +88,15 @@ fn extended(rest: &str) -> Result<hydrocrane_machine::Machine, MachineError> {
 fn keep_out_regions_are_polygons() {
     let machine =
         extended("[keep-out.ground]\nCLASS\noutline = [\"(-5, -2) m\", \"(8, -2) m\", \"(8, -3) m\"]\n").unwrap();
-    assert_eq!(machine.keep_out, [("ground".to_string(), vec![[-5.0, -2.0], [8.0, -2.0], [8.0, -3.0]])]);
+    let regions = |machine: &hydrocrane_machine::Machine| -> Vec<String> {
+        machine.keep_out.iter().map(|(name, _)| name.clone()).collect()
+    };
+    assert_eq!(regions(&machine), ["ground", "pillar"]);
+    assert_eq!(machine.keep_out[0].1, [[-5.0, -2.0], [8.0, -2.0], [8.0, -3.0]]);
+    let without = extended("[keep-out.ground]\nstatus = \"inactive\"\n").unwrap();
+    assert_eq!(regions(&without), ["pillar"]);
+    let misspelt = extended("[keep-out.ground]\nstatus = \"inactiv\"\n").unwrap_err().to_string();
+    assert!(misspelt.contains("did you mean `inactive`"), "{misspelt}");
     let line = extended("[keep-out.ground]\nCLASS\noutline = [\"(0, 0) m\", \"(1, 1) m\", \"(2, 2) m\"]\n");
     assert_eq!(line.unwrap_err().slug(), "out-of-range");
     let point = extended("[keep-out.ground]\nCLASS\noutline = []\n");
@@ -106,6 +114,20 @@ fn gains_have_units_and_known_names() {
     assert_eq!(slug("[control.tip]\nCLASS\nfull-speed = \"1 bar\"\n"), "wrong-dimension");
     assert_eq!(slug("[control.tip]\nCLASS\nspeed = \"1 m/s\"\n"), "unknown-key");
     assert_eq!(slug("[control.tpi]\nCLASS\n"), "unknown-key");
+}
+
+#[test]
+fn the_thesis_controller_has_switches_and_a_weight_per_joint() {
+    let steps = extended("").unwrap().control.thesis;
+    assert!(steps.working_area && !steps.penalty);
+    let thesis = |rest: &str| extended(&format!("[control.heinze-pid]\nCLASS\n{rest}"));
+    let machine = thesis("extension = \"penalty\"\nworking-area = \"none\"\nmotion-weight.extension = 0.2\n").unwrap();
+    assert!(!machine.control.thesis.working_area && machine.control.thesis.penalty);
+    assert_eq!(machine.control.gain("heinze-pid", "motion-weight.extension"), Some(0.2));
+    let shown = |rest: &str| thesis(rest).expect_err(rest).to_string();
+    assert!(shown("extension = \"penality\"\n").contains("did you mean `penalty`"));
+    assert!(shown("motion-weight.extention = 1\n").contains("did you mean `extension`"));
+    assert!(shown("middle-weight.jib = -1\n").contains("zero or greater"));
 }
 
 #[test]

@@ -129,6 +129,12 @@ impl Machine {
     fn payload_mass(&self) -> f64 {
         self.model.machine().payload.mass
     }
+    /// Name and (k, 2) corners of each region.
+    #[getter]
+    fn keep_out<'py>(&self, py: Python<'py>) -> PyResult<Vec<(String, Bound<'py, PyArray2<f64>>)>> {
+        let regions = self.model.machine().keep_out.iter();
+        regions.map(|(name, corners)| Ok((name.clone(), matrix(py, corners.concat(), 2)?))).collect()
+    }
     #[getter]
     fn supply_pressure(&self) -> f64 {
         self.model.machine().supply.pressure

@@ -9,10 +9,13 @@ use hydrocrane_control::drive::DriveGains;
 use hydrocrane_control::feed_forward::{steady_speed, Mains};
 use hydrocrane_control::heinze_pid::{self, Extension, HeinzePid};
 use hydrocrane_control::inverse_kinematics::Printed;
+use hydrocrane_control::keep_out::{KeepOut, Region};
 use hydrocrane_control::lever::Lever;
 use hydrocrane_control::nominal::{Nominal, NominalCylinder};
+use hydrocrane_control::penalty::Weights;
 use hydrocrane_control::set_point::Shape;
 use hydrocrane_control::tip::{self, Tip};
+use hydrocrane_control::working_area::WorkingArea;
 use hydrocrane_machine::Machine;
 
 /// Names of the controllers, the default first.
@@ -46,7 +49,11 @@ fn sized<const N: usize>(machine: &Machine, name: &str) -> Result<Box<dyn Contro
             let settings = tip_settings(machine, &nominal);
             Ok(Box::new(Tip::new(nominal, settings)))
         }
-        "heinze-pid" => Ok(Box::new(HeinzePid::new(nominal::<N>(machine)?, heinze_settings(machine)))),
+        "heinze-pid" => {
+            let nominal = nominal::<N>(machine)?;
+            let settings = heinze_settings(machine, &nominal);
+            Ok(Box::new(HeinzePid::new(nominal, settings)))
+        }
         _ => Err(format!("no controller `{name}`; there are {}, {LEVER}", CONTROLLERS.join(", "))),
     }
 }
@@ -82,11 +89,15 @@ fn nominal_cylinder(unit: &CylinderUnit<f64>, stroke: f64) -> NominalCylinder {
     }
 }
 
+/// What the true tip may differ from its set-point before it touches a keep-out region, m.
+const KEEP_OUT_MARGIN: f64 = 0.05;
+
 /// Gains of `tip` where the machine file gives none, SI: found on the laboratory crane.
-pub const TIP_GAINS: [(&str, f64); 14] = [
+pub const TIP_GAINS: [(&str, f64); 15] = [
     ("stick-bandwidth", 15.0),
     ("path-rate", 30.0),
     ("limit-rate", 2.0),
+    ("keep-out-margin", KEEP_OUT_MARGIN),
     ("telescope-centring", 0.5),
     ("position-gain", 4.0),
     ("damping", 5.0),
@@ -111,8 +122,11 @@ pub fn tip_settings<const N: usize>(machine: &Machine, nominal: &Nominal<N>) -> 
     let telescope = nominal.mechanics.joints.map(|j| !j.revolute);
     let gain = |key: &str| tip_gain(machine, key);
     let centring = gain("telescope-centring");
+    let period = machine.control.period.unwrap_or(0.01);
+    // Faster, a single sample could lead past the border.
+    let border_rate = gain("limit-rate").min(1.0 / period);
     tip::Settings {
-        period: machine.control.period.unwrap_or(0.01),
+        period,
         full_speed: machine.control.gain("tip", "full-speed").unwrap_or_else(|| fastest_joint(nominal)),
         shape: Shape {
             stick_bandwidth: gain("stick-bandwidth"),
@@ -120,6 +134,7 @@ pub fn tip_settings<const N: usize>(machine: &Machine, nominal: &Nominal<N>) -> 
             limit_rate: gain("limit-rate"),
             centring: telescope.map(|t| if t { centring } else { 0.0 }),
             effort: [1.0; N],
+            keep_out: keep_out(machine, gain("keep-out-margin"), border_rate),
         },
         drive: DriveGains {
             position: gain("position-gain"),
@@ -135,6 +150,11 @@ pub fn tip_settings<const N: usize>(machine: &Machine, nominal: &Nominal<N>) -> 
     }
 }
 
+fn keep_out(machine: &Machine, margin: f64, rate: f64) -> KeepOut {
+    let regions = machine.keep_out.iter().map(|(_, corners)| Region::new(corners.clone())).collect();
+    KeepOut { regions, margin, rate }
+}
+
 /// Tip speed that the fastest joint alone gives in the middle of all ranges, unloaded, m/s.
 fn fastest_joint<const N: usize>(n: &Nominal<N>) -> f64 {
     let posture = n.posture(&n.joint_limits.map(|[low, high]| 0.5 * (low + high)));
@@ -146,24 +166,50 @@ fn fastest_joint<const N: usize>(n: &Nominal<N>) -> f64 {
     (0..N).map(speed).fold(0.0, f64::max)
 }
 
-/// Settings of `heinze-pid`: printed gains, 1 m/s at full stick, the set-point moved at every sample, unless the
-/// machine says otherwise.
-pub fn heinze_settings<const N: usize>(machine: &Machine) -> heinze_pid::Settings<N> {
+/// Candidates of the penalty search to each side of the telescope's place.
+const EXTENSION_CANDIDATES: usize = 10;
+/// Weights of the penalty (131) per joint, with the joint's range as the unit of its coordinate: a motion over the range costs
+/// as much for each joint. A tenth of that for the way from the middle: the telescope moves when boom and jib near
+/// their ends, not whenever they move.
+const PENALTY_WEIGHTS: [(&str, f64); 2] = [("motion-weight", 1.0), ("middle-weight", 0.1)];
+
+/// Settings of `heinze-pid`: printed gains, 1 m/s at full stick, the set-point moved at every sample and kept in the
+/// working area, the telescope at zero, unless the machine says otherwise.
+pub fn heinze_settings<const N: usize>(machine: &Machine, nominal: &Nominal<N>) -> heinze_pid::Settings<N> {
     let errata = &machine.errata;
     let gain = |key: &str, default: f64| machine.control.gain("heinze-pid", key).unwrap_or(default);
     let period = machine.control.period.unwrap_or(2e-4);
+    let limit_rate = gain("limit-rate", 2.0);
+    let area =
+        WorkingArea { keep_out: keep_out(machine, gain("keep-out-margin", KEEP_OUT_MARGIN), limit_rate), limit_rate };
+    let steps = machine.control.thesis;
     heinze_pid::Settings {
         period,
         set_point_interval: gain("set-point-interval", period),
         full_speed: gain("full-speed", 1.0),
         gains: heinze_pid::printed_gains(),
-        extension: Extension::Zero,
+        extension: match steps.penalty {
+            true => Extension::Penalty { weights: penalty_weights(machine, nominal), candidates: EXTENSION_CANDIDATES },
+            false => Extension::Zero,
+        },
         printed: Printed {
             quadrant: !errata.ik_quadrant,
             unreachable: !errata.ik_unreachable,
             extension: !errata.ik_extension,
         },
+        working_area: steps.working_area.then_some(area),
     }
+}
+
+fn penalty_weights<const N: usize>(machine: &Machine, nominal: &Nominal<N>) -> Weights<N> {
+    let [motion, middle] = PENALTY_WEIGHTS.map(|(table, default)| {
+        std::array::from_fn(|i| {
+            let [low, high] = nominal.joint_limits[i];
+            let key = format!("{table}.{}", machine.joints[i].name);
+            machine.control.gain("heinze-pid", &key).unwrap_or(default) / (high - low).powi(2)
+        })
+    });
+    Weights { motion, middle }
 }
 
 #[cfg(test)]
@@ -192,14 +238,17 @@ mod tests {
 
     #[test]
     fn every_gain_of_the_file_format_changes_its_controller() {
-        let settings = |key: &str, value: f64| {
-            let key = format!("control.tip.{key}");
-            let machine = load("rottne-f9-lab", &[(key, OverrideValue::Number(value))]).unwrap();
-            format!("{:?}", tip_settings(&machine, &nominal::<3>(&machine).unwrap()))
+        let settings = |name: &str, key: &str, value: f64| {
+            let searched = ("control.heinze-pid.extension".to_string(), OverrideValue::Text("penalty".into()));
+            let gain = (format!("control.{name}.{key}"), OverrideValue::Number(value));
+            let machine = load("rottne-f9-lab", &[searched, gain]).unwrap();
+            let nominal = nominal::<3>(&machine).unwrap();
+            format!("{:?} {:?}", tip_settings(&machine, &nominal), heinze_settings(&machine, &nominal))
         };
-        let (_, keys) = IN_FILES[0];
-        for (key, _) in keys {
-            assert_ne!(settings(key, 0.123), settings(key, 0.124), "{key}");
+        let weights = ["motion-weight.boom", "middle-weight.extension"].map(|key| ("heinze-pid", key));
+        let gains = IN_FILES.iter().flat_map(|(name, keys)| keys.iter().map(move |(key, _)| (*name, *key)));
+        for (name, key) in gains.chain(weights) {
+            assert_ne!(settings(name, key, 1.2), settings(name, key, 2.4), "{name}.{key}");
         }
     }
 }

@@ -304,8 +304,10 @@ fn releasing_the_stick_stops_the_tip() {
 /// Height and distance of the tip over time with the thesis's task: all pressures zero, one set-point for all 5 s.
 fn published_task(machine: &str, stick: [f64; 2], period: f64) -> [[f64; 2]; 2] {
     let model = build(&load(machine, &[]).expect("a bundled machine")).expect("a machine that can be built");
-    let settings = heinze_pid::Settings { period, set_point_interval: 5.0, ..heinze_settings(model.machine()) };
-    let controller = Box::new(HeinzePid::new(nominal::<3>(model.machine()).expect("a nominal model"), settings));
+    let nominal = nominal::<3>(model.machine()).expect("a nominal model");
+    let settings = heinze_settings(model.machine(), &nominal);
+    let settings = heinze_pid::Settings { period, set_point_interval: 5.0, working_area: None, ..settings };
+    let controller = Box::new(HeinzePid::new(nominal, settings));
     let mut x0 = vec![0.0; model.layout().len()];
     x0[..3].copy_from_slice(&START);
     let mut l = Loop::new(model, controller, &x0, IDEAL);

@@ -20,7 +20,7 @@ from PIL import Image
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, ResultFileError
 from hydrocrane.plots.style import ACCENT, CRANE_LINES, MUTED, RC, draw_crane
-from hydrocrane.plots.workspace import metres
+from hydrocrane.plots.workspace import draw_keep_out, metres
 
 if TYPE_CHECKING:
     from hydrocrane.machine import Machine
@@ -140,12 +140,15 @@ def _pictures(run: Run, fps: int, speed: float) -> tuple[Array, Array, Array]:
 
 
 def _set_stage(axes: Axes, run: Run, crane: Machine, poses: Array) -> None:
-    """What stands still: ground, a shadow of the start pose, title, and a window that holds every picture."""
+    """What stands still: regions or else a ground, a shadow of the start pose, title, a window for every picture."""
     shown = poses[np.linspace(0, len(poses) - 1, min(len(poses), 12)).astype(int)]
     points = np.concatenate([line for q in shown for _, _, line in crane.drawing(q)])
     low, high = points.min(axis=0), points.max(axis=0)
     pad = 0.10 * float((high - low).max()) + 0.05
-    axes.axhline(float(low[1]), color=MUTED, lw=1.0, zorder=0.5)
+    if crane.keep_out:
+        draw_keep_out(axes, crane)
+    else:
+        axes.axhline(float(low[1]), color=MUTED, lw=1.0, zorder=0.5)
     draw_crane(axes, crane.drawing(poses[0]), alpha=0.12)
     axes.set_xlim(low[0] - pad, high[0] + pad)
     axes.set_ylim(low[1] - pad, high[1] + pad)

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
 
 from hydrocrane.linear import pose_grid
 from hydrocrane.plots.field import patches
-from hydrocrane.plots.style import COLOURS, draw_crane, figure, styled, title
+from hydrocrane.plots.style import COLOURS, GRID, MUTED, draw_crane, figure, styled, title
 
 if TYPE_CHECKING:
     from hydrocrane.machine import Machine
@@ -20,12 +21,13 @@ _AREA = "#dfebf0"
 
 @styled
 def workspace(crane: Machine) -> Figure:
-    """Reach of the tip inside the joint limits and its boundary, with the crane in the middle of its limits."""
+    """Reach of the tip inside the joint limits, its boundary, and regions to keep out of; the crane amid its limits."""
     fig, axes = figure(7.5, 7.0)
     if len(crane.joint_names) > 1:
         poses = pose_grid(crane, 48)
         axes.add_collection(PolyCollection(patches(crane.tip(poses))[0], color=_AREA, antialiaseds=False, zorder=0.5))
     draw_boundary(axes, crane)
+    draw_keep_out(axes, crane)
     draw_crane(axes, crane.drawing(crane.home))
     metres(axes)
     title(fig, "Working area of the tip", crane.name)
@@ -36,6 +38,12 @@ def draw_boundary(axes: Axes, crane: Machine, *, colour: str = COLOURS[0]) -> No
     """Draw the boundary curves of the workspace."""
     for curve in crane.workspace():
         axes.plot(curve[:, 0], curve[:, 1], color=colour, lw=1.4, zorder=1.5)
+
+
+def draw_keep_out(axes: Axes, crane: Machine) -> None:
+    """Hatch the regions that the tip is kept out of; they do not widen the picture."""
+    for outline in crane.keep_out.values():
+        axes.add_artist(Polygon(outline, facecolor=GRID, edgecolor=MUTED, hatch="///", lw=0.8, alpha=0.7, zorder=1))
 
 
 def metres(axes: Axes, *, fixed: bool = False) -> None:

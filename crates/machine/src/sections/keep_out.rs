@@ -1,13 +1,20 @@
-//! `[keep-out.<name>]`: where no part of the crane may go.
+//! `[keep-out.<name>]`: where controllers let the tip not go.
 
 use crate::errors::ErrorKind;
 use crate::reader::Reader;
 use crate::sections::Result;
 
-/// Name and corners of each polygon.
+/// Name and corners of each polygon that is heeded.
 pub fn read(root: &Reader) -> Result<Vec<(String, Vec<[f64; 2]>)>> {
-    let read = |(name, table): (&str, Reader)| Ok((name.to_string(), polygon(&table)?));
-    root.named_tables("keep-out", &["outline"])?.into_iter().map(read).collect()
+    let mut heeded = Vec::new();
+    for (name, table) in root.named_tables("keep-out", &["outline", "status"])? {
+        let corners = polygon(&table)?;
+        // A machine that extends another has no other way to be rid of its regions.
+        if table.choice_or("status", &[("active", true), ("inactive", false)], true)? {
+            heeded.push((name.to_string(), corners));
+        }
+    }
+    Ok(heeded)
 }
 
 fn polygon(table: &Reader) -> Result<Vec<[f64; 2]>> {

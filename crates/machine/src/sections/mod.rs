@@ -73,7 +73,7 @@ pub fn machine(tree: &Node) -> Result<Machine> {
         errata: errata::read(&root, &cylinders)?,
         sensors: sensor::read(&root, &joints, &cylinders)?,
         keep_out: keep_out::read(&root)?,
-        control: control::read(&root)?,
+        control: control::read(&root, &joints)?,
         links,
         joints,
         cylinders,

@@ -1,0 +1,200 @@
+//! Regions that the tip stays out of.                        theory: docs/theory/control/keep_out.md
+//!
+//! v . n >= -k (d - margin)      at every edge of every region
+//!
+//! with the distance d to the edge and the direction n away from it; inside a region v . n >= 0 at its nearest edge. The
+//! velocity is slowed down until it obeys, never turned. The distance to one edge, not to the whole outline, is convex in the
+//! place of the tip: what is obeyed over one sample holds all along it, and the allowed speed does not jump where
+//! another edge becomes the nearest.
+
+use crate::slow_down::allowed;
+
+/// A polygon in the plane of the crane, convex or not, its corners in either sense, m.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Region {
+    corners: Vec<[f64; 2]>,
+    /// +1 where the corners run counter-clockwise, x to the right and z up; else -1.
+    sense: f64,
+}
+
+/// The way from a border to a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Clearance {
+    /// m, negative inside the region.
+    pub distance: f64,
+    /// Unit vector out of the region.
+    pub normal: [f64; 2],
+}
+
+/// The regions of a crane and how the tip nears them.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct KeepOut {
+    pub regions: Vec<Region>,
+    /// Distance that the set-point keeps, m: what the tip may differ from it.
+    pub margin: f64,
+    /// k, 1/s
+    pub rate: f64,
+}
+
+/// Approach relative to the speed that counts as motion along a border.
+const ALONG: f64 = 1e-9;
+/// Distance that counts as on the border, m.
+const TOUCHING: f64 = 1e-12;
+
+impl Region {
+    /// Three corners or more, not in one line.
+    pub fn new(corners: Vec<[f64; 2]>) -> Self {
+        let twice_the_area: f64 = edges(&corners).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum();
+        Region { corners, sense: if twice_the_area < 0.0 { -1.0 } else { 1.0 } }
+    }
+
+    /// By the number of edges that a ray from the place crosses.
+    pub fn contains(&self, [x, z]: [f64; 2]) -> bool {
+        let crossed = |(a, b): &([f64; 2], [f64; 2])| {
+            (a[1] > z) != (b[1] > z) && x < a[0] + (z - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
+        };
+        edges(&self.corners).filter(crossed).count() % 2 == 1
+    }
+
+    /// Signed distance to the nearest point of the border, and the way out there.
+    pub fn clearance(&self, place: [f64; 2]) -> Clearance {
+        let ways = self.ways(place);
+        let nearest = ways.min_by(|a, b| a.distance.total_cmp(&b.distance));
+        let away = nearest.unwrap_or(Clearance { distance: f64::INFINITY, normal: [0.0; 2] });
+        if self.contains(place) && away.distance > TOUCHING {
+            return Clearance { distance: -away.distance, normal: away.normal.map(|n| -n) };
+        }
+        away
+    }
+
+    /// The way from each edge, its distance without a sign.
+    fn ways(&self, place: [f64; 2]) -> impl Iterator<Item = Clearance> + '_ {
+        edges(&self.corners).map(move |(a, b)| from_edge(a, b, self.sense, place))
+    }
+
+    /// What must not be neared further: every edge from outside, the nearest one from inside.
+    fn slowest(&self, keep: &KeepOut, place: [f64; 2], velocity: [f64; 2]) -> f64 {
+        if self.contains(place) {
+            return keep.share(&self.clearance(place), velocity);
+        }
+        self.ways(place).map(|way| keep.share(&way, velocity)).fold(1.0, f64::min)
+    }
+}
+
+impl KeepOut {
+    /// `velocity` slowed down so that the regions are not neared too fast from `place`.
+    pub fn slowed(&self, place: [f64; 2], velocity: [f64; 2]) -> [f64; 2] {
+        let share = self.regions.iter().map(|r| r.slowest(self, place, velocity)).fold(1.0, f64::min);
+        velocity.map(|v| share * v)
+    }
+
+    /// Distance to the nearest region, m, negative inside; infinite without regions.
+    pub fn distance(&self, place: [f64; 2]) -> f64 {
+        self.regions.iter().map(|r| r.clearance(place).distance).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Share of `velocity` that one border leaves.
+    fn share(&self, border: &Clearance, velocity: [f64; 2]) -> f64 {
+        let [vx, vz] = velocity;
+        let away = vx * border.normal[0] + vz * border.normal[1];
+        let [least, _] = allowed(border.distance, [self.margin, f64::INFINITY], self.rate);
+        if away >= least.min(-ALONG * vx.hypot(vz)) {
+            1.0
+        } else {
+            least / away
+        }
+    }
+}
+
+fn edges(corners: &[[f64; 2]]) -> impl Iterator<Item = ([f64; 2], [f64; 2])> + '_ {
+    corners.iter().copied().zip(corners.iter().copied().cycle().skip(1))
+}
+
+/// From the nearest point of the edge a-b. Along its length the direction is that of the edge's normal, free of rounding, so that
+/// motion along a straight border nears nothing.
+fn from_edge(a: [f64; 2], b: [f64; 2], sense: f64, place: [f64; 2]) -> Clearance {
+    let (edge, to) = ([b[0] - a[0], b[1] - a[1]], [place[0] - a[0], place[1] - a[1]]);
+    let length = edge[0].hypot(edge[1]).max(f64::MIN_POSITIVE);
+    let outward = [sense * edge[1] / length, -sense * edge[0] / length];
+    let along = (to[0] * edge[0] + to[1] * edge[1]) / (length * length);
+    if along > 0.0 && along < 1.0 {
+        let height = to[0] * outward[0] + to[1] * outward[1];
+        return Clearance { distance: height.abs(), normal: outward.map(|n| n * 1f64.copysign(height)) };
+    }
+    let corner = if along >= 1.0 { b } else { a };
+    let off = [place[0] - corner[0], place[1] - corner[1]];
+    let distance = off[0].hypot(off[1]);
+    let normal = if distance > TOUCHING { off.map(|o| o / distance) } else { outward };
+    Clearance { distance, normal }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hydrocrane_num::Draws;
+
+    /// Not convex: the notch opens upwards.
+    const NOTCHED: [[f64; 2]; 8] =
+        [[-2.0, -1.0], [2.0, -1.0], [2.0, 1.0], [0.5, 1.0], [0.5, 0.0], [-0.5, 0.0], [-0.5, 1.0], [-2.0, 1.0]];
+
+    fn notched() -> KeepOut {
+        KeepOut { regions: vec![Region::new(NOTCHED.to_vec())], margin: 0.05, rate: 2.0 }
+    }
+
+    #[test]
+    fn distance_and_way_out_in_either_sense_of_the_corners() {
+        let backwards: Vec<_> = NOTCHED.iter().rev().copied().collect();
+        for region in [Region::new(NOTCHED.to_vec()), Region::new(backwards)] {
+            let cases = [
+                ([0.0, 0.2], 0.2, [0.0, 1.0]),
+                ([0.4, 0.5], 0.1, [-1.0, 0.0]),
+                ([1.0, 0.9], -0.1, [0.0, 1.0]),
+                ([5.0, 5.0], 5.0, [0.6, 0.8]),
+                ([1.0, 1.0], 0.0, [0.0, 1.0]),
+            ];
+            for (place, distance, normal) in cases {
+                let c = region.clearance(place);
+                assert!((c.distance - distance).abs() < 1e-12, "{place:?}: {c:?}");
+                assert!((0..2).all(|i| (c.normal[i] - normal[i]).abs() < 1e-12), "{place:?}: {c:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn nears_a_border_exponentially_and_leaves_it_freely() {
+        let keep = notched();
+        let v = keep.slowed([1.0, 1.25], [0.3, -0.6]);
+        assert!((v[1] + 2.0 * 0.2).abs() < 1e-12 && (v[0] + 0.5 * v[1]).abs() < 1e-12, "{v:?}");
+        for free in [[0.3, 0.6], [0.7, 0.0]] {
+            assert_eq!(keep.slowed([1.0, 1.03], free), free);
+        }
+        assert_eq!(keep.slowed([1.0, 1.03], [0.7, -1e-3]), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn from_inside_only_the_way_out_is_open() {
+        let keep = notched();
+        assert_eq!(keep.slowed([1.0, 0.9], [0.1, 0.2]), [0.1, 0.2]);
+        assert_eq!(keep.slowed([1.0, 0.9], [0.1, -0.2]), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn random_motion_never_comes_nearer_than_the_margin() {
+        let keep = notched();
+        let mut dice = Draws::new(5, "motion");
+        let (mut place, mut nearest) = ([0.0, 1.5], f64::INFINITY);
+        for k in 0..20_000 {
+            let target = [2.5 * dice.symmetric(), 1.6 * dice.symmetric()];
+            let rate = if k % 2 == 0 { 0.1 } else { 2.0 };
+            for _ in 0..5 {
+                let v = [rate * (target[0] - place[0]), rate * (target[1] - place[1])];
+                let slowed = keep.slowed(place, v);
+                assert!((slowed[0] * v[1] - slowed[1] * v[0]).abs() < 1e-9, "turned");
+                // The longest sample for which k T <= 1.
+                place = [place[0] + 0.5 * slowed[0], place[1] + 0.5 * slowed[1]];
+                nearest = nearest.min(keep.distance(place));
+            }
+        }
+        assert!((keep.margin - 1e-6..keep.margin + 1e-3).contains(&nearest), "{nearest}");
+    }
+}
