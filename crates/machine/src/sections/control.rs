@@ -32,12 +32,25 @@ const TIP: [(&str, &str); 15] = [
 
 const HEINZE_PID: [(&str, &str); 2] = [("full-speed", "m/s"), ("set-point-interval", "s")];
 
+/// Thresholds of the monitor of the sensors.
+pub const PLAUSIBILITY: Known = ("plausibility", &THRESHOLDS);
+
+const THRESHOLDS: [(&str, &str); 7] = [
+    ("jump", "m"),
+    ("frozen", "m"),
+    ("frozen-pressure", "m"),
+    ("flow-tolerance", ""),
+    ("stroke-margin", ""),
+    ("pressure-limit", ""),
+    ("recovery-time", "s"),
+];
+
 pub fn read(root: &Reader) -> Result<Control> {
-    let names = CONTROLLERS.map(|(name, _)| name);
-    let known: Vec<&str> = ["period"].into_iter().chain(names).collect();
+    let tables = || CONTROLLERS.into_iter().chain([PLAUSIBILITY]);
+    let known: Vec<&str> = ["period"].into_iter().chain(tables().map(|(name, _)| name)).collect();
     let Some(table) = root.table("control", &known)? else { return Ok(Control::default()) };
     let mut gains = Vec::new();
-    for (name, keys) in CONTROLLERS {
+    for (name, keys) in tables() {
         let known: Vec<&str> = keys.iter().map(|(key, _)| *key).collect();
         if let Some(own) = table.table(name, &known)? {
             gains.push((name.to_string(), read_gains(&own, keys)?));
