@@ -123,6 +123,9 @@ class Scenario:
     sensors : {"ideal", "data-sheet"}
         What the controller sees: the truth, or what the machine's sensors read, drawn by `seed`.
     sensor_faults : sequence of SensorFault
+    monitor : bool, optional
+        Whether sensors that cannot be right close the valves until they can; default is yes for ``tip`` and
+        ``heinze-pid``, no for ``lever``, which measures nothing, and for a controller of one's own.
     """
 
     machine: str = "rottne-f9-lab"
@@ -143,6 +146,7 @@ class Scenario:
     delay: float = 0.0
     sensors: str = "ideal"
     sensor_faults: Sequence[SensorFault] = ()
+    monitor: bool | None = None
 
     def __post_init__(self) -> None:
         self._check_loop()
@@ -177,6 +181,10 @@ class Scenario:
             raise InputError("a scenario has either commands or a controller with its joystick, not both")
         if self.sensors not in SENSORS:
             raise unknown("kind of sensors", self.sensors, SENSORS)
+        if self.monitor not in (None, True, False):
+            raise InputError(f"monitor must be True, False or None; got {self.monitor!r}")
+        if self.sensor_faults and not self.closed_loop:
+            raise InputError("sensor_faults need a controller or a joystick: without one nobody reads the sensors")
         if self.period is not None:
             _positive("period", self.period)
         delay = real_array(self.delay, "delay")
@@ -207,6 +215,13 @@ class Scenario:
         return self.controller
 
     @property
+    def monitored(self) -> bool:
+        """Whether a monitor stands between sensors and controller."""
+        if self.monitor is None:
+            return isinstance(self.driver, str) and self.driver != "lever"
+        return bool(self.monitor)
+
+    @property
     def machine_overrides(self) -> dict[str, Any]:
         """The overrides, with those that a named controller's period and full speed make."""
         extra: dict[str, Any] = {}
@@ -232,6 +247,7 @@ class Scenario:
             "linear": stick.interpolation == "linear",
             "dead_zone": float(stick.dead_zone),
             "ramp": float(stick.ramp),
+            "monitor": self.monitored,
         }
 
     def load_machine(self) -> Machine:
@@ -317,6 +333,7 @@ def load_scenario(source: str | PathLike[str], overrides: Mapping[str, Any] | No
         title=raw["title"],
         seed=raw["seed"],
         joystick=_joystick(raw["joystick"], raw["cylinders"]),
+        sensor_faults=tuple(SensorFault(**fault) for fault in raw["sensor_faults"]),
         **_loop(raw["controller"]),
     )
 

@@ -37,11 +37,11 @@ impl<const N: usize> Guard<N> {
     fn hold(&mut self, found: &[(Signal, Kind)]) {
         for &(signal, kind) in found {
             let what = self.names.accusation(signal, kind);
-            let cure = format!(
-                "check the sensor and its cable; control returns {} s after it reads plausibly with the stick released",
+            self.notices.push(format!(
+                "{what}; the spools go to neutral until it has read plausibly for {} s and the stick is released: \
+                 check the sensor and its cable",
                 self.recovery_time
-            );
-            self.notices.push(format!("{what}; the spools go to neutral ({cure})"));
+            ));
         }
         self.holding |= !found.is_empty();
     }
@@ -71,7 +71,7 @@ impl<const N: usize> Controller for Guard<N> {
             self.holding = false;
             self.monitor.acquit();
             self.inner.reset(measured);
-            self.notices.push("all sensors read plausibly again and the stick is released; control starts anew".into());
+            self.notices.push("all sensors read plausibly and the stick is released: control starts anew".into());
         }
         if self.holding {
             spool.fill(0.0);
@@ -104,14 +104,18 @@ fn released(stick: Stick) -> bool {
 impl Names {
     fn accusation(&self, signal: Signal, kind: Kind) -> String {
         let (name, size) = match signal {
-            Signal::Joint(i) if self.revolute[i] => (format!("joint.{}.q", self.joints[i]), (180.0 / std::f64::consts::PI, "deg")),
+            Signal::Joint(i) if self.revolute[i] => {
+                (format!("joint.{}.q", self.joints[i]), (180.0 / std::f64::consts::PI, "deg"))
+            }
             Signal::Joint(i) => (format!("joint.{}.q", self.joints[i]), (1e3, "mm")),
             Signal::Pressure(c, side) => (format!("cylinder.{}.p{}", self.cylinders[c], side + 1), (1e-5, "bar")),
         };
         match kind {
             Kind::NoReading => format!("`{name}` gives no reading"),
             Kind::OutOfRange => format!("`{name}` is out of range: the machine cannot be where it reads"),
-            Kind::Jump(by) => format!("`{name}` jumped by {:.3} {} in one sample, which nothing else confirms", by * size.0, size.1),
+            Kind::Jump(by) => {
+                format!("`{name}` jumped by {:.3} {} in one sample, which nothing else confirms", by * size.0, size.1)
+            }
             Kind::Frozen(missed) => {
                 format!("`{name}` is frozen: it has not changed while the piston moved by {:.1} mm", missed.abs() * 1e3)
             }

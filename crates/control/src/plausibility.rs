@@ -160,7 +160,12 @@ impl<const N: usize> Monitor<N> {
             }
             for (signal, kind) in wrong {
                 if !self.suspects.iter().any(|s| s.signal == signal) {
-                    self.suspects.push(Suspect { signal, kind, belief: belief(kind, signal, &moment, passage.as_ref()), plausible: None });
+                    self.suspects.push(Suspect {
+                        signal,
+                        kind,
+                        belief: belief(kind, signal, &moment, passage.as_ref()),
+                        plausible: None,
+                    });
                     found.push((signal, kind));
                 }
             }
@@ -192,9 +197,14 @@ impl<const N: usize> Monitor<N> {
         let mains = Mains { supply: n.supply, tank: n.tank };
         let spool = self.spools(c, before.t);
         let moments = [&before.moment, &moment];
-        let told = testimonies(&n.cylinders[c], &n.fluid, &mains, moments, t - before.t, spool, &self.settings.trust[c]);
+        let told =
+            testimonies(&n.cylinders[c], &n.fluid, &mains, moments, t - before.t, spool, &self.settings.trust[c]);
         let now = Track {
-            missed: if reading == before.reading { [0, 1].map(|i| before.missed[i].then(told[i])) } else { first.missed },
+            missed: if reading == before.reading {
+                [0, 1].map(|i| before.missed[i].then(told[i]))
+            } else {
+                first.missed
+            },
             changed: [0, 1].map(|i| if moment.p[i] == before.moment.p[i] { before.changed[i] } else { moment.stroke }),
             ..first
         };

@@ -24,4 +24,4 @@ pub use load::{load, parse};
 pub use merge::OverrideValue;
 pub use model::Machine;
 pub use scenario::{load_scenario, parse_scenario, Scenario};
-pub use sections::CONTROLLERS;
+pub use sections::{CONTROLLERS, PLAUSIBILITY};

@@ -1,8 +1,10 @@
 //! Scenario files: which machine does what, from where, for how long.
 
 mod closed_loop;
+mod sensor_fault;
 
 pub use closed_loop::{ControllerChoice, Joystick, SensorQuality, StickMode};
+pub use sensor_fault::{FaultKind, SensorFault};
 
 use crate::bundled::{bundled_machines, bundled_scenarios};
 use crate::document::{self, Node, NodeKind, Scalar, SourceFile};
@@ -37,6 +39,7 @@ pub struct Scenario {
     pub cylinders: Vec<String>,
     pub controller: Option<ControllerChoice>,
     pub joystick: Option<Joystick>,
+    pub sensor_faults: Vec<SensorFault>,
     pub solver: Solver,
     pub seed: u64,
 }
@@ -83,7 +86,8 @@ pub struct Solver {
     pub max_step: f64,
 }
 
-const ROOT_KEYS: [&str; 7] = ["scenario", "overrides", "initial", "command", "controller", "joystick", "solver"];
+const ROOT_KEYS: [&str; 8] =
+    ["scenario", "overrides", "initial", "command", "controller", "joystick", "sensor-fault", "solver"];
 const SCENARIO_KEYS: [&str; 7] = ["name", "title", "machine", "duration", "record-interval", "payload", "seed"];
 const METHODS: [(&str, &str); 2] = [("rodas5p", "rodas5p"), ("tsit5", "tsit5")];
 const DEFAULT_RECORD_INTERVAL: f64 = 0.01;
@@ -124,6 +128,7 @@ fn build(source: &Source, overrides: &[(String, OverrideValue)]) -> Result<Scena
     let machine_source = machine_source(source, head.text("machine")?);
     let machine = machine(&head, &machine_source, &machine_overrides)?;
     let joystick = closed_loop::joystick(&root, &machine, source)?;
+    let controller = closed_loop::controller(&root, joystick.as_ref())?;
     let positive = |key: &str| head.quantity(key, &time(), Sign::Positive);
     Ok(Scenario {
         name: head.text("name")?.into(),
@@ -136,7 +141,8 @@ fn build(source: &Source, overrides: &[(String, OverrideValue)]) -> Result<Scena
         initial: initial(&root, &machine)?,
         commands: commands(&root, &machine)?,
         cylinders: machine.cylinders.iter().map(|cylinder| cylinder.name.clone()).collect(),
-        controller: closed_loop::controller(&root, joystick.as_ref())?,
+        sensor_faults: sensor_fault::read(&root, &machine, controller.as_ref())?,
+        controller,
         joystick,
         solver: solver(&root)?,
         seed: seed(&head)?,

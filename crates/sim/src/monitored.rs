@@ -12,18 +12,23 @@ use hydrocrane_machine::model::{Cylinder, Sensor};
 use hydrocrane_machine::Machine;
 
 /// Thresholds where the machine file gives none, SI.
-pub const PLAUSIBILITY: [(&str, f64); 7] = [
+pub const PLAUSIBILITY: [(&str, f64); 8] = [
     ("jump", 0.5e-3),
     ("frozen", 1e-3),
     ("frozen-pressure", 10e-3),
     ("flow-tolerance", 0.25),
+    ("pressure-tolerance", 0.03),
     ("stroke-margin", 0.05),
     ("pressure-limit", 2.0),
     ("recovery-time", 0.5),
 ];
 
 /// `controller` behind a monitor of the machine's sensors; its commands leave `delay` (s) after each sample.
-pub fn monitored(machine: &Machine, controller: Box<dyn Controller>, delay: f64) -> Result<Box<dyn Controller>, String> {
+pub fn monitored(
+    machine: &Machine,
+    controller: Box<dyn Controller>,
+    delay: f64,
+) -> Result<Box<dyn Controller>, String> {
     match machine.joints.len() {
         1 => sized::<1>(machine, controller, delay),
         2 => sized::<2>(machine, controller, delay),
@@ -43,7 +48,13 @@ fn sized<const N: usize>(
     let monitor = Monitor::new(nominal::<N>(machine)?, settings(machine, delay)?);
     let names = Names {
         joints: machine.joints.iter().map(|j| j.name.clone()).collect(),
-        revolute: Crane::<N>::new(machine).map_err(|e| e.to_string())?.plant().mechanics.joints.map(|j| j.revolute).into(),
+        revolute: Crane::<N>::new(machine)
+            .map_err(|e| e.to_string())?
+            .plant()
+            .mechanics
+            .joints
+            .map(|j| j.revolute)
+            .into(),
         cylinders: machine.cylinders.iter().map(|c| c.name.clone()).collect(),
     };
     let valves: Vec<_> = machine.cylinders.iter().map(|c| (c.valve.command, c.valve.stroke)).collect();
@@ -66,7 +77,7 @@ fn settings<const N: usize>(machine: &Machine, delay: f64) -> Result<Settings<N>
     let sensor = |signal: String| machine.sensors.iter().find(|sensor| sensor.measures == signal);
     let cylinders: [&Cylinder; N] = std::array::from_fn(|c| &machine.cylinders[c]);
     let pressure = |c: usize, side: usize| sensor(format!("cylinder.{}.p{}", cylinders[c].name, side + 1));
-    let floor = LEAST_TRUST * machine.supply.pressure;
+    let floor = value("pressure-tolerance") * machine.supply.pressure;
     let trust = |c: usize| {
         let scatter = [0, 1].map(|side| pressure(c, side).map_or(0.0, scatter));
         let accuracy = |side: usize| pressure(c, side).map_or(0.0, |s| accuracy(s) + scatter[side]).max(floor);
@@ -110,8 +121,6 @@ fn settings<const N: usize>(machine: &Machine, delay: f64) -> Result<Settings<N>
     })
 }
 
-/// Least error that a pressure reading is believed to have, as a share of the supply pressure.
-const LEAST_TRUST: f64 = 0.01;
 /// Time constants after which a spool has arrived.
 const SPOOL_LAGS: f64 = 4.0;
 /// Standard deviations of noise between two readings that count as possible.

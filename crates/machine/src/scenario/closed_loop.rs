@@ -18,6 +18,8 @@ pub struct ControllerChoice {
     /// Time that computing takes, s.
     pub delay: f64,
     pub sensors: SensorQuality,
+    /// Whether implausible sensors close the valves; `None`: as is usual for the controller.
+    pub monitor: Option<bool>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,8 +65,9 @@ pub fn controller(root: &Reader, stick: Option<&Joystick>) -> Result<Option<Cont
         Some(Joystick { mode: StickMode::Lever, .. }) => LEVER,
         _ => CONTROLLERS[0].0,
     };
-    let Some(table) = root.table("controller", &["name", "period", "delay", "sensors"])? else {
-        let alone = ControllerChoice { name: fitting.into(), period: None, delay: 0.0, sensors: SensorQuality::Ideal };
+    let Some(table) = root.table("controller", &["name", "period", "delay", "sensors", "monitor"])? else {
+        let (sensors, monitor) = (SensorQuality::Ideal, None);
+        let alone = ControllerChoice { name: fitting.into(), period: None, delay: 0.0, sensors, monitor };
         return Ok(stick.map(|_| alone));
     };
     if root.has("command") {
@@ -83,6 +86,7 @@ pub fn controller(root: &Reader, stick: Option<&Joystick>) -> Result<Option<Cont
             &[("ideal", SensorQuality::Ideal), ("data-sheet", SensorQuality::DataSheet)],
             SensorQuality::Ideal,
         )?,
+        monitor: table.choice_or("monitor", &[("on", Some(true)), ("off", Some(false))], None)?,
     };
     check_mode(&table, &choice.name, stick)?;
     Ok(Some(choice))

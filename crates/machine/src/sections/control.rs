@@ -35,11 +35,12 @@ const HEINZE_PID: [(&str, &str); 2] = [("full-speed", "m/s"), ("set-point-interv
 /// Thresholds of the monitor of the sensors.
 pub const PLAUSIBILITY: Known = ("plausibility", &THRESHOLDS);
 
-const THRESHOLDS: [(&str, &str); 7] = [
+const THRESHOLDS: [(&str, &str); 8] = [
     ("jump", "m"),
     ("frozen", "m"),
     ("frozen-pressure", "m"),
     ("flow-tolerance", ""),
+    ("pressure-tolerance", ""),
     ("stroke-margin", ""),
     ("pressure-limit", ""),
     ("recovery-time", "s"),
