@@ -63,7 +63,12 @@ def joystick(motion: str, speed: float) -> hc.Joystick:
 def outcome(fault: hc.SensorFault, motion: str, speed: float, seed: int) -> tuple[float | None, float, float]:
     """(time to the alarm (s) or None, way (m), distance from the line (m)) of one run."""
     plan = hc.Scenario(
-        joints=POSE, joystick=joystick(motion, speed), duration=END, sensors="data-sheet", seed=seed, sensor_faults=[fault]
+        joints=POSE,
+        joystick=joystick(motion, speed),
+        duration=END,
+        sensors="data-sheet",
+        seed=seed,
+        sensor_faults=[fault],
     )
     run = hc.simulate(plan, ledger=False)
     assert run.outcome.completed, run.outcome

@@ -181,7 +181,7 @@ class Scenario:
             raise InputError("a scenario has either commands or a controller with its joystick, not both")
         if self.sensors not in SENSORS:
             raise unknown("kind of sensors", self.sensors, SENSORS)
-        if self.monitor not in (None, True, False):
+        if not (self.monitor is None or isinstance(self.monitor, bool)):
             raise InputError(f"monitor must be True, False or None; got {self.monitor!r}")
         if self.sensor_faults and not self.closed_loop:
             raise InputError("sensor_faults need a controller or a joystick: without one nobody reads the sensors")

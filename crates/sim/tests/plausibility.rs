@@ -101,11 +101,11 @@ fn assert_silent(what: &str, case: &Case, name: &str, seeds: std::ops::Range<u64
 
 #[test]
 fn minutes_of_random_sticks_raise_no_alarm_whatever_load_and_friction() {
-    for (payload, friction) in [(0.0, 0.5), (0.0, 2.0), (100.0, 1.0), (200.0, 0.5), (200.0, 2.0)] {
+    for (seed, (payload, friction)) in (0..).zip([(0.0, 0.5), (0.0, 2.0), (100.0, 1.0), (200.0, 0.5), (200.0, 2.0)]) {
         for place in [LAB, LOADER] {
             let case = Case { payload, ..Case::of(place) }.friction(friction);
             let what = format!("{}, {payload} kg, friction times {friction}", place.0);
-            assert_silent(&what, &case, "tip", 0..2, 60.0);
+            assert_silent(&what, &case, "tip", seed..seed + 1, 60.0);
         }
     }
 }
