@@ -240,7 +240,7 @@ impl<const N: usize> Monitor<N> {
         let [one, two] = &passage.oil;
         if one.gap(two) <= jump {
             let outvoted = one.between(two).gap(&passage.measured) > jump;
-            return outvoted.then(|| (Signal::Joint(c), Kind::Jump(now.reading - before.reading)));
+            return outvoted.then_some((Signal::Joint(c), Kind::Jump(now.reading - before.reading)));
         }
         // The chambers contradict each other: the position decides, if it agrees with one of them.
         let side = match passage.oil.map(|oil| oil.gap(&passage.measured) > jump) {
@@ -256,7 +256,7 @@ impl<const N: usize> Monitor<N> {
         let missed = one.between(&two);
         let frozen = self.settings.frozen;
         let outvoted = one.gap(&two) <= frozen && missed.gap(&Interval::around(0.0, scatter)) > frozen;
-        outvoted.then(|| (Signal::Joint(c), Kind::Frozen(missed.middle())))
+        outvoted.then_some((Signal::Joint(c), Kind::Frozen(missed.middle())))
     }
 
     fn frozen_pressure(&self, c: usize, side: usize, now: &Track, scatter: f64) -> Option<(Signal, Kind)> {

@@ -1,6 +1,6 @@
 //! How far a piston moved, told by the oil of each chamber alone.    theory: docs/theory/control/plausibility.md
 //!
-//!     A_1 dx = h (q_1 - q_int) - V_1/E_1 dp_1,     A_2 dx = h (q_2 - q_int + q_ext) + V_2/E_2 dp_2
+//! A_1 dx = h (q_1 - q_int) - V_1/E_1 dp_1,     A_2 dx = h (q_2 - q_int + q_ext) + V_2/E_2 dp_2
 //!
 //! over a time h, from (94) and (95). Commands, pressures and the valve law say it; load, payload and friction do not enter.
 //! Every term is an interval, as wide as late commands, valve tolerances and pressure sensors make it: where the oil knows
