@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from hydrocrane.arrays import Array
+from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.joystick import Stick
 
@@ -64,7 +64,7 @@ class Controller(Protocol):
 
 @dataclass(frozen=True)
 class SensorFault:
-    """A sensor that fails from `time` (s) on.
+    """A sensor that fails at `time` (s) and, where `until` (s) is given, works again from then on.
 
     ``freeze``: the reading stays; ``jump``: it is off by `size` (SI); ``drop-out``: there is none (NaN).
     """
@@ -73,15 +73,23 @@ class SensorFault:
     kind: str
     time: float = 0.0
     size: float = 0.0
+    until: float | None = None
 
     def __post_init__(self) -> None:
         if self.kind not in FAULTS:
             raise unknown("fault of a sensor", self.kind, FAULTS)
+        for name in ("time", "size", "until"):
+            value = getattr(self, name)
+            if value is not None and real_array(value, name).ndim:
+                raise InputError(f"{name} of a sensor's fault must be one number; got {value!r}")
+        if self.until is not None and self.until <= self.time:
+            raise InputError(f"a sensor's fault must end after it begins; got {self.until:g} s after {self.time:g} s")
 
     @property
-    def entry(self) -> tuple[str, str, float, float]:
+    def entry(self) -> tuple[str, str, float, float, float]:
         """As the core takes it."""
-        return self.signal, self.kind, float(self.time), float(self.size)
+        until = float("inf") if self.until is None else float(self.until)
+        return self.signal, self.kind, float(self.time), until, float(self.size)
 
 
 class SampledController:

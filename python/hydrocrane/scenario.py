@@ -131,6 +131,9 @@ class Scenario:
         What a controller takes its nominal model from, while the crane stays what it is: overrides of the machine, or
         another machine with as many joints of the same kinds. By default it knows the truth. Own controllers are
         handed this machine in ``reset``.
+    monitor : bool, optional
+        Whether sensors that cannot be right close the valves until they can; default is yes for ``tip`` and
+        ``heinze-pid``, no for ``lever``, which measures nothing, and for a controller of one's own.
     """
 
     machine: str = "rottne-f9-lab"
@@ -153,6 +156,7 @@ class Scenario:
     sensor_faults: Sequence[SensorFault] = ()
     payload_changes: Mapping[float, float] = field(default_factory=dict)
     believed: Any = None
+    monitor: bool | None = None
 
     def __post_init__(self) -> None:
         self._check_loop()
@@ -189,6 +193,10 @@ class Scenario:
             raise InputError("a scenario has either commands or a controller with its joystick, not both")
         if self.sensors not in SENSORS:
             raise unknown("kind of sensors", self.sensors, SENSORS)
+        if not (self.monitor is None or isinstance(self.monitor, bool)):
+            raise InputError(f"monitor must be True, False or None; got {self.monitor!r}")
+        if self.sensor_faults and not self.closed_loop:
+            raise InputError("sensor_faults need a controller or a joystick: without one nobody reads the sensors")
         if self.period is not None:
             _positive("period", self.period)
         delay = real_array(self.delay, "delay")
@@ -222,6 +230,13 @@ class Scenario:
         if self.controller is None and self.joystick is not None:
             return "lever" if self.joystick.mode == "lever" else "tip"
         return self.controller
+
+    @property
+    def monitored(self) -> bool:
+        """Whether a monitor stands between sensors and controller."""
+        if self.monitor is None:
+            return isinstance(self.driver, str) and self.driver != "lever"
+        return bool(self.monitor)
 
     @property
     def machine_overrides(self) -> dict[str, Any]:
@@ -271,6 +286,7 @@ class Scenario:
             "linear": stick.interpolation == "linear",
             "dead_zone": float(stick.dead_zone),
             "ramp": float(stick.ramp),
+            "monitor": self.monitored,
         }
 
     def load_machine(self) -> Machine:
@@ -357,6 +373,7 @@ def load_scenario(source: str | PathLike[str], overrides: Mapping[str, Any] | No
         title=raw["title"],
         seed=raw["seed"],
         joystick=_joystick(raw["joystick"], raw["cylinders"]),
+        sensor_faults=tuple(SensorFault(**fault) for fault in raw["sensor_faults"]),
         **_loop(raw["controller"]),
     )
 

@@ -45,4 +45,8 @@ pub trait Controller: Send {
     fn step(&mut self, measured: &Measurement, stick: Stick, spool: &mut [f64]) -> Result<(), Fault>;
     /// The set-point of the tip (x, z) after the last step, m, where the controller has one.
     fn set_point(&self) -> Option<[f64; 2]>;
+    /// What has happened since the last call that whoever runs the machine should know.
+    fn notices(&mut self) -> Vec<String> {
+        Vec::new()
+    }
 }

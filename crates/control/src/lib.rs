@@ -3,6 +3,7 @@
 pub mod controller;
 pub mod drive;
 pub mod feed_forward;
+pub mod guard;
 pub mod heinze_pid;
 pub mod inverse_kinematics;
 pub mod keep_out;
@@ -11,8 +12,10 @@ pub mod nominal;
 pub mod observer;
 pub mod penalty;
 pub mod pid;
+pub mod plausibility;
 pub mod redundancy;
 pub mod set_point;
 pub mod slow_down;
 pub mod tip;
 pub mod working_area;
+pub mod witness;

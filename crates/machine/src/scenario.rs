@@ -1,8 +1,10 @@
 //! Scenario files: which machine does what, from where, for how long.
 
 mod closed_loop;
+mod sensor_fault;
 
 pub use closed_loop::{ControllerChoice, Joystick, SensorQuality, StickMode};
+pub use sensor_fault::{FaultKind, SensorFault};
 
 use crate::bundled::{bundled_machines, bundled_scenarios};
 use crate::document::{self, Node, NodeKind, Scalar, SourceFile};
@@ -39,6 +41,7 @@ pub struct Scenario {
     pub cylinders: Vec<String>,
     pub controller: Option<ControllerChoice>,
     pub joystick: Option<Joystick>,
+    pub sensor_faults: Vec<SensorFault>,
     pub solver: Solver,
     pub seed: u64,
 }
@@ -85,8 +88,8 @@ pub struct Solver {
     pub max_step: f64,
 }
 
-const ROOT_KEYS: [&str; 8] =
-    ["scenario", "overrides", "initial", "payload", "command", "controller", "joystick", "solver"];
+const ROOT_KEYS: [&str; 9] =
+    ["scenario", "overrides", "initial", "payload", "command", "controller", "joystick", "sensor-fault", "solver"];
 const SCENARIO_KEYS: [&str; 7] = ["name", "title", "machine", "duration", "record-interval", "payload", "seed"];
 const METHODS: [(&str, &str); 2] = [("rodas5p", "rodas5p"), ("tsit5", "tsit5")];
 const DEFAULT_RECORD_INTERVAL: f64 = 0.01;
@@ -141,6 +144,7 @@ fn build(source: &Source, overrides: &[(String, OverrideValue)]) -> Result<Scena
         initial: initial(&root, &machine)?,
         commands: commands(&root, &machine)?,
         cylinders: machine.cylinders.iter().map(|cylinder| cylinder.name.clone()).collect(),
+        sensor_faults: sensor_fault::read(&root, &machine, controller.as_ref())?,
         controller,
         joystick,
         solver: solver(&root)?,

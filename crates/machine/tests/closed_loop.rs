@@ -1,6 +1,6 @@
 //! Controllers, joysticks, signal chains and keep-out regions in files.
 
-use hydrocrane_machine::scenario::{Interpolation, SensorQuality, StickMode};
+use hydrocrane_machine::scenario::{FaultKind, Interpolation, SensorQuality, StickMode};
 use hydrocrane_machine::{load, parse, parse_scenario, MachineError, OverrideValue, Scenario};
 
 const HEAD: &str = "[scenario]\nname = \"t\"\nmachine = \"rottne-f9-lab\"\nduration = \"1 s\"\n";
@@ -59,6 +59,63 @@ fn wrong_controllers_are_errors() {
     assert_eq!(slug("[controller]\n[command.lift]\ntime = [\"0 s\"]\nspool = [\"1 mm\"]\n"), "conflicting-keys");
     let shown = scenario("[controller]\nname = \"tipp\"\n").unwrap_err().to_string();
     assert!(shown.contains("did you mean `tip`"), "{shown}");
+}
+
+const STICK: &str = "[joystick]\ntime = [\"0 s\"]\nx = [1]\n";
+
+fn faulty(entries: &str) -> Result<Scenario, MachineError> {
+    scenario(&format!("{STICK}[sensor-fault.one]\n{entries}"))
+}
+
+#[test]
+fn sensors_fail_as_the_file_says() {
+    let read = |entries: &str| faulty(entries).unwrap().sensor_faults.remove(0);
+    let jump =
+        read("signal = \"joint.boom.q\"\nkind = \"jump\"\nsize = \"180 deg\"\nfrom = \"1 s\"\nuntil = \"2 s\"\n");
+    assert_eq!(jump.kind, FaultKind::Jump(std::f64::consts::PI));
+    assert_eq!((jump.signal.as_str(), jump.from, jump.until), ("joint.boom.q", 1.0, Some(2.0)));
+    let length = read("signal = \"joint.extension.q\"\nkind = \"jump\"\nsize = \"-5 mm\"\nfrom = \"1 s\"\n");
+    assert_eq!((length.kind, length.until), (FaultKind::Jump(-5e-3), None));
+    let pressure = read("signal = \"cylinder.jib.p2\"\nkind = \"jump\"\nsize = \"2 bar\"\nfrom = \"0 s\"\n");
+    assert_eq!(pressure.kind, FaultKind::Jump(2e5));
+    assert_eq!(read("signal = \"joint.jib.q\"\nkind = \"freeze\"\nfrom = \"1 s\"\n").kind, FaultKind::Freeze);
+    assert_eq!(read("signal = \"joint.jib.q\"\nkind = \"drop-out\"\nfrom = \"1 s\"\n").kind, FaultKind::DropOut);
+}
+
+#[test]
+fn wrong_sensor_faults_are_errors() {
+    let slug = |entries: &str| faulty(entries).expect_err(entries).slug();
+    let boom = "signal = \"joint.boom.q\"\nfrom = \"1 s\"\n";
+    assert_eq!(slug(&format!("{boom}kind = \"freze\"\n")), "invalid-choice");
+    assert_eq!(slug(&format!("{boom}kind = \"jump\"\n")), "missing-key");
+    assert_eq!(slug(&format!("{boom}kind = \"jump\"\nsize = \"3 mm\"\n")), "wrong-dimension");
+    assert_eq!(slug(&format!("{boom}kind = \"jump\"\nsize = 0.1\n")), "missing-unit");
+    assert_eq!(slug(&format!("{boom}kind = \"freeze\"\nsize = \"1 deg\"\n")), "conflicting-keys");
+    assert_eq!(slug(&format!("{boom}kind = \"freeze\"\nuntil = \"1 s\"\n")), "out-of-range");
+    assert_eq!(slug(&format!("{boom}kind = \"freeze\"\nto = \"2 s\"\n")), "unknown-key");
+    assert_eq!(slug("signal = \"joint.boom.q\"\nkind = \"freeze\"\n"), "missing-key");
+    let shown = faulty("signal = \"joint.bom.q\"\nkind = \"freeze\"\nfrom = \"1 s\"\n").unwrap_err();
+    assert_eq!((shown.slug(), shown.line()), ("unknown-reference", Some(9)));
+    assert!(shown.to_string().contains("did you mean `joint.boom.q`"), "{shown}");
+}
+
+#[test]
+fn only_sensors_that_are_read_can_fail() {
+    let force =
+        "[sensor-fault.one]\nsignal = \"cylinder.lift.force\"\nkind = \"jump\"\nsize = \"1 kN\"\nfrom = \"1 s\"\n";
+    assert_eq!(slug(&format!("{STICK}{force}")), "unknown-reference");
+    let data_sheet = format!("[controller]\nsensors = \"data-sheet\"\n{STICK}{force}");
+    assert_eq!(scenario(&data_sheet).unwrap().sensor_faults[0].kind, FaultKind::Jump(1e3));
+    assert_eq!(slug(force), "missing-key");
+}
+
+#[test]
+fn the_monitor_is_on_off_or_as_usual() {
+    let monitor = |line: &str| scenario(&format!("[controller]\n{line}")).unwrap().controller.unwrap().monitor;
+    assert_eq!(monitor("monitor = \"on\"\n"), Some(true));
+    assert_eq!(monitor("monitor = \"off\"\n"), Some(false));
+    assert_eq!(monitor(""), None);
+    assert_eq!(slug("[controller]\nmonitor = true\n"), "wrong-type");
 }
 
 #[test]

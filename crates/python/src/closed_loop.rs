@@ -5,16 +5,16 @@ use crate::machine::Machine;
 use crate::simulation::{record_of, stopper, Settings};
 use hydrocrane_sim::controller::{Controller, Fault, Measurement, Stick};
 use hydrocrane_sim::{
-    controllers, simulate_sampled, FaultKind, SampledPlan, SampledRun, SensorFault, SensorMode, Sensors, StickKind,
-    Sticks,
+    controllers, monitored, simulate_sampled, FaultKind, SampledPlan, SampledRun, SensorFault, SensorMode, Sensors,
+    StickKind, Sticks,
 };
 use numpy::PyArray2;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// Name, kind, start (s) and size of a sensor's fault.
-pub type FaultEntry = (String, String, f64, f64);
+/// Name, kind, start (s), end (s, may be infinite) and size of a sensor's fault.
+pub type FaultEntry = (String, String, f64, f64, f64);
 
 /// What surrounds the controller, as the facade hands it over.
 #[derive(FromPyObject)]
@@ -32,6 +32,7 @@ pub struct Plan {
     linear: bool,
     dead_zone: f64,
     ramp: f64,
+    monitor: bool,
 }
 
 impl Plan {
@@ -63,7 +64,7 @@ fn sensor_mode(mode: &str) -> PyResult<SensorMode> {
 }
 
 fn sensor_faults(faults: &[FaultEntry]) -> PyResult<Vec<SensorFault>> {
-    let fault = |(signal, kind, from, size): &FaultEntry| {
+    let fault = |(signal, kind, from, until, size): &FaultEntry| {
         let kind = match kind.as_str() {
             "freeze" => FaultKind::Freeze,
             "jump" => FaultKind::Jump(*size),
@@ -73,7 +74,7 @@ fn sensor_faults(faults: &[FaultEntry]) -> PyResult<Vec<SensorFault>> {
                 return Err(PyValueError::new_err(message));
             }
         };
-        Ok(SensorFault { signal: signal.clone(), kind, from: *from })
+        Ok(SensorFault { signal: signal.clone(), kind, from: *from, until: *until })
     };
     faults.iter().map(fault).collect()
 }
@@ -177,6 +178,9 @@ pub fn simulate_controlled<'py>(
         Ok(name) => controllers::build(believed.model.machine(), &name).map_err(PyValueError::new_err)?,
         Err(_) => Box::new(PythonController { object: controller.clone().unbind(), period: plan.period, failed: None }),
     };
+    if plan.monitor {
+        controller = monitored(believed.model.machine(), controller, plan.delay).map_err(PyValueError::new_err)?;
+    }
     let surroundings = SampledPlan {
         sticks: plan.sticks(model.machine().cylinders.len()),
         sensors: sensors(machine, &plan.sensors, plan.seed, &plan.faults)?,

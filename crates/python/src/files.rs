@@ -1,7 +1,9 @@
 //! Machine and scenario files.
 
 use crate::machine::Machine;
-use hydrocrane_machine::scenario::{ControllerChoice, Interpolation, Joystick, Pressures, SensorQuality, StickMode};
+use hydrocrane_machine::scenario::{
+    ControllerChoice, FaultKind, Interpolation, Joystick, Pressures, SensorFault, SensorQuality, StickMode,
+};
 use hydrocrane_machine::{MachineError, OverrideValue};
 use hydrocrane_sim::BuildError;
 use pyo3::create_exception;
@@ -112,6 +114,8 @@ pub fn load_scenario<'py>(py: Python<'py>, source: &str, pairs: &Bound<'py, PyLi
     out.set_item("controller", s.controller.map(|c| controller_of(py, c)).transpose()?)?;
     out.set_item("cylinders", s.cylinders)?;
     out.set_item("joystick", s.joystick.map(|j| joystick_of(py, j)).transpose()?)?;
+    let faults: PyResult<Vec<_>> = s.sensor_faults.into_iter().map(|f| fault_of(py, f)).collect();
+    out.set_item("sensor_faults", faults?)?;
     let solver = PyDict::new(py);
     solver.set_item("method", s.solver.method)?;
     solver.set_item("rtol", s.solver.rtol)?;
@@ -127,7 +131,23 @@ fn controller_of<'py>(py: Python<'py>, c: ControllerChoice) -> PyResult<Bound<'p
     out.set_item("period", c.period)?;
     out.set_item("delay", c.delay)?;
     out.set_item("believed", pairs_of(py, &c.believed)?)?;
+    out.set_item("monitor", c.monitor)?;
     out.set_item("sensors", if c.sensors == SensorQuality::Ideal { "ideal" } else { "data-sheet" })?;
+    Ok(out)
+}
+
+fn fault_of<'py>(py: Python<'py>, f: SensorFault) -> PyResult<Bound<'py, PyDict>> {
+    let (kind, size) = match f.kind {
+        FaultKind::Freeze => ("freeze", 0.0),
+        FaultKind::Jump(size) => ("jump", size),
+        FaultKind::DropOut => ("drop-out", 0.0),
+    };
+    let out = PyDict::new(py);
+    out.set_item("signal", f.signal)?;
+    out.set_item("kind", kind)?;
+    out.set_item("time", f.from)?;
+    out.set_item("until", f.until)?;
+    out.set_item("size", size)?;
     Ok(out)
 }
 

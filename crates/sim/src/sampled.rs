@@ -197,6 +197,8 @@ impl ClosedLoop<'_> {
         self.hand.move_to(now);
         let mut command = vec![0.0; driven.model.layout().joints()];
         let answer = self.controller.step(&measured, self.hand.stick(), &mut command);
+        let notices = self.controller.notices().into_iter();
+        self.events.extend(notices.map(|text| Event { time: now, text }));
         let fault = match answer {
             Err(fault) => Some(fault.to_string()),
             Ok(()) if command.iter().any(|u| !u.is_finite()) => {

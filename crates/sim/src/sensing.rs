@@ -28,7 +28,7 @@ pub enum FaultKind {
     DropOut,
 }
 
-/// A sensor that fails at a given time.
+/// A sensor that fails from one time to another.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SensorFault {
     /// What the sensor measures, for example `joint.boom.q`.
@@ -36,6 +36,8 @@ pub struct SensorFault {
     pub kind: FaultKind,
     /// s
     pub from: f64,
+    /// Time at which it works again, s; infinite: never.
+    pub until: f64,
 }
 
 #[derive(Debug, Clone)]
@@ -59,7 +61,7 @@ struct Channel {
     signal: String,
     truth: Truth,
     device: Device,
-    faults: Vec<(FaultKind, f64)>,
+    faults: Vec<SensorFault>,
 }
 
 /// All sensors of a machine with their last readings: every joint coordinate and chamber pressure; those of data sheets
@@ -115,7 +117,7 @@ impl Sensors {
                 let known: Vec<&str> = self.signals().collect();
                 return Err(format!("no sensor measures `{}`; measured are {}", fault.signal, known.join(", ")));
             };
-            channel.faults.push((fault.kind, fault.from));
+            channel.faults.push(fault.clone());
         }
         Ok(())
     }
@@ -241,7 +243,8 @@ impl Channel {
             Device::Wire(wire) => wire.read(truth),
             Device::Force(cell) => cell.read(truth),
         };
-        self.faults.iter().filter(|(_, from)| t >= *from - 1e-12).fold(healthy, |reading, (kind, _)| match kind {
+        let active = |fault: &&SensorFault| t >= fault.from - 1e-12 && t < fault.until - 1e-12;
+        self.faults.iter().filter(active).fold(healthy, |reading, fault| match fault.kind {
             // One that is frozen from the start stays at its first reading.
             FaultKind::Freeze if last.is_nan() => reading,
             FaultKind::Freeze => last,

@@ -66,7 +66,7 @@ impl ValveLines {
 }
 
 /// The chain without its delay. Inside the dead band only the offset is left.
-fn through(chain: &SignalChain, u: f64) -> f64 {
+pub(crate) fn through(chain: &SignalChain, u: f64) -> f64 {
     let beyond = u - u.clamp(-chain.dead_band, chain.dead_band);
     (chain.offset + chain.gain * beyond).clamp(chain.low, chain.high)
 }

@@ -21,6 +21,8 @@ pub struct ControllerChoice {
     pub sensors: SensorQuality,
     /// Overrides of the machine's values that the controller believes in, by dotted key.
     pub believed: Vec<(String, OverrideValue)>,
+    /// Whether implausible sensors close the valves; `None`: as is usual for the controller.
+    pub monitor: Option<bool>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,9 +74,9 @@ pub fn controller(
         Some(Joystick { mode: StickMode::Lever, .. }) => LEVER,
         _ => CONTROLLERS[0].0,
     };
-    let Some(table) = root.table("controller", &["name", "period", "delay", "sensors", "believed"])? else {
-        let (name, sensors) = (fitting.into(), SensorQuality::Ideal);
-        let alone = ControllerChoice { name, period: None, delay: 0.0, sensors, believed: Vec::new() };
+    let Some(table) = root.table("controller", &["name", "period", "delay", "sensors", "believed", "monitor"])? else {
+        let (sensors, believed, monitor) = (SensorQuality::Ideal, Vec::new(), None);
+        let alone = ControllerChoice { name: fitting.into(), period: None, delay: 0.0, sensors, believed, monitor };
         return Ok(stick.map(|_| alone));
     };
     if root.has("command") {
@@ -94,6 +96,7 @@ pub fn controller(
             SensorQuality::Ideal,
         )?,
         believed: believed(&table, source, overrides)?,
+        monitor: table.choice_or("monitor", &[("on", Some(true)), ("off", Some(false))], None)?,
     };
     check_mode(&table, &choice.name, stick)?;
     Ok(Some(choice))

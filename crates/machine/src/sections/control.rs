@@ -34,17 +34,31 @@ const TIP: [(&str, &str); 16] = [
 const HEINZE_PID: [(&str, &str); 4] =
     [("full-speed", "m/s"), ("set-point-interval", "s"), ("limit-rate", "1/s"), ("keep-out-margin", "m")];
 
+/// Thresholds of the monitor of the sensors.
+pub const PLAUSIBILITY: Known = ("plausibility", &THRESHOLDS);
+
+const THRESHOLDS: [(&str, &str); 8] = [
+    ("jump", "m"),
+    ("frozen", "m"),
+    ("frozen-pressure", "m"),
+    ("flow-tolerance", ""),
+    ("pressure-tolerance", ""),
+    ("stroke-margin", ""),
+    ("pressure-limit", ""),
+    ("recovery-time", "s"),
+];
+
 /// What `[control.heinze-pid]` chooses: its two switches, and the tables of a weight per joint.
 const HEINZE_SWITCHES: [&str; 2] = ["working-area", "extension"];
 const HEINZE_WEIGHTS: [&str; 2] = ["motion-weight", "middle-weight"];
 
 pub fn read(root: &Reader, joints: &[Joint]) -> Result<Control> {
     let names = CONTROLLERS.map(|(name, _)| name);
-    let known: Vec<&str> = ["period"].into_iter().chain(names).collect();
+    let known: Vec<&str> = ["period"].into_iter().chain(names).chain([PLAUSIBILITY.0]).collect();
     let Some(table) = root.table("control", &known)? else { return Ok(Control::default()) };
     let mut control =
         Control { period: table.optional_quantity("period", &time(), Sign::Positive)?, ..Control::default() };
-    for (name, keys) in CONTROLLERS {
+    for (name, keys) in CONTROLLERS.into_iter().chain([PLAUSIBILITY]) {
         let thesis = name == "heinze-pid";
         let more = HEINZE_SWITCHES.into_iter().chain(HEINZE_WEIGHTS).filter(|_| thesis);
         let known: Vec<&str> = keys.iter().map(|(key, _)| *key).chain(more).collect();

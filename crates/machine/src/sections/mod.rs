@@ -15,7 +15,7 @@ mod sensor;
 mod signal_chain;
 mod valve;
 
-pub use control::CONTROLLERS;
+pub use control::{CONTROLLERS, PLAUSIBILITY};
 pub use joint::coordinate;
 
 use crate::document::Node;

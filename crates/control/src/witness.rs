@@ -1,0 +1,174 @@
+//! How far a piston moved, told by the oil of each chamber alone.    theory: docs/theory/control/plausibility.md
+//!
+//! A_1 dx = h (q_1 - q_int) - V_1/E_1 dp_1,     A_2 dx = h (q_2 - q_int + q_ext) + V_2/E_2 dp_2
+//!
+//! over a time h, from (94) and (95). Commands, pressures and the valve law say it; load, payload and friction do not enter.
+//! Every term is an interval, as wide as late commands, valve tolerances and pressure sensors make it: where the oil knows
+//! little, as in a chamber that draws a vacuum, the interval is wide and accuses nobody.
+
+use crate::feed_forward::{Mains, Moment};
+use crate::nominal::NominalCylinder;
+use hydrocrane_physics::hydraulics::fluid::Fluid;
+use hydrocrane_physics::hydraulics::spool_valve::PortPressures;
+
+/// All values from `low` to `high`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interval {
+    pub low: f64,
+    pub high: f64,
+}
+
+impl Interval {
+    pub const ZERO: Interval = Interval { low: 0.0, high: 0.0 };
+
+    pub fn around(value: f64, half: f64) -> Self {
+        Interval { low: value - half, high: value + half }
+    }
+
+    /// The smallest that holds all of `values`.
+    pub fn hull(values: impl IntoIterator<Item = f64>) -> Self {
+        let none = Interval { low: f64::INFINITY, high: f64::NEG_INFINITY };
+        values.into_iter().fold(none, |i, v| Interval { low: i.low.min(v), high: i.high.max(v) })
+    }
+
+    pub fn plus(self, other: Interval) -> Self {
+        Interval { low: self.low + other.low, high: self.high + other.high }
+    }
+
+    pub fn times(self, factor: f64) -> Self {
+        Interval::hull([factor * self.low, factor * self.high])
+    }
+
+    /// Each end moved outwards by `margin`, and by `share` of its size.
+    pub fn widened(self, margin: f64, share: f64) -> Self {
+        Interval { low: self.low - margin - share * self.low.abs(), high: self.high + margin + share * self.high.abs() }
+    }
+
+    /// Space between two intervals; zero where they touch.
+    pub fn gap(&self, other: &Interval) -> f64 {
+        (self.low - other.high).max(other.low - self.high).max(0.0)
+    }
+
+    /// What two intervals share, or the space between them.
+    pub fn between(&self, other: &Interval) -> Self {
+        Interval::hull([self.low.max(other.low), self.high.min(other.high)])
+    }
+
+    pub fn middle(&self) -> f64 {
+        0.5 * (self.low + self.high)
+    }
+}
+
+/// What is believed of valves and pressure sensors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Trust {
+    /// Error of the valve law, as a share of the flow.
+    pub flow: f64,
+    /// Largest error of a pressure reading, Pa, and of the difference of two readings of one pressure.
+    pub pressure: [f64; 2],
+    pub scatter: [f64; 2],
+}
+
+/// Displacement of a piston as one chamber saw it, m; sums of it stay as narrow as they can.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Testimony {
+    /// By flow and by compression.
+    moved: Interval,
+    /// Of pressure readings: enters once, however long the time.
+    scatter: f64,
+}
+
+impl Testimony {
+    pub const NOTHING: Testimony = Testimony { moved: Interval::ZERO, scatter: 0.0 };
+
+    /// This and then `next`.
+    pub fn then(self, next: Testimony) -> Self {
+        Testimony { moved: self.moved.plus(next.moved), scatter: self.scatter.max(next.scatter) }
+    }
+
+    pub fn displacement(&self) -> Interval {
+        self.moved.widened(self.scatter, 0.0)
+    }
+}
+
+/// What both chambers say of the time `h` between two samples, in which the spool (m) went anywhere within `spool`.
+pub fn testimonies(
+    c: &NominalCylinder,
+    fluid: &Fluid<f64>,
+    mains: &Mains,
+    [before, now]: [&Moment; 2],
+    h: f64,
+    spool: Interval,
+    trust: &Trust,
+) -> [Testimony; 2] {
+    let ranges: [Interval; 2] = std::array::from_fn(|i| {
+        let seen = Interval::hull([before.p[i], now.p[i]]).widened(trust.pressure[i], 0.0);
+        // A transmitter reads zero for any vacuum.
+        if seen.low <= 0.0 {
+            Interval { low: seen.low.min(fluid.vacuum), ..seen }
+        } else {
+            seen
+        }
+    });
+    let [q1, q2] = flows(c, mains, spool, &ranges);
+    let leaked = c.leakage.flows(ranges[0].middle(), ranges[1].middle(), mains.tank);
+    // Of the seals' gaps little is known but the sense of their flow.
+    let (internal, external) = (Interval::hull([0.0, 2.0 * leaked.0]), Interval::hull([0.0, 2.0 * leaked.1]));
+    let inflow = [
+        q1.widened(0.0, trust.flow).plus(internal.times(-1.0)),
+        q2.widened(0.0, trust.flow).plus(internal.times(-1.0)).plus(external),
+    ];
+    let (v1, v2) = c.chambers.volumes(0.5 * (before.stroke + now.stroke));
+    let least = 1e-3 * c.chambers.mid_volume_1;
+    let (areas, volumes) = ([c.chambers.area_1, c.chambers.area_2], [v1.max(least), v2.max(least)]);
+    std::array::from_fn(|i| {
+        let softness = softness(fluid, &ranges[i]).times(volumes[i] / areas[i]);
+        let sense = if i == 0 { -1.0 } else { 1.0 };
+        let squeezed = softness.times(sense * (now.p[i] - before.p[i]));
+        let moved = inflow[i].times(h / areas[i]).plus(squeezed);
+        Testimony { moved, scatter: softness.high * trust.scatter[i] }
+    })
+}
+
+/// q_1 and q_2 over all spools and pressures in question: both are monotone in the pressure and, on either side of the
+/// centre, in the spool.
+fn flows(c: &NominalCylinder, mains: &Mains, spool: Interval, p: &[Interval; 2]) -> [Interval; 2] {
+    let centre = (spool.low < 0.0 && spool.high > 0.0).then_some(0.0);
+    let (mut q1, mut q2) = (Vec::with_capacity(6), Vec::with_capacity(6));
+    for x in [spool.low, spool.high].into_iter().chain(centre) {
+        for [a, b] in [[p[0].low, p[1].low], [p[0].high, p[1].high]] {
+            let edges = c.valve.flows(x, &PortPressures { supply: mains.supply, tank: mains.tank, a, b });
+            q1.push(edges.port_a());
+            q2.push(edges.port_b());
+        }
+    }
+    [Interval::hull(q1), Interval::hull(q2)]
+}
+
+/// 1/E over a range of pressures, 1/Pa.
+fn softness(fluid: &Fluid<f64>, p: &Interval) -> Interval {
+    let zero = (p.low < 0.0 && p.high > 0.0).then_some(0.0);
+    Interval::hull([p.low, p.high].into_iter().chain(zero).map(|p| 1.0 / fluid.bulk_modulus(p)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn intervals_keep_what_they_hold() {
+        let (a, b) = (Interval { low: -1.0, high: 2.0 }, Interval { low: 4.0, high: 5.0 });
+        assert_eq!((a.gap(&b), b.gap(&a), a.gap(&a)), (2.0, 2.0, 0.0));
+        assert_eq!(a.between(&b), Interval { low: 2.0, high: 4.0 });
+        assert_eq!(a.between(&Interval { low: 0.0, high: 9.0 }), Interval { low: 0.0, high: 2.0 });
+        assert_eq!(a.times(-2.0), Interval { low: -4.0, high: 2.0 });
+        assert_eq!(a.widened(1.0, 0.5), Interval { low: -2.5, high: 4.0 });
+    }
+
+    #[test]
+    fn scatter_enters_a_sum_once() {
+        let one = Testimony { moved: Interval::around(1e-3, 1e-4), scatter: 5e-4 };
+        let sum = (0..9).fold(one, |sum, _| sum.then(one)).displacement();
+        assert!((sum.low - (10e-3 - 1e-3 - 5e-4)).abs() < 1e-12 && (sum.high - 11.5e-3).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,151 @@
+//! The monitor of a machine's sensors around any controller.       theory: docs/theory/control/plausibility.md
+
+use crate::controllers::nominal;
+use crate::crane::Crane;
+use crate::model::Model;
+use crate::valve_line::through;
+use hydrocrane_control::controller::Controller;
+use hydrocrane_control::guard::{Guard, Names};
+use hydrocrane_control::plausibility::{Monitor, Settings};
+use hydrocrane_control::witness::Trust;
+use hydrocrane_machine::model::{Cylinder, Sensor};
+use hydrocrane_machine::Machine;
+
+/// Thresholds where the machine file gives none, SI.
+pub const PLAUSIBILITY: [(&str, f64); 8] = [
+    ("jump", 0.5e-3),
+    ("frozen", 1e-3),
+    ("frozen-pressure", 10e-3),
+    ("flow-tolerance", 0.25),
+    ("pressure-tolerance", 0.03),
+    ("stroke-margin", 0.05),
+    ("pressure-limit", 2.0),
+    ("recovery-time", 0.5),
+];
+
+/// `controller` behind a monitor of the machine's sensors; its commands leave `delay` (s) after each sample.
+pub fn monitored(
+    machine: &Machine,
+    controller: Box<dyn Controller>,
+    delay: f64,
+) -> Result<Box<dyn Controller>, String> {
+    match machine.joints.len() {
+        1 => sized::<1>(machine, controller, delay),
+        2 => sized::<2>(machine, controller, delay),
+        3 => sized::<3>(machine, controller, delay),
+        4 => sized::<4>(machine, controller, delay),
+        5 => sized::<5>(machine, controller, delay),
+        6 => sized::<6>(machine, controller, delay),
+        n => Err(format!("`{}` has {n} joints; a controller handles 1 to 6", machine.name)),
+    }
+}
+
+fn sized<const N: usize>(
+    machine: &Machine,
+    controller: Box<dyn Controller>,
+    delay: f64,
+) -> Result<Box<dyn Controller>, String> {
+    let monitor = Monitor::new(nominal::<N>(machine)?, settings(machine, delay)?);
+    let names = Names {
+        joints: machine.joints.iter().map(|j| j.name.clone()).collect(),
+        revolute: Crane::<N>::new(machine)
+            .map_err(|e| e.to_string())?
+            .plant()
+            .mechanics
+            .joints
+            .map(|j| j.revolute)
+            .into(),
+        cylinders: machine.cylinders.iter().map(|c| c.name.clone()).collect(),
+    };
+    let valves: Vec<_> = machine.cylinders.iter().map(|c| (c.valve.command, c.valve.stroke)).collect();
+    let spool_of = move |c: usize, u: f64| {
+        let (chain, stroke) = &valves[c];
+        through(chain, u.clamp(-stroke, *stroke)).clamp(-stroke, *stroke)
+    };
+    Ok(Box::new(Guard::new(controller, monitor, Box::new(spool_of), names)))
+}
+
+fn threshold(machine: &Machine, key: &str) -> f64 {
+    let default = PLAUSIBILITY.iter().find(|(name, _)| *name == key).map_or(f64::NAN, |(_, value)| *value);
+    machine.control.gain("plausibility", key).unwrap_or(default)
+}
+
+/// Thresholds of a machine's monitor.
+fn settings<const N: usize>(machine: &Machine, delay: f64) -> Result<Settings<N>, String> {
+    let crane = Crane::<N>::new(machine).map_err(|e| e.to_string())?;
+    let (plant, value) = (crane.plant(), |key: &str| threshold(machine, key));
+    let sensor = |signal: String| machine.sensors.iter().find(|sensor| sensor.measures == signal);
+    let cylinders: [&Cylinder; N] = std::array::from_fn(|c| &machine.cylinders[c]);
+    let pressure = |c: usize, side: usize| sensor(format!("cylinder.{}.p{}", cylinders[c].name, side + 1));
+    let floor = value("pressure-tolerance") * machine.supply.pressure;
+    let trust = |c: usize| {
+        let scatter = [0, 1].map(|side| pressure(c, side).map_or(0.0, scatter));
+        let accuracy = |side: usize| pressure(c, side).map_or(0.0, |s| accuracy(s) + scatter[side]).max(floor);
+        Trust { flow: value("flow-tolerance"), pressure: [0, 1].map(accuracy), scatter }
+    };
+    let strokes = |c: usize| {
+        let (stop, margin) = (&plant.cylinders[c].end_stop, value("stroke-margin"));
+        let margin = margin * (stop.upper - stop.lower);
+        [stop.lower - margin, stop.upper + margin]
+    };
+    let limits = crane.joint_limits();
+    let joints = |i: usize| {
+        // A file's limits may be narrower than what the machine can do: here they only tell one turn from the next.
+        let half = 0.5 * (limits[i].upper - limits[i].lower);
+        [limits[i].lower - half, limits[i].upper + half]
+    };
+    let pressures = |c: usize| {
+        let (one, two) = (plant.cylinders[c].chambers.area_1, plant.cylinders[c].chambers.area_2);
+        // Only oil that knows no vacuum, as printed, may pull.
+        let lowest = if plant.fluid.of_magnitude { f64::NEG_INFINITY } else { plant.fluid.vacuum };
+        let most = value("pressure-limit") * machine.supply.pressure * (one / two).max(two / one);
+        [lowest - trust(c).pressure[0].max(trust(c).pressure[1]), most]
+    };
+    let memory = |c: usize| {
+        let valve = &cylinders[c].valve;
+        let slow = SPOOL_LAGS / (valve.natural_frequency * valve.damping_ratio.min(1.0));
+        let way = valve.velocity_limit.map_or(0.0, |limit| 2.0 * valve.stroke / limit);
+        delay + valve.delay + valve.command.delay + slow + way
+    };
+    Ok(Settings {
+        jump: value("jump"),
+        frozen: value("frozen"),
+        frozen_pressure: value("frozen-pressure"),
+        recovery_time: value("recovery-time"),
+        joints: std::array::from_fn(joints),
+        strokes: std::array::from_fn(strokes),
+        pressures: std::array::from_fn(pressures),
+        scatter: std::array::from_fn(|i| sensor(format!("joint.{}.q", machine.joints[i].name)).map_or(0.0, scatter)),
+        trust: std::array::from_fn(trust),
+        memory: std::array::from_fn(memory),
+    })
+}
+
+/// Time constants after which a spool has arrived.
+const SPOOL_LAGS: f64 = 4.0;
+/// Standard deviations of noise between two readings that count as possible.
+const NOISE: f64 = 8.0;
+
+/// Largest difference of two readings of the same thing.
+fn scatter(sensor: &Sensor) -> f64 {
+    let property = |key: &str| sensor.properties.iter().find(|(name, _)| name == key).map(|(_, value)| *value);
+    if sensor.kind == "incremental-encoder" {
+        let pulses = property("pulses").map(|pulses| std::f64::consts::TAU / (4.0 * pulses));
+        // One count, and the change of the division error over one.
+        return 1.1 * pulses.or_else(|| property("resolution")).unwrap_or(0.0);
+    }
+    let code = property("bits").map_or(0.0, |bits| 1.0 / (2f64.powf(bits) - 1.0));
+    let share = 2.0 * property("repeatability").unwrap_or(0.0) + NOISE * property("noise").unwrap_or(0.0) + code;
+    share * range(sensor)
+}
+
+/// Largest error of what it reads on average.
+fn accuracy(sensor: &Sensor) -> f64 {
+    let share = |key: &str| sensor.properties.iter().find(|(name, _)| name == key).map_or(0.0, |(_, value)| *value);
+    (share("accuracy") + share("linearity")) * range(sensor)
+}
+
+fn range(sensor: &Sensor) -> f64 {
+    let named = |key: &&str| sensor.properties.iter().find(|(name, _)| name == key).map(|(_, value)| *value);
+    ["range", "full-scale", "span"].iter().find_map(named).unwrap_or(0.0)
+}
