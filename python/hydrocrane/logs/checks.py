@@ -82,8 +82,8 @@ def _intervals(time: Array, interval: Array) -> list[Flag]:
     kept = interval[interval <= GAP * usual]
     if float(np.std(kept)) > JITTER * usual:
         message = (
-            f"sampling intervals vary from {kept.min():.4g} to {kept.max():.4g} s; resample before filtering, and check "
-            f"whether the logger wrote the time at which it sampled"
+            f"sampling intervals vary from {kept.min():.4g} to {kept.max():.4g} s; resample before filtering, and "
+            f"check whether the logger wrote the time at which it sampled"
         )
         flags.append(Flag("irregular-time", "time", float(time[0]), float(time[-1]), message))
     return flags
@@ -197,7 +197,8 @@ def _wrong_units(time: Array, signals: dict[str, Array]) -> list[Flag]:
             flags.append(Flag("wrong-unit", name, *ends, message, fatal=True))
     x = signals.get("x")
     if x is not None and np.isfinite(x).any() and float(np.nanmax(x) - np.nanmin(x)) > LONGEST_STROKE:
-        message = f"the piston travels {np.nanmax(x) - np.nanmin(x):.4g} m; is it in mm? State the unit in the file or the mapping"
+        travel = np.nanmax(x) - np.nanmin(x)
+        message = f"the piston travels {travel:.4g} m; is it in mm? State the unit in the file or the mapping"
         flags.append(Flag("wrong-unit", "x", *ends, message, fatal=True))
     usual = float(np.median(np.diff(time)))
     if usual >= SLOWEST_SAMPLING:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
@@ -113,7 +112,7 @@ class Log:
         return "\n".join(lines + [f"  {'FATAL ' if flag.fatal else ''}{flag}" for flag in self.flags])
 
     def save(self, path: str | PathLike[str]) -> Path:
-        """Write the signals to ``.csv``, ``.mat``, ``.nc``, ``.h5`` or ``.mf4``; reading gives the same numbers back."""
+        """Write the signals to ``.csv``, ``.mat``, ``.nc``, ``.h5`` or ``.mf4``; it reads back equal."""
         from hydrocrane.logs.writers import write_log
 
         return write_log(self.data, Path(path))

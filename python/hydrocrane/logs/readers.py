@@ -108,5 +108,9 @@ def mdf_reader() -> type:
 
 
 _READERS = {
-    ".csv": _text, ".txt": _text, ".tsv": _text, ".dat": _text, ".log": _text, ".mat": _matlab, ".h5": _hdf5, ".hdf5": _hdf5, ".nc": _netcdf, ".mf4": _mdf,
-}  # fmt: skip
+    **dict.fromkeys((".csv", ".txt", ".tsv", ".dat", ".log"), _text),
+    **dict.fromkeys((".h5", ".hdf5"), _hdf5),
+    ".mat": _matlab,
+    ".nc": _netcdf,
+    ".mf4": _mdf,
+}

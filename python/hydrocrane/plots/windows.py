@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @styled
 def steady_windows_chart(found: SteadyWindows) -> Figure:
-    """Position, pressures and friction over time with accepted (green) and rejected stretches; friction over velocity."""
+    """Position, pressures, friction over time with accepted (green) and rejected stretches; friction over velocity."""
     fig = plt.figure(figsize=(11.0, 6.4), layout="constrained")
     left, right = fig.subfigures(1, 2, width_ratios=(1.7, 1.0))
     axes = left.subplots(3, 1, sharex=True)

@@ -12,7 +12,7 @@ from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.log import Log
-from hydrocrane.logs.noise import Noise, noise_of
+from hydrocrane.logs.noise import noise_of
 from hydrocrane.machine import Machine
 from hydrocrane.signals.friction import RigParameters, pressure_force, steady_friction
 from hydrocrane.signals.resample import unbroken
@@ -32,6 +32,10 @@ from hydrocrane.signals.verdict import verdict
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+# A sensor's slow noise, which neighbouring samples do not show, may add so much to its fast one.
+WAVINESS = 1.3
+# Velocities of neighbouring pieces that differ by less than this share belong to one motion.
+SAME_SPEED = 0.3
 # Share of the travel by which a steady piece may leave a straight line: velocity constant within about 5 %.
 STRAIGHTNESS = 0.002
 
@@ -149,8 +153,8 @@ def steady_windows(
     least_duration, least_travel : float
         What is left after the transient must last and move so much, s and m.
     settle_travel : float
-        Travel to leave out at the start of each piece at least, m; some times the steady bristle deflection, where it is
-        known. The transient that shows is removed in any case.
+        Travel to leave out at the start of each piece at least, m; some times the steady bristle deflection, where
+        it is known. The transient that shows is removed in any case.
     straightness : float
         Deviation from a straight line that counts as constant velocity, as a share of the travel.
 
@@ -181,7 +185,7 @@ def _pieces(log: Log, signals: tuple[str, ...], straightness: float) -> list[tup
     cuts = sorted({*_jumps(log), *edges.tolist()})
     pieces = []
     # Below a micrometre nothing is known of a piston. A reading that wavers between two codes is half a step off.
-    sigma = max(float(np.hypot(noise.sigma, 0.5 * noise.step)), 1e-6)
+    sigma = max(WAVINESS * float(np.hypot(noise.sigma, 0.5 * noise.step)), 1e-6)
     for a, b in unbroken(log, *signals):
         inner = straight_pieces(time[a:b], x[a:b], sigma, straightness, [cut - a for cut in cuts])
         pieces += [(a + first, a + last) for first, last in inner]
@@ -269,12 +273,11 @@ class _Reader:
             if b != self.pieces[j + 1][0] or b in self.jumps or self.bad[a:b].any():
                 break
             motion = self.motions[j]
-            if self._moves(j):
-                if not 0.75 < motion.velocity / speed < 1.33:
-                    break
-                speed, first = motion.velocity, j
-            elif self.time[b - 1] - self.time[a] >= self.least_duration:
+            if b - a >= 4 and abs(motion.velocity - speed) > SAME_SPEED * abs(speed) + 4.0 * motion.error:
                 break
+            first = j
+            if self._moves(j):
+                speed = motion.velocity
         return self.pieces[first][0]
 
     def _half_way(self, began: int, b: int) -> int:
