@@ -44,7 +44,7 @@ def read_hdf5(path: Path) -> Table:
     if not is_hdf5(path):
         raise ResultFileError(f"{path} is not an HDF5 file; is its suffix right?")
     try:
-        with h5py.File(path, "r") as stored:
+        with h5py.File(path, "r", track_order=True) as stored:
             return table_of(_group(stored, stored))
     except (OSError, RuntimeError, KeyError) as error:
         raise ResultFileError(f"{path} is damaged or cut off: {error}; copy it again from the logger") from None
