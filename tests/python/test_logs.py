@@ -121,7 +121,9 @@ def test_a_capture_of_dspace(tmp_path):
 def test_nested_structures_and_matrices(tmp_path):
     t = np.arange(30) * 0.01
     savemat(tmp_path / "n.mat", {"rig": {"t": t, "sensor": {"p": np.stack([t, 2 * t])}}, "note": "text"})
-    log = hc.read_log(tmp_path / "n.mat", {"time": {"column": "rig.t"}, "signal": {"p2": {"column": "rig.sensor.p[2]"}}})
+    log = hc.read_log(
+        tmp_path / "n.mat", {"time": {"column": "rig.t"}, "signal": {"p2": {"column": "rig.sensor.p[2]"}}}
+    )
     np.testing.assert_allclose(log["p2"], 2 * t)
 
 
@@ -145,7 +147,8 @@ def test_matlab_7_3(tmp_path):
         y.create_dataset("Name", data=np.array(names, dtype=h5py.ref_dtype))
         y.create_dataset("Data", data=np.array(data, dtype=h5py.ref_dtype))
     log = hc.read_log(
-        tmp_path / "v.mat", {"time": {"column": "rig.time"}, "signal": {"x": {"column": "Way"}, "p1": {"column": "Press"}}}
+        tmp_path / "v.mat",
+        {"time": {"column": "rig.time"}, "signal": {"x": {"column": "Way"}, "p1": {"column": "Press"}}},
     )
     np.testing.assert_allclose(log["x"], 2 * t)
     np.testing.assert_allclose(log["p1"], 3 * t)

@@ -14,8 +14,11 @@ from hydrocrane.logs.noise import Noise, noise_of
 
 # Neighbouring windows differ by this ratio; the widest one spans this share of the record.
 GROWTH, WIDEST_SHARE = 1.35, 0.5
-# Half-width of the confidence intervals that must overlap, in standard deviations.
-CONFIDENCE = 2.0
+# Half-width of the confidence intervals that must overlap, in standard deviations: wide, since many are compared.
+CONFIDENCE = 3.5
+# Where they no longer overlap the bias is of their size. So many windows back it is small against the noise: it grows
+# with the square of the width, while the noise falls with its power 3/2.
+BACK = 3
 
 
 class Derivative(NamedTuple):
@@ -62,22 +65,29 @@ def derivative(
 def _grown(values: Array, rate: float, order: int, noise: Noise, longest: float | None) -> Derivative:
     """Intersection of confidence intervals (Katkovnik, IEEE Trans. Signal Processing 47, 1999) from small to wide."""
     n = values.size
-    best = np.zeros(n)
-    error, width = np.full(n, np.inf), np.zeros(n)
     low, high = np.full(n, -np.inf), np.full(n, np.inf)
     growing = np.ones(n, dtype=bool)
+    tried: list[tuple[Array, Array, Array]] = []
+    chosen = [np.zeros(n), np.full(n, np.inf), np.zeros(n)]
     for m in _half_widths(n, rate, order, longest):
         estimate = savgol_filter(values, 2 * m + 1, order + 1, deriv=order, delta=1.0 / rate)
         uncertainty = _uncertainty(estimate, m, rate, order, noise)
         low = np.maximum(low, estimate - CONFIDENCE * uncertainty)
         high = np.minimum(high, estimate + CONFIDENCE * uncertainty)
-        growing &= low <= high
-        # Towards the ends of the record the fit is one-sided and a wider window may know less.
-        taken = growing & (uncertainty < error)
-        best[taken], error[taken], width[taken] = estimate[taken], uncertainty[taken], m
+        stopped = growing & (low > high)
+        growing &= ~stopped
+        tried = [*tried[-1 - BACK :], (estimate, uncertainty, np.full(n, float(m)))]
+        _take(chosen, tried[max(len(tried) - 2 - BACK, 0)], stopped)
+        # Those that still grow hold the widest window so far.
+        _take(chosen, tried[-1], growing)
         if not growing.any():
             break
-    return Derivative(best, error, width)
+    return Derivative(*chosen)
+
+
+def _take(chosen: list[Array], found: tuple[Array, Array, Array], where: np.ndarray) -> None:
+    for column, values in zip(chosen, found):
+        column[where] = values[where]
 
 
 def _half_widths(n: int, rate: float, order: int, longest: float | None) -> list[int]:
