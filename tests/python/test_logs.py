@@ -343,6 +343,8 @@ def test_pressures_in_bar_are_suspected():
     table = readings()
     log = Log.of(table | {"p1": table["p1"] / 1e5, "p2": table["p2"] / 1e5})
     assert kinds(log) == {"wrong-unit"} and "in bar" in log.flags[0].message and log.fatal
+    one = Log.of(table | {"p1": table["p1"] / 1e5})
+    assert kinds(one) == {"wrong-unit"} and not one.fatal
 
 
 def test_a_coarse_sensor_at_rest_is_not_frozen():

@@ -180,13 +180,13 @@ def test_a_parabola_is_differentiated_exactly(a, b, c):
 
 
 def test_the_derivative_in_use_is_never_far_from_the_best():
-    """On every motion within 3.5 times of the best candidate, which all others fail by more; and honest about it."""
+    """Each fixed filter fails some motion by a factor that the grown window does not know; and it is honest."""
     bench = runpy.run_path(str(ROOT / "docs/validation/derivative.py"))
     for sensor in bench["SENSORS"]:
         table = bench["compared"](sensor, seeds=1)
         best = {m: min(row[m] for row in table.values()) for m in bench["motions"]()}
         worst = {name: max(row[m] / best[m] for m in best) for name, row in table.items()}
-        assert min(worst, key=worst.get) == "grown window (used)", worst
+        assert worst.pop("grown window (used)") < 5.0 and min(worst.values()) > 8.0, worst
         assert min(bench["honesty"](sensor, seeds=1).values()) > 0.8
 
 

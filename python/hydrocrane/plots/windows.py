@@ -28,7 +28,7 @@ def steady_windows_chart(found: SteadyWindows) -> Figure:
     for name, colour in (("p1", COLOURS[0]), ("p2", COLOURS[1])):
         axes[1].plot(time, log[name] * 1e-5, color=colour, lw=0.9, label=name)
     axes[1].set_ylabel("pressure [bar]")
-    axes[1].legend(loc="upper right", ncols=2)
+    axes[1].legend(loc="best")
     axes[2].plot(time, steady_friction(log, found.rig, load_cell=found.load_cell), color=MUTED, lw=0.6)
     axes[2].set_ylabel("friction [N]")
     axes[2].set_xlabel("time [s]")
