@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import h5py
 import numpy as np
 import pytest
@@ -386,3 +389,14 @@ def test_a_run_is_a_log_through_a_mapping():
     log = Log.of(run, {"signal": {"x": {"column": "cylinder.test.x"}, "p1": {"column": "cylinder.test.p1"}}})
     np.testing.assert_array_equal(log["x"], run.data["cylinder.test.x"].values)
     assert log.data["p1"].attrs["units"] == "Pa" and not log.flags
+
+
+def test_the_reference_names_every_flag():
+    """Kinds that the sources raise, either way round."""
+    root = Path(__file__).resolve().parents[2]
+    sources = [*root.glob("python/hydrocrane/logs/*.py"), root / "python/hydrocrane/signals/verdict.py"]
+    text = "".join(path.read_text(encoding="utf-8") for path in sources)
+    raised = set(re.findall(r'(?:Flag|append|return \[)\(\s*\(?"([a-z]+(?:-[a-z]+)+|[a-z]+)",', text))
+    page = (root / "docs/reference/log-files.md").read_text(encoding="utf-8").split("## Flags")[1]
+    rows = "".join(line.split("|")[1] for line in page.splitlines() if line.startswith("| `"))
+    assert raised == set(re.findall(r"`([a-z-]+)`", rows))

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.signal import savgol_filter
+from scipy.signal import oaconvolve
 
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError
@@ -70,7 +70,7 @@ def _grown(values: Array, rate: float, order: int, noise: Noise, longest: float 
     tried: list[tuple[Array, Array, Array]] = []
     chosen = [np.zeros(n), np.full(n, np.inf), np.zeros(n)]
     for m in _half_widths(n, rate, order, longest):
-        estimate = savgol_filter(values, 2 * m + 1, order + 1, deriv=order, delta=1.0 / rate)
+        estimate = _fitted(values, m, rate, order)
         uncertainty = _uncertainty(estimate, m, rate, order, noise)
         low = np.maximum(low, estimate - CONFIDENCE * uncertainty)
         high = np.minimum(high, estimate + CONFIDENCE * uncertainty)
@@ -99,18 +99,41 @@ def _half_widths(n: int, rate: float, order: int, longest: float | None) -> list
     return widths
 
 
+def _powers(m: int, order: int) -> Array:
+    """(2 m + 1, order + 2) powers of the place in the window, from -1 to 1."""
+    return np.vander(np.arange(-m, m + 1) / m, order + 2, increasing=True)
+
+
+def _rows(at: Array, m: int, rate: float, order: int) -> Array:
+    """(k, order + 2) factors from a window's coefficients to its derivative `at` (k,) samples off the middle."""
+    rows = np.zeros((at.size, order + 2))
+    rows[:, order] = 1.0 if order == 1 else 2.0
+    rows[:, order + 1] = (2.0 if order == 1 else 6.0) * at / m
+    return np.asarray(rows * (rate / m) ** order)
+
+
+def _fitted(values: Array, m: int, rate: float, order: int) -> Array:
+    """Derivative of the polynomials fitted around every sample; by Fourier transform, since windows may be long."""
+    powers = _powers(m, order)
+    solver = np.linalg.solve(powers.T @ powers, powers.T)
+    middle, off = np.zeros(1), np.arange(1, m + 1, dtype=np.float64)
+    kernel = (_rows(middle, m, rate, order) @ solver)[0]
+    level = values - values.mean()
+    found = oaconvolve(level, kernel[::-1], mode="same")
+    found[:m] = _rows(-off[::-1], m, rate, order) @ (solver @ level[: 2 * m + 1])
+    found[-m:] = _rows(off, m, rate, order) @ (solver @ level[-2 * m - 1 :])
+    return np.asarray(found, dtype=np.float64)
+
+
 def _uncertainty(estimate: Array, m: int, rate: float, order: int, noise: Noise) -> Array:
     """Standard deviation of the fit's derivative at every sample, from noise and rounding."""
-    place = np.arange(-m, m + 1) / m
-    powers = np.vander(place, order + 2, increasing=True)
+    powers = _powers(m, order)
     covariance = np.linalg.inv(powers.T @ powers)
     # Where the derivative is read in the window: its middle, and off it within m samples of the record's ends.
     n = estimate.size
     at = np.clip(np.arange(n), 0, m) - np.clip(np.arange(n)[::-1], 0, m)
-    row = np.zeros((n, order + 2))
-    row[:, order] = 1.0 if order == 1 else 2.0
-    row[:, order + 1] = (2.0 if order == 1 else 6.0) * at / m
-    gain = np.sqrt(np.einsum("ni,ij,nj->n", row, covariance, row)) * (rate / m) ** order
+    rows = _rows(at.astype(np.float64), m, rate, order)
+    gain = np.sqrt(np.einsum("ni,ij,nj->n", rows, covariance, rows))
     span = 2.0 * m / rate
     # Rounding repeats from step to step, so that it averages over the steps crossed and not over samples.
     crossed = np.abs(estimate) * span / noise.step if noise.step and order == 1 else np.zeros(n)
