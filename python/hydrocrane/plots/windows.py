@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def steady_windows_chart(found: SteadyWindows) -> Figure:
     """Position, pressures, friction over time with accepted (green) and rejected stretches; friction over velocity."""
     fig = plt.figure(figsize=(11.0, 6.4), layout="constrained")
-    left, right = fig.subfigures(1, 2, width_ratios=(1.7, 1.0))
+    left, right = np.ravel(np.asarray(fig.subfigures(1, 2, width_ratios=(1.7, 1.0))))
     axes = left.subplots(3, 1, sharex=True)
     log, time = found.log, found.log.time
     axes[0].plot(time, log["x"] * 1e3, color=INK, lw=1.2)

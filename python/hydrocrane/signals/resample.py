@@ -80,12 +80,12 @@ def _smoothed(time: Array, values: Array, usual: float, cutoff: float, limit: fl
 
 def unbroken(log: Log, *signals: str, least: int = 10) -> list[tuple[int, int]]:
     """(first, last + 1) of every stretch of samples without gap or missing value, at least `least` samples long."""
-    bad = ~np.isfinite(np.stack([log[name] for name in signals])).all(axis=0)
+    whole: np.ndarray = np.isfinite(np.stack([log[name] for name in signals])).all(axis=0)
     time = log.time
     interval = np.diff(time)
-    after_gap = set(np.flatnonzero(interval > GAP * np.median(interval)) + 1)
-    pieces = []
-    for a, b in runs(~bad):
-        cuts = [a, *sorted(cut for cut in after_gap if a < cut < b), b]
+    after_gap = [int(i) + 1 for i in np.flatnonzero(interval > GAP * np.median(interval))]
+    pieces: list[tuple[int, int]] = []
+    for a, b in runs(whole):
+        cuts = [a, *(cut for cut in after_gap if a < cut < b), b]
         pieces += list(zip(cuts[:-1], cuts[1:]))
     return [(a, b) for a, b in pieces if b - a >= least]

@@ -125,13 +125,14 @@ class _Reader:
         self.motions = [self._motion(a, b) for a, b in pieces]
 
     def judged(self) -> list[Window | Rejected]:
-        found = []
+        found: list[Window | Rejected] = []
         for i, (a, b) in enumerate(self.pieces):
             result = self._piece(i, a, b)
             if isinstance(result, str):
                 speed = self.motions[i].velocity
-                result = Rejected(float(self.time[a]), float(self.time[b - 1]), speed, result)
-            found.append(result)
+                found.append(Rejected(float(self.time[a]), float(self.time[b - 1]), speed, result))
+            else:
+                found.append(result)
         return found
 
     def _motion(self, a: int, b: int) -> Motion:
