@@ -307,6 +307,7 @@ def put(values, where, value):
 
 DEFECTS = {
     "missing values": ("x", lambda v: put(v, slice(50, 60), np.nan), "not-finite", False),
+    "infinite and absurd": ("p2", lambda v: put(put(v, 7, np.inf), 9, -1e300), "not-finite", False),
     "nothing but missing": ("p1", lambda v: v * np.nan, "not-finite", True),
     "missing time": ("time", lambda v: put(v, 5, np.nan), "not-finite", True),
     "gap": ("time", lambda v: v + (np.arange(N) > 200) * 1.0, "gap", False),

@@ -22,6 +22,8 @@ LEAST_PRESSURE, MOST_PRESSURE = 2000.0, 2e8
 LONGEST_STROKE = 20.0
 SLOWEST_SAMPLING = 0.5
 MOST_RUNS = 20
+# Beyond this, in any SI unit, a number is a mark and no reading.
+ABSURD = 1e30
 
 
 def checked(data: xr.Dataset, notes: Iterable[Flag] = ()) -> tuple[Flag, ...]:
@@ -31,13 +33,19 @@ def checked(data: xr.Dataset, notes: Iterable[Flag] = ()) -> tuple[Flag, ...]:
     flags = [_placed(note, *ends) for note in notes]
     flags += _time_flags(time)
     if not any(flag.fatal for flag in flags):
-        signals = {str(name): np.asarray(data[name].values, dtype=np.float64) for name in data.data_vars}
+        signals = {str(name): readings(data[name].values) for name in data.data_vars}
         for name, values in signals.items():
             flags += _missing(time, name, values)
         for name in [n for n in ("x", "p1", "p2", "force") if n in signals]:
             flags += _stuck(time, name, signals)
         flags += _unmoving(time, signals) + _wrong_units(time, signals)
     return tuple(sorted(flags, key=lambda flag: (not flag.fatal, flag.start)))
+
+
+def readings(values: Array) -> Array:
+    """Values with those that no sensor reads, infinite or absurdly large ones, as missing."""
+    values = np.asarray(values, dtype=np.float64)
+    return np.where(np.abs(values) < ABSURD, values, np.nan)
 
 
 def _placed(note: Flag, start: float, end: float) -> Flag:

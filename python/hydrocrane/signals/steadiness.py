@@ -136,7 +136,7 @@ def oscillation(time: Array, force: Array, mass: float) -> tuple[float, float]:
     near = slice(max(peak - 3, 0), peak + 4)
     line = float(power[near].sum())
     others = (float(power.sum()) - line) / max(power.size - 11, 1)
-    if power[peak] < LINE * others:
+    if power[peak] <= LINE * others:
         return 0.0, 0.0
     frequency = peak * (n - 1) / (n * float(time[-1] - time[0]))
     # The window holds 3/8 of the power of a sine.
