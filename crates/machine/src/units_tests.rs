@@ -118,7 +118,7 @@ fn a_quantity_of_another_file_names_its_dimension_or_its_error() {
     assert_eq!(quantity("2 mm").unwrap().1, quantity("-1 km").unwrap().1);
     assert_eq!(quantity("1 kHz"), Ok((1e3 * TAU, "s^-1 rad".into())));
     assert_eq!(quantity("3").unwrap().1, "no unit");
-    assert!(quantity("1 bra").unwrap_err().contains("did you mean `bar`"));
+    assert!(quantity("1 bars").unwrap_err().contains("did you mean `bar`"));
     assert!(quantity("inf mm").unwrap_err().contains("not finite"));
     assert!(quantity("mm").is_err());
 }

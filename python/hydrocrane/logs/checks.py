@@ -22,6 +22,8 @@ LEAST_PRESSURE, MOST_PRESSURE = 2000.0, 2e8
 LONGEST_STROKE = 20.0
 SLOWEST_SAMPLING = 0.5
 MOST_RUNS = 20
+# Beyond this, in any SI unit, a number is a mark and no reading.
+ABSURD = 1e30
 
 
 def checked(data: xr.Dataset, notes: Iterable[Flag] = ()) -> tuple[Flag, ...]:
@@ -31,13 +33,19 @@ def checked(data: xr.Dataset, notes: Iterable[Flag] = ()) -> tuple[Flag, ...]:
     flags = [_placed(note, *ends) for note in notes]
     flags += _time_flags(time)
     if not any(flag.fatal for flag in flags):
-        signals = {str(name): np.asarray(data[name].values, dtype=np.float64) for name in data.data_vars}
+        signals = {str(name): readings(data[name].values) for name in data.data_vars}
         for name, values in signals.items():
             flags += _missing(time, name, values)
         for name in [n for n in ("x", "p1", "p2", "force") if n in signals]:
             flags += _stuck(time, name, signals)
         flags += _unmoving(time, signals) + _wrong_units(time, signals)
     return tuple(sorted(flags, key=lambda flag: (not flag.fatal, flag.start)))
+
+
+def readings(values: Array) -> Array:
+    """Values with those that no sensor reads, infinite or absurdly large ones, as missing."""
+    values = np.asarray(values, dtype=np.float64)
+    return np.where(np.abs(values) < ABSURD, values, np.nan)
 
 
 def _placed(note: Flag, start: float, end: float) -> Flag:
@@ -82,8 +90,8 @@ def _intervals(time: Array, interval: Array) -> list[Flag]:
     kept = interval[interval <= GAP * usual]
     if float(np.std(kept)) > JITTER * usual:
         message = (
-            f"sampling intervals vary from {kept.min():.4g} to {kept.max():.4g} s; resample before filtering, and check "
-            f"whether the logger wrote the time at which it sampled"
+            f"sampling intervals vary from {kept.min():.4g} to {kept.max():.4g} s; resample before filtering, and "
+            f"check whether the logger wrote the time at which it sampled"
         )
         flags.append(Flag("irregular-time", "time", float(time[0]), float(time[-1]), message))
     return flags
@@ -187,17 +195,19 @@ def _wrong_units(time: Array, signals: dict[str, Array]) -> list[Flag]:
     ends = (float(time[0]), float(time[-1]))
     flags = []
     held = {n: signals[n] for n in PRESSURES if n in signals and np.isfinite(signals[n]).any()}
-    largest = max((float(np.nanmax(np.abs(values))) for values in held.values()), default=None)
-    if largest is not None and 0.0 < largest < LEAST_PRESSURE:
-        message = f"the highest pressure is {largest:.4g} Pa; is it in bar? State the unit in the file or the mapping"
-        flags.append(Flag("wrong-unit", "p1", *ends, message, fatal=True))
-    for name, values in held.items():
-        if float(np.nanmax(np.abs(values))) > MOST_PRESSURE:
-            message = f"`{name}` reaches {np.nanmax(values):.4g} Pa; check its unit and its scale"
+    highest = {name: float(np.nanmax(np.abs(values))) for name, values in held.items()}
+    for name, peak in highest.items():
+        if 0.0 < peak < LEAST_PRESSURE:
+            message = f"`{name}` reaches {peak:.4g} Pa only; is it in bar? State the unit in the file or the mapping"
+            # One chamber alone may be open to the tank.
+            flags.append(Flag("wrong-unit", name, *ends, message, fatal=max(highest.values()) < LEAST_PRESSURE))
+        if peak > MOST_PRESSURE:
+            message = f"`{name}` reaches {peak:.4g} Pa; check its unit and its scale"
             flags.append(Flag("wrong-unit", name, *ends, message, fatal=True))
     x = signals.get("x")
     if x is not None and np.isfinite(x).any() and float(np.nanmax(x) - np.nanmin(x)) > LONGEST_STROKE:
-        message = f"the piston travels {np.nanmax(x) - np.nanmin(x):.4g} m; is it in mm? State the unit in the file or the mapping"
+        travel = np.nanmax(x) - np.nanmin(x)
+        message = f"the piston travels {travel:.4g} m; is it in mm? State the unit in the file or the mapping"
         flags.append(Flag("wrong-unit", "x", *ends, message, fatal=True))
     usual = float(np.median(np.diff(time)))
     if usual >= SLOWEST_SAMPLING:

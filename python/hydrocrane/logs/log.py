@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
@@ -13,7 +12,7 @@ import xarray as xr
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, nearest
-from hydrocrane.logs.checks import checked
+from hydrocrane.logs.checks import checked, readings
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.mapping import LogMapping, Source, log_mapping, si_values
 from hydrocrane.logs.readers import read_table, table_of_dataset
@@ -66,12 +65,12 @@ class Log:
         return name in self.data
 
     def __getitem__(self, name: str) -> Array:
-        """(n,) values of a signal, SI."""
+        """(n,) values of a signal, SI; what no sensor reads, infinite or absurdly large, is NaN."""
         if name not in self.data:
             known = [str(n) for n in self.data.variables]
             cure = f"name its column in a mapping, [signal.{name}]"
             raise InputError(f"{self.source}: the log has no signal `{name}`{nearest(name, known)}; {cure}")
-        return np.asarray(self.data[name].values, dtype=np.float64)
+        return readings(self.data[name].values)
 
     def usable(self, *signals: str) -> Log:
         """This log, where it has the `signals` and no fatal flag; else an error that says what is missing or wrong."""
@@ -103,7 +102,7 @@ class Log:
     def summary(self) -> str:
         """Length, signals and flags, one line each."""
         time = self.time
-        lines = [f"{self.source}: {time.size} samples over {time[-1] - time[0]:.6g} s"]
+        lines = [f"{self.source}: {time.size} samples over {time[-1] - time[0] if time.size else 0.0:.6g} s"]
         for name in map(str, self.data.data_vars):
             values, unit = self[name], self.data[name].attrs.get("units", "")
             if np.isfinite(values).any():
@@ -113,7 +112,7 @@ class Log:
         return "\n".join(lines + [f"  {'FATAL ' if flag.fatal else ''}{flag}" for flag in self.flags])
 
     def save(self, path: str | PathLike[str]) -> Path:
-        """Write the signals to ``.csv``, ``.mat``, ``.nc``, ``.h5`` or ``.mf4``; reading gives the same numbers back."""
+        """Write the signals to ``.csv``, ``.mat``, ``.nc``, ``.h5`` or ``.mf4``; it reads back equal."""
         from hydrocrane.logs.writers import write_log
 
         return write_log(self.data, Path(path))

@@ -13,7 +13,7 @@ from hydrocrane import _core
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, nearest
 from hydrocrane.logs.signals import SIGNALS
-from hydrocrane.logs.table import known_unit
+from hydrocrane.logs.table import known_unit, scaled
 
 _SIGNAL_KEYS = ("column", "unit", "sign", "offset")
 _TIME_KEYS = ("column", "unit", "sample-rate")
@@ -168,15 +168,11 @@ def si_values(values: Array, source: Source, stated: str, name: str, where: str)
     unit = source.unit if source.unit is not None else stated
     if not unit:
         si = (expected_units(name) or ("",))[0]
-        scaled = values
     else:
-        factor = factor_of(unit, name, f"{where} unit")
-        inverse = round(1.0 / factor) if factor else 0
-        # Dividing by a whole number rounds once.
-        scaled = values / inverse if 0 < factor < 1 and inverse and 1.0 / inverse == factor else values * factor
+        values = scaled(values, factor_of(unit, name, f"{where} unit"))
         si = si_unit(unit)
     offset = 0.0 if source.offset is None else _offset(source.offset, name, f"{where} offset")
-    return source.sign * scaled + offset, si
+    return source.sign * values + offset, si
 
 
 def si_unit(unit: str) -> str:

@@ -44,8 +44,8 @@ def read_hdf5(path: Path) -> Table:
     if not is_hdf5(path):
         raise ResultFileError(f"{path} is not an HDF5 file; is its suffix right?")
     try:
-        with h5py.File(path, "r") as stored:
-            return table_of(_group(stored, stored))
+        with h5py.File(path, "r", track_order=True) as stored:
+            return table_of({name: _node(stored[name], stored) for name in stored if not name.startswith("#")})
     except (OSError, RuntimeError, KeyError) as error:
         raise ResultFileError(f"{path} is damaged or cut off: {error}; copy it again from the logger") from None
 
@@ -54,7 +54,7 @@ def _group(group: h5py.Group, root: h5py.File) -> dict[str, Any] | list[dict[str
     members = {name: _node(group[name], root) for name in group if not name.startswith("#")}
     # An array of structures is stored as a structure of arrays of references.
     referring = all(isinstance(child, h5py.Dataset) and child.dtype == h5py.ref_dtype for child in group.values())
-    if group is not root and members and referring:
+    if members and referring:
         return [dict(zip(members, item)) for item in zip(*members.values())]
     return members
 

@@ -31,7 +31,10 @@ def noise_of(values: Array) -> Noise:
     if finite.size < 5:
         return Noise(0.0, 0.0)
     second = np.diff(finite, 2)
-    sigma = float(np.median(np.abs(second))) / 0.6745 / np.sqrt(6.0)
+    spread = float(np.median(np.abs(second))) / 0.6745
+    # The median falls on a step of the converter; the mean square of what is no jump does not.
+    kept = second[np.abs(second) <= 5.0 * spread]
+    sigma = float(np.sqrt(np.mean(kept**2))) / np.sqrt(6.0)
     step = converter_step(finite)
     # Rounding alone gives second differences of its own size.
     return Noise(float(np.sqrt(max(sigma**2 - step**2 / 12.0, 0.0))), step)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import h5py
 import numpy as np
 import xarray as xr
 
@@ -65,8 +66,12 @@ def _hdf5(path: Path) -> Table:
 
 
 def _netcdf(path: Path) -> Table:
-    classic = path.read_bytes()[:3] == b"CDF"
+    with path.open("rb") as stream:
+        classic = stream.read(3) == b"CDF"
     try:
+        if not classic:
+            # What this cannot open, xarray reports with noise of its own.
+            h5py.File(path, "r").close()
         with xr.open_dataset(path, engine="scipy" if classic else "h5netcdf", decode_times=False) as stored:
             return table_of_dataset(stored.load())
     except (OSError, ValueError, KeyError, TypeError) as error:
@@ -108,5 +113,9 @@ def mdf_reader() -> type:
 
 
 _READERS = {
-    ".csv": _text, ".txt": _text, ".tsv": _text, ".dat": _text, ".log": _text, ".mat": _matlab, ".h5": _hdf5, ".hdf5": _hdf5, ".nc": _netcdf, ".mf4": _mdf,
-}  # fmt: skip
+    **dict.fromkeys((".csv", ".txt", ".tsv", ".dat", ".log"), _text),
+    **dict.fromkeys((".h5", ".hdf5"), _hdf5),
+    ".mat": _matlab,
+    ".nc": _netcdf,
+    ".mf4": _mdf,
+}

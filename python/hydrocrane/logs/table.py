@@ -86,10 +86,13 @@ def converted(values: Array, unit: str) -> Array:
     """`values` of `unit` in SI; unchanged where the unit is not known."""
     if not unit or not known_unit(unit):
         return values
-    factor = _core.quantity(f"1 {unit}")[0]
-    inverse = round(1.0 / factor)
-    # Dividing by a whole number rounds once, as the readers of machine files do.
-    return values / inverse if factor < 1.0 and 1.0 / inverse == factor else values * factor
+    return scaled(values, _core.quantity(f"1 {unit}")[0])
+
+
+def scaled(values: Array, factor: float) -> Array:
+    """`values` times `factor`; by dividing where its inverse is whole, which rounds once, as for machine files."""
+    inverse = round(1.0 / factor) if 0.0 < factor < 1.0 else 0
+    return values / inverse if inverse and 1.0 / inverse == factor else values * factor
 
 
 def as_column(values: object) -> Array | None:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import io
 import re
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from hydrocrane.errors import ResultFileError
 from hydrocrane.logs.flags import Flag
@@ -100,25 +98,34 @@ def _numbers(
         notes.append(Flag("truncated", "", np.nan, np.nan, message))
         lines = lines[:-1]
     comma = delimiter != "," and any(re.search(r"\d,\d|^,\d", line) for line in lines[:_LOOKED_AT])
+    if comma:
+        lines = [line.replace(",", ".") for line in lines]
+    return _columns(lines, delimiter, names, notes), notes
+
+
+def _columns(lines: list[str], delimiter: str, names: list[str], notes: list[Flag]) -> dict[str, np.ndarray]:
+    """Columns by name; those of words are left out, single words among numbers are noted."""
     try:
-        frame = pd.read_csv(
-            io.StringIO("\n".join(lines)), sep=delimiter, decimal="," if comma else ".", header=None,
-            names=range(len(names)), skipinitialspace=True, float_precision="round_trip", index_col=False,
-        )  # fmt: skip
-    except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
-        raise ResultFileError(f"{path} is not a CSV table: {error}") from None
+        whole = np.loadtxt(lines, delimiter=delimiter, comments=None, ndmin=2)
+        return {name: column.copy() for name, column in zip(names, whole.T)}
+    except ValueError:
+        rows = [_cells(line, delimiter) for line in lines]
     table = {}
     for i, name in enumerate(names):
-        column = frame[i]
-        values = pd.to_numeric(column, errors="coerce").to_numpy(np.float64)
-        bad = np.isnan(values) & column.notna().to_numpy()
-        if bad.sum() * 2 > len(values) or (len(values) and column.isna().all()):
+        cells = [row[i] if i < len(row) else "" for row in rows]
+        values = np.array([_value(cell) for cell in cells])
+        bad = [cell for cell, value in zip(cells, values) if np.isnan(value) and cell.lower() not in _MISSING]
+        if len(bad) * 2 > len(cells) or not any(cells):
             continue
-        if bad.any():
-            first = str(column[bad].iloc[0])
-            message = (
-                f"{int(bad.sum())} cells of `{name}` are no numbers, the first is `{first}`; they count as missing"
-            )
+        if bad:
+            message = f"{len(bad)} cells of `{name}` are no numbers, the first is `{bad[0]}`; they count as missing"
             notes.append(Flag("unreadable-cells", split_name(name)[0], np.nan, np.nan, message))
         table[name] = values
-    return table, notes
+    return table
+
+
+def _value(cell: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        return float("nan")

@@ -33,7 +33,7 @@ def _csv(data: xr.Dataset, path: Path) -> None:
 
 
 def _hdf5(data: xr.Dataset, path: Path) -> None:
-    with h5py.File(path, "w") as stored:
+    with h5py.File(path, "w", track_order=True) as stored:
         for name in ["time", *map(str, data.data_vars)]:
             column = stored.create_dataset(name, data=data[name].values)
             column.attrs["units"] = str(data[name].attrs.get("units", ""))

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 @styled
 def steady_windows_chart(found: SteadyWindows) -> Figure:
-    """Position, pressures and friction over time with accepted (green) and rejected stretches; friction over velocity."""
+    """Position, pressures, friction over time with accepted (green) and rejected stretches; friction over velocity."""
     fig = plt.figure(figsize=(11.0, 6.4), layout="constrained")
-    left, right = fig.subfigures(1, 2, width_ratios=(1.7, 1.0))
+    left, right = np.ravel(np.asarray(fig.subfigures(1, 2, width_ratios=(1.7, 1.0))))
     axes = left.subplots(3, 1, sharex=True)
     log, time = found.log, found.log.time
     axes[0].plot(time, log["x"] * 1e3, color=INK, lw=1.2)
@@ -28,7 +28,7 @@ def steady_windows_chart(found: SteadyWindows) -> Figure:
     for name, colour in (("p1", COLOURS[0]), ("p2", COLOURS[1])):
         axes[1].plot(time, log[name] * 1e-5, color=colour, lw=0.9, label=name)
     axes[1].set_ylabel("pressure [bar]")
-    axes[1].legend(loc="upper right", ncols=2)
+    axes[1].legend(loc="best")
     axes[2].plot(time, steady_friction(log, found.rig, load_cell=found.load_cell), color=MUTED, lw=0.6)
     axes[2].set_ylabel("friction [N]")
     axes[2].set_xlabel("time [s]")

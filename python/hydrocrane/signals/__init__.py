@@ -4,7 +4,8 @@ from hydrocrane.signals.derivative import Derivative, derivative
 from hydrocrane.signals.filters import low_pass
 from hydrocrane.signals.friction import RigParameters, friction_force, pressure_force, steady_friction
 from hydrocrane.signals.resample import resample, sampling_rate
-from hydrocrane.signals.windows import Rejected, SteadyWindows, Window, friction_over_velocity, steady_windows
+from hydrocrane.signals.search import steady_windows
+from hydrocrane.signals.windows import Rejected, SteadyWindows, Window, friction_over_velocity
 
 __all__ = [
     "Derivative",

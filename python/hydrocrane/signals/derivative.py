@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.signal import savgol_filter
+from scipy.signal import oaconvolve
 
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError
@@ -14,8 +14,11 @@ from hydrocrane.logs.noise import Noise, noise_of
 
 # Neighbouring windows differ by this ratio; the widest one spans this share of the record.
 GROWTH, WIDEST_SHARE = 1.35, 0.5
-# Half-width of the confidence intervals that must overlap, in standard deviations.
-CONFIDENCE = 2.0
+# Half-width of the confidence intervals that must overlap, in standard deviations: wide, since many are compared.
+CONFIDENCE = 3.5
+# Where they no longer overlap the bias is of their size. So many windows back it is small against the noise: it grows
+# with the square of the width, while the noise falls with its power 3/2.
+BACK = 3
 
 
 class Derivative(NamedTuple):
@@ -62,22 +65,29 @@ def derivative(
 def _grown(values: Array, rate: float, order: int, noise: Noise, longest: float | None) -> Derivative:
     """Intersection of confidence intervals (Katkovnik, IEEE Trans. Signal Processing 47, 1999) from small to wide."""
     n = values.size
-    best = np.zeros(n)
-    error, width = np.full(n, np.inf), np.zeros(n)
     low, high = np.full(n, -np.inf), np.full(n, np.inf)
     growing = np.ones(n, dtype=bool)
+    tried: list[tuple[Array, Array, Array]] = []
+    chosen = [np.zeros(n), np.full(n, np.inf), np.zeros(n)]
     for m in _half_widths(n, rate, order, longest):
-        estimate = savgol_filter(values, 2 * m + 1, order + 1, deriv=order, delta=1.0 / rate)
+        estimate = _fitted(values, m, rate, order)
         uncertainty = _uncertainty(estimate, m, rate, order, noise)
         low = np.maximum(low, estimate - CONFIDENCE * uncertainty)
         high = np.minimum(high, estimate + CONFIDENCE * uncertainty)
-        growing &= low <= high
-        # Towards the ends of the record the fit is one-sided and a wider window may know less.
-        taken = growing & (uncertainty < error)
-        best[taken], error[taken], width[taken] = estimate[taken], uncertainty[taken], m
+        stopped = growing & (low > high)
+        growing &= ~stopped
+        tried = [*tried[-1 - BACK :], (estimate, uncertainty, np.full(n, float(m)))]
+        _take(chosen, tried[max(len(tried) - 2 - BACK, 0)], stopped)
+        # Those that still grow hold the widest window so far.
+        _take(chosen, tried[-1], growing)
         if not growing.any():
             break
-    return Derivative(best, error, width)
+    return Derivative(*chosen)
+
+
+def _take(chosen: list[Array], found: tuple[Array, Array, Array], where: np.ndarray) -> None:
+    for column, values in zip(chosen, found):
+        column[where] = values[where]
 
 
 def _half_widths(n: int, rate: float, order: int, longest: float | None) -> list[int]:
@@ -89,18 +99,41 @@ def _half_widths(n: int, rate: float, order: int, longest: float | None) -> list
     return widths
 
 
+def _powers(m: int, order: int) -> Array:
+    """(2 m + 1, order + 2) powers of the place in the window, from -1 to 1."""
+    return np.vander(np.arange(-m, m + 1) / m, order + 2, increasing=True)
+
+
+def _rows(at: Array, m: int, rate: float, order: int) -> Array:
+    """(k, order + 2) factors from a window's coefficients to its derivative `at` (k,) samples off the middle."""
+    rows = np.zeros((at.size, order + 2))
+    rows[:, order] = 1.0 if order == 1 else 2.0
+    rows[:, order + 1] = (2.0 if order == 1 else 6.0) * at / m
+    return np.asarray(rows * (rate / m) ** order)
+
+
+def _fitted(values: Array, m: int, rate: float, order: int) -> Array:
+    """Derivative of the polynomials fitted around every sample; by Fourier transform, since windows may be long."""
+    powers = _powers(m, order)
+    solver = np.linalg.solve(powers.T @ powers, powers.T)
+    middle, off = np.zeros(1), np.arange(1, m + 1, dtype=np.float64)
+    kernel = (_rows(middle, m, rate, order) @ solver)[0]
+    level = values - values.mean()
+    found = oaconvolve(level, kernel[::-1], mode="same")
+    found[:m] = _rows(-off[::-1], m, rate, order) @ (solver @ level[: 2 * m + 1])
+    found[-m:] = _rows(off, m, rate, order) @ (solver @ level[-2 * m - 1 :])
+    return np.asarray(found, dtype=np.float64)
+
+
 def _uncertainty(estimate: Array, m: int, rate: float, order: int, noise: Noise) -> Array:
     """Standard deviation of the fit's derivative at every sample, from noise and rounding."""
-    place = np.arange(-m, m + 1) / m
-    powers = np.vander(place, order + 2, increasing=True)
+    powers = _powers(m, order)
     covariance = np.linalg.inv(powers.T @ powers)
     # Where the derivative is read in the window: its middle, and off it within m samples of the record's ends.
     n = estimate.size
     at = np.clip(np.arange(n), 0, m) - np.clip(np.arange(n)[::-1], 0, m)
-    row = np.zeros((n, order + 2))
-    row[:, order] = 1.0 if order == 1 else 2.0
-    row[:, order + 1] = (2.0 if order == 1 else 6.0) * at / m
-    gain = np.sqrt(np.einsum("ni,ij,nj->n", row, covariance, row)) * (rate / m) ** order
+    rows = _rows(at.astype(np.float64), m, rate, order)
+    gain = np.sqrt(np.einsum("ni,ij,nj->n", rows, covariance, rows))
     span = 2.0 * m / rate
     # Rounding repeats from step to step, so that it averages over the steps crossed and not over samples.
     crossed = np.abs(estimate) * span / noise.step if noise.step and order == 1 else np.zeros(n)

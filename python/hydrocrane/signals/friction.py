@@ -88,7 +88,8 @@ def steady_friction(log: Log, rig: RigParameters, *, load_cell: bool = False) ->
 def friction_force(log: Log, rig: RigParameters | Machine, *, load_cell: bool = False) -> xr.Dataset:
     """Friction force over time, N: F = p1 A1 - p2 A2 + m g - m x''   (118, with the sign of erratum E17).
 
-    With `load_cell` the measured net force on the load takes the load's weight and inertia, and only `rod_mass` remains.
+    With `load_cell` the measured net force on the load holds the load's weight and inertia, so that only `rod_mass`
+    remains.
 
     Parameters
     ----------

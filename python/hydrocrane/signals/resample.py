@@ -9,7 +9,10 @@ from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError
 from hydrocrane.logs.checks import GAP, checked, runs
 from hydrocrane.logs.log import Log
-from hydrocrane.signals.filters import HIGHEST_CUTOFF, low_pass
+from hydrocrane.signals.filters import low_pass
+
+# Cut-off before a lower rate, as a share of it: half of where folding begins.
+CUTOFF = 0.25
 
 
 def sampling_rate(time: Array) -> float:
@@ -37,7 +40,9 @@ def resample(log: Log, rate: float | None = None, *, longest_gap: float | None =
     if not 0.0 < rate <= 1e7:
         raise InputError(f"rate must be between 0 and 1e7 samples per second, got {rate}")
     limit = GAP / usual if longest_gap is None else float(longest_gap)
-    even = time[0] + np.arange(int(np.floor((time[-1] - time[0]) * rate * (1 + 1e-12))) + 1) / rate
+    count = int(np.floor((time[-1] - time[0]) * rate * (1 + 1e-9))) + 1
+    # The last one may lie beyond the record by its rounding.
+    even = np.minimum(time[0] + np.arange(count) / rate, time[-1])
     data = xr.Dataset(coords={"time": ("time", even, dict(log.data["time"].attrs))}, attrs=dict(log.data.attrs))
     for name in log.data.data_vars:
         data[name] = ("time", _series(time, log[str(name)], even, usual, rate, limit), dict(log.data[name].attrs))
@@ -52,7 +57,7 @@ def _series(time: Array, values: Array, even: Array, usual: float, rate: float, 
         return np.full(even.size, np.nan)
     known, kept = time[finite], values[finite]
     if rate < 0.5 * usual:
-        kept = _smoothed(known, kept, usual, HIGHEST_CUTOFF * rate, limit)
+        kept = _smoothed(known, kept, usual, CUTOFF * rate, limit)
     found = np.interp(even, known, kept, left=np.nan, right=np.nan)
     for i in np.flatnonzero(np.diff(known) > limit):
         found[(even > known[i]) & (even < known[i + 1])] = np.nan
@@ -67,18 +72,20 @@ def _smoothed(time: Array, values: Array, usual: float, cutoff: float, limit: fl
         if b - a > 3:
             even = np.linspace(time[a], time[b - 1], max(int(round((time[b - 1] - time[a]) * usual)) + 1, 4))
             rate = (even.size - 1) / (even[-1] - even[0])
-            smooth[a:b] = np.interp(time[a:b], even, low_pass(np.interp(even, time[a:b], values[a:b]), rate, cutoff))
+            smooth[a:b] = np.interp(
+                time[a:b], even, low_pass(np.interp(even, time[a:b], values[a:b]), rate, cutoff, order=8)
+            )
     return smooth
 
 
 def unbroken(log: Log, *signals: str, least: int = 10) -> list[tuple[int, int]]:
     """(first, last + 1) of every stretch of samples without gap or missing value, at least `least` samples long."""
-    bad = ~np.isfinite(np.stack([log[name] for name in signals])).all(axis=0)
+    whole: np.ndarray = np.isfinite(np.stack([log[name] for name in signals])).all(axis=0)
     time = log.time
     interval = np.diff(time)
-    after_gap = set(np.flatnonzero(interval > GAP * np.median(interval)) + 1)
-    pieces = []
-    for a, b in runs(~bad):
-        cuts = [a, *sorted(cut for cut in after_gap if a < cut < b), b]
+    after_gap = [int(i) + 1 for i in np.flatnonzero(interval > GAP * np.median(interval))]
+    pieces: list[tuple[int, int]] = []
+    for a, b in runs(whole):
+        cuts = [a, *(cut for cut in after_gap if a < cut < b), b]
         pieces += list(zip(cuts[:-1], cuts[1:]))
     return [(a, b) for a, b in pieces if b - a >= least]

@@ -24,7 +24,7 @@ def correlation_samples(residual: Array) -> float:
     """Integrated correlation time of residuals (n,), in samples: 1 for white noise, more where neighbours agree.
 
     Sums of neighbouring pairs of the autocorrelation are added while they are positive (Geyer, Practical Markov Chain
-    Monte Carlo, Statistical Science 7, 1992), and at most over a third of the record, beyond which none can be estimated.
+    Monte Carlo, Statistical Science 7, 1992), at most over a third of the record, beyond which none can be estimated.
     """
     n = residual.size
     centred = residual - residual.mean()
@@ -57,7 +57,8 @@ def rounding_bias(sigma: float, step: float) -> float:
     """Error that a converter's rounding leaves in a mean, as a standard deviation.
 
     Noise of standard deviation `sigma` before a converter of `step` smooths its staircase: the first harmonic of the
-    rounding error, amplitude step/pi, fades as exp(-2 pi^2 sigma^2 / step^2) (Widrow and Kollar, Quantization Noise, 2008).
+    rounding error, amplitude step/pi, fades as exp(-2 pi^2 sigma^2 / step^2) (Widrow and Kollar, Quantization Noise,
+    2008).
     """
     if step <= 0.0:
         return 0.0

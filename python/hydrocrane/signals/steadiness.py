@@ -15,7 +15,8 @@ MARGIN = 0.05
 # Change of friction over the second half of the way since the motion began, as a share of friction. Where friction
 # approaches its end exponentially with the way, 10 % there means that about 1 % is still to come.
 HALF_WAY_SHARE = 0.1
-# A line in the spectrum is one from this many times the mean of the rest on; its velocity may be this share of the mean.
+# A peak of the spectrum is a line from this many times the mean of the rest on; the velocity by which it swings may
+# be this share of the mean velocity.
 LINE, OSCILLATION_SHARE = 25.0, 0.2
 # Drift over a window that still counts as steady: as a share of the friction, and in its standard errors.
 STEADY_SHARE, STEADY_ERRORS = 0.03, 2.5
@@ -114,7 +115,8 @@ def _settling(piece: Piece) -> str:
     change = abs(line.slope) * duration
     if change <= max(HALF_WAY_SHARE * level, STEADY_ERRORS * line.slope_error * duration):
         return ""
-    return f"friction still settles, by {line.slope * duration:.3g} N over the second half of the way so far; travel further"
+    change = line.slope * duration
+    return f"friction still settles, by {change:.3g} N over the second half of the way so far; travel further"
 
 
 def oscillation(time: Array, force: Array, mass: float) -> tuple[float, float]:
@@ -134,7 +136,7 @@ def oscillation(time: Array, force: Array, mass: float) -> tuple[float, float]:
     near = slice(max(peak - 3, 0), peak + 4)
     line = float(power[near].sum())
     others = (float(power.sum()) - line) / max(power.size - 11, 1)
-    if power[peak] < LINE * others:
+    if power[peak] <= LINE * others:
         return 0.0, 0.0
     frequency = peak * (n - 1) / (n * float(time[-1] - time[0]))
     # The window holds 3/8 of the power of a sine.

@@ -16,21 +16,22 @@ if TYPE_CHECKING:
 
 # Velocities within this share of each other are one level; so many levels a friction map needs at least.
 SAME_LEVEL, LEAST_LEVELS = 0.15, 3
+DIRECTIONS = ((1, "extending"), (-1, "retracting"))
 
 
 def verdict(log: Log, rig: RigParameters, windows: Sequence[Window]) -> list[Flag]:
     """Flags about the whole set of windows and its rig."""
     start, end = float(log.time[0]), float(log.time[-1])
     texts = _coverage(windows) + _beyond_stroke(log, rig)
-    drives = [w for w in windows if w.force * w.direction < -3.0 * w.force_error]
-    if len(drives) * 2 > len(windows):
-        texts.append(
-            (
-                "friction-drives",
-                f"in {len(drives)} of {len(windows)} windows friction would push the piston on; are p1 and p2 "
-                f"exchanged, is the sign of x right, is the mass ({rig.mass:.4g} kg) that of the rig?",
+    for direction, word in DIRECTIONS:
+        moving = [w for w in windows if w.direction == direction]
+        driven = [w for w in moving if w.force * direction < -3.0 * w.force_error]
+        if len(driven) * 2 > len(moving):
+            text = (
+                f"in {len(driven)} of {len(moving)} windows {word} friction would push the piston on; are p1 and p2 "
+                f"exchanged, is the sign of x right, is the mass ({rig.mass:.4g} kg) that of the rig?"
             )
-        )
+            texts.append(("friction-drives", text))
     return [Flag(kind, "", start, end, text) for kind, text in texts]
 
 
@@ -47,7 +48,7 @@ def _coverage(windows: Sequence[Window]) -> list[tuple[str, str]]:
     if not windows:
         return [("no-window", "the log has no window of steady motion; hold each command until the pressures stand")]
     texts = []
-    for direction, word in ((1, "extending"), (-1, "retracting")):
+    for direction, word in DIRECTIONS:
         levels = len(velocity_levels(windows, direction))
         if levels == 0:
             texts.append(

@@ -1,0 +1,209 @@
+"""The search for windows of steady motion in a log. Theory: docs/theory/signals/steady_windows.md"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydrocrane.errors import InputError
+from hydrocrane.logs.log import Log
+from hydrocrane.logs.noise import noise_of
+from hydrocrane.machine import Machine
+from hydrocrane.signals.friction import RigParameters, pressure_force, steady_friction
+from hydrocrane.signals.resample import unbroken
+from hydrocrane.signals.segments import command_changes, straight_pieces
+from hydrocrane.signals.steadiness import (
+    MARGIN,
+    OSCILLATION_SHARE,
+    Motion,
+    Piece,
+    mean_force,
+    motion_of,
+    oscillation,
+    settled,
+)
+from hydrocrane.signals.verdict import verdict
+from hydrocrane.signals.windows import Rejected, SteadyWindows, Window
+
+# A sensor's slow noise, which neighbouring samples do not show, may add so much to its fast one.
+WAVINESS = 1.3
+# Velocities of neighbouring pieces that differ by less than this share belong to one motion.
+SAME_SPEED = 0.3
+# Share of the travel by which a steady piece may leave a straight line: velocity constant within about 5 %.
+STRAIGHTNESS = 0.002
+
+
+def steady_windows(
+    log: Log,
+    rig: RigParameters | Machine,
+    *,
+    load_cell: bool = False,
+    least_duration: float = 0.2,
+    least_travel: float = 5e-4,
+    settle_travel: float = 0.0,
+    straightness: float = STRAIGHTNESS,
+) -> SteadyWindows:
+    """Find the windows of constant velocity in a log, with mean velocity and friction of each   (thesis 5.2.2).
+
+    Parameters
+    ----------
+    log : Log
+        With ``x``, ``p1``, ``p2``; a ``command`` helps to cut; ``force`` for `load_cell`.
+    rig : RigParameters or Machine
+    load_cell : bool
+        Take the load's weight from the load cell, see :func:`friction_force`.
+    least_duration, least_travel : float
+        What is left after the transient must last and move so much, s and m.
+    settle_travel : float
+        Travel to leave out at the start of each piece at least, m; some times the steady bristle deflection, where
+        it is known. The transient that shows is removed in any case.
+    straightness : float
+        Deviation from a straight line that counts as constant velocity, as a share of the travel.
+
+    Returns
+    -------
+    SteadyWindows
+        Empty, with the reasons, where nothing is steady.
+    """
+    rig = rig if isinstance(rig, RigParameters) else RigParameters.of(rig)
+    for name, value in (("least_duration", least_duration), ("least_travel", least_travel)):
+        if not (np.isfinite(value) and value > 0):
+            raise InputError(f"{name} must be positive and finite, got {value!r}")
+    if not (settle_travel >= 0 and straightness >= 0):
+        raise InputError("settle_travel and straightness must not be negative")
+    signals = ("x", "p1", "p2", *(("force",) if load_cell else ()))
+    log = log.usable(*signals)
+    limits = (least_duration, least_travel, settle_travel)
+    found = _Reader(log, rig, load_cell, limits, _pieces(log, signals, straightness)).judged()
+    windows = tuple(w for w in found if isinstance(w, Window))
+    rejected = tuple(r for r in found if isinstance(r, Rejected))
+    return SteadyWindows(windows, rejected, (*log.flags, *verdict(log, rig, windows)), log, rig, load_cell)
+
+
+def _pieces(log: Log, signals: tuple[str, ...], straightness: float) -> list[tuple[int, int]]:
+    """Straight pieces between gaps, changes of the command and spoilt stretches."""
+    time, x, noise = log.time, log["x"], noise_of(log["x"])
+    edges = np.flatnonzero(np.diff(log.spoilt(*signals).astype(np.int8))) + 1
+    cuts = sorted({*_jumps(log), *edges.tolist()})
+    pieces = []
+    # Below a micrometre nothing is known of a piston. A reading that wavers between two codes is half a step off.
+    sigma = max(WAVINESS * float(np.hypot(noise.sigma, 0.5 * noise.step)), 1e-6)
+    for a, b in unbroken(log, *signals):
+        inner = straight_pieces(time[a:b], x[a:b], sigma, straightness, [cut - a for cut in cuts])
+        pieces += [(a + first, a + last) for first, last in inner]
+    return pieces
+
+
+def _jumps(log: Log) -> list[int]:
+    if "command" not in log or not np.isfinite(log["command"]).all():
+        return []
+    return command_changes(log["command"], *noise_of(log["command"]))
+
+
+class _Reader:
+    """Judges the straight pieces of a log."""
+
+    def __init__(
+        self,
+        log: Log,
+        rig: RigParameters,
+        load_cell: bool,
+        limits: tuple[float, float, float],
+        pieces: list[tuple[int, int]],
+    ) -> None:
+        self.log, self.rig, self.time, self.x = log, rig, log.time, log["x"]
+        self.least_duration, self.least_travel, self.settle_travel = limits
+        self.noise = noise_of(self.x)
+        self.friction = steady_friction(log, rig, load_cell=load_cell)
+        self.pressure_force = pressure_force(log, rig)
+        self.parts = [log["p1"] * rig.piston_area, log["p2"] * rig.rod_area]
+        self.noises = {"p1": (noise_of(log["p1"]), rig.piston_area), "p2": (noise_of(log["p2"]), rig.rod_area)}
+        if load_cell:
+            self.noises["force"] = (noise_of(log["force"]), 1.0)
+        self.bad = log.spoilt(*self.noises, "x")
+        self.jumps = set(_jumps(log))
+        self.pieces = pieces
+        self.motions = [self._motion(a, b) for a, b in pieces]
+
+    def judged(self) -> list[Window | Rejected]:
+        found: list[Window | Rejected] = []
+        for i, (a, b) in enumerate(self.pieces):
+            result = self._piece(i, a, b)
+            if isinstance(result, str):
+                speed = self.motions[i].velocity
+                found.append(Rejected(float(self.time[a]), float(self.time[b - 1]), speed, result))
+            else:
+                found.append(result)
+        return found
+
+    def _motion(self, a: int, b: int) -> Motion:
+        if b - a < 4:
+            return Motion(float("nan"), float("inf"), 0.0)
+        return motion_of(self.time[a:b], self.x[a:b], self.noise)
+
+    def _moves(self, i: int) -> bool:
+        motion = self.motions[i]
+        return abs(motion.velocity) > 4.0 * motion.error and abs(motion.travel) > self.least_travel
+
+    def _piece(self, i: int, a: int, b: int) -> Window | str:
+        """The window in piece i, samples a .. b - 1, or why there is none."""
+        time, whole = self.time, self.motions[i]
+        if self.bad[a:b].any():
+            return "a sensor is frozen or at the end of its range, see the flags"
+        if time[b - 1] - time[a] < self.least_duration:
+            return f"velocity is constant for {time[b - 1] - time[a]:.3g} s only"
+        if not self._moves(i):
+            return "the piston rests, or its motion does not show"
+        b -= int(MARGIN * (b - a))
+        half_way = self._half_way(self._began(i), b)
+        piece = Piece(
+            time[a:b],
+            self.friction[a:b],
+            [part[a:b] for part in self.parts],
+            time[half_way:b],
+            self.friction[half_way:b],
+        )
+        skipped = int(np.ceil((b - a) * min(self.settle_travel / abs(whole.travel), 1.0)))
+        first, reason = settled(piece, skipped, self._least_samples(whole.velocity))
+        return reason if first is None else self._window(a + first, b)
+
+    def _began(self, i: int) -> int:
+        """Sample at which the motion of piece i began: the last rest, reversal, gap or change of command or speed."""
+        speed = self.motions[i].velocity
+        first = i
+        for j in range(i - 1, -1, -1):
+            a, b = self.pieces[j]
+            if b != self.pieces[j + 1][0] or b in self.jumps or self.bad[a:b].any():
+                break
+            motion = self.motions[j]
+            if b - a >= 4 and abs(motion.velocity - speed) > SAME_SPEED * abs(speed) + 4.0 * motion.error:
+                break
+            first = j
+            if self._moves(j):
+                speed = motion.velocity
+        return self.pieces[first][0]
+
+    def _half_way(self, began: int, b: int) -> int:
+        """Sample at which half of the way from sample `began` to sample b was made."""
+        way = np.abs(self.x[began:b] - self.x[began])
+        return began + int(np.argmax(way >= 0.5 * way[-1]))
+
+    def _least_samples(self, velocity: float) -> int:
+        seconds = max(self.least_duration, self.least_travel / abs(velocity))
+        rate = (self.time.size - 1) / (self.time[-1] - self.time[0])
+        return max(int(np.ceil(seconds * rate)), 12)
+
+    def _window(self, a: int, b: int) -> Window | str:
+        time = self.time[a:b]
+        motion = self._motion(a, b)
+        if motion.error > 0.1 * abs(motion.velocity):
+            return f"velocity is known to {motion.error / abs(motion.velocity):.0%} only; record for longer"
+        swing, frequency = oscillation(time, self.pressure_force[a:b], self.rig.mass)
+        if swing > OSCILLATION_SHARE * abs(motion.velocity):
+            share = swing / abs(motion.velocity)
+            return f"velocity swings by {share:.0%} at {frequency:.3g} Hz, so that friction is no single value"
+        readings = [(self.log[name][a:b], noise.step, factor) for name, (noise, factor) in self.noises.items()]
+        force, error, effective = mean_force(time, self.friction[a:b], readings)
+        direction = 1 if motion.velocity > 0 else -1
+        return Window(
+            float(time[0]), float(time[-1]), motion.velocity, motion.error, force, error, direction, b - a, effective
+        )
