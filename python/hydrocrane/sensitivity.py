@@ -75,8 +75,8 @@ class Experiment:
     times : (m,) array_like, optional
         When to record, s, increasing, within the duration; default is the scenario's record interval.
     resolve_slopes : bool
-        Choose step sizes so that the slopes keep the tolerance too. Without it the states are, to the last bit, those of
-        :func:`hydrocrane.simulate`, and the slopes rough wherever a law has a kink.
+        Choose step sizes so that the slopes keep the tolerance too. Without it the states are, to the last bit, those
+        of :func:`hydrocrane.simulate`, and the slopes rough wherever a law has a kink.
     **changes
         Fields of the scenario or its solver to change, as in :func:`hydrocrane.simulate`.
     """
@@ -95,8 +95,8 @@ class Experiment:
         self.plan = plan.changed(**changes)
         if self.plan.closed_loop:
             raise InputError(
-                "sensitivities need spool commands; this scenario has a controller, whose samples depend on the run. Give "
-                "its commands as a table: commands=(time, spool), from `cylinder.<c>.command` of a run"
+                "sensitivities need spool commands; this scenario has a controller, whose samples depend on the run. "
+                "Give its commands as a table: commands=(time, spool), from `cylinder.<c>.command` of a run"
             )
         self.keys = _checked_keys(keys)
         self.machine = self.plan.load_machine()
@@ -122,7 +122,9 @@ class Experiment:
         """(n_keys,) values of the keys in the machine, SI."""
         return np.array([parameter.value for parameter in self.parameters])
 
-    def run(self, values: ArrayLike | Mapping[str, float] | None = None, progress: Progress | None = None) -> dict[str, Any]:
+    def run(
+        self, values: ArrayLike | Mapping[str, float] | None = None, progress: Progress | None = None
+    ) -> dict[str, Any]:
         """What the core computes with these `values` (n_keys,) of the keys, SI; default is the machine's."""
         given = None if values is None else self._checked_values(values).tolist()
         with interruptible() as should_stop, translated():
@@ -175,8 +177,8 @@ class Sensitivities:
     Attributes
     ----------
     data : xarray.Dataset
-        Over ``time`` and ``parameter``: d(signal)/d(parameter) for every state and output by its name, with ``units`` and
-        ``long_name``; coordinates ``parameter_value`` and ``parameter_unit``.
+        Over ``time`` and ``parameter``: d(signal)/d(parameter) for every state and output by its name, with ``units``
+        and ``long_name``; coordinates ``parameter_value`` and ``parameter_unit``.
     relative : bool
         Slopes are times the parameter's value: the change of the signal per whole of the parameter.
     """
