@@ -141,10 +141,21 @@ class Experiment:
         at_rest = isinstance(plan.pressures, str)
         start = state[: len(crane.joint_names)] if at_rest else state
         overrides = {**crane.overrides, "payload.mass": self.payload}
-        settings = {**dataclasses.asdict(plan.solver), "payload": self.payload, "ledger": False}
-        head = (crane.source, list(overrides.items()), self.keys, np.ascontiguousarray(start), at_rest)
-        body = (float(plan.duration), *plan.command_grid(crane), times, settings, bool(resolve_slopes))
-        return _core.SensitivityExperiment(*head, *body)
+        command_times, spools, linear = plan.command_grid(crane)
+        return _core.SensitivityExperiment(
+            crane.source,
+            list(overrides.items()),
+            self.keys,
+            np.ascontiguousarray(start),
+            at_rest,
+            float(plan.duration),
+            command_times,
+            spools,
+            linear,
+            times,
+            {**dataclasses.asdict(plan.solver), "payload": self.payload, "ledger": False},
+            bool(resolve_slopes),
+        )
 
     def _checked_values(self, values: ArrayLike | Mapping[str, float]) -> Array:
         if isinstance(values, Mapping):

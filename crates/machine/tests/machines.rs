@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use hydrocrane_machine::model::*;
-use hydrocrane_machine::{bundled_machines, bundled_scenarios, load, load_scenario, Machine};
+use hydrocrane_machine::{bundled_machines, bundled_scenarios, load, load_scenario, Machine, OverrideValue, Template};
 
 fn close(a: f64, b: f64, tolerance: f64) -> bool {
     (a - b).abs() <= tolerance
@@ -208,4 +208,19 @@ fn the_lab_crane_s_friction_follows_its_stated_rules() {
         }
         assert!(close(friction.bristle_stiffness, scale * reference.friction.bristle_stiffness, 1e-6));
     }
+}
+
+#[test]
+fn numbers_are_listed_in_si_with_their_units() {
+    let template = Template::open("single-cylinder", &[]).expect("bundled");
+    let machine = template.build(&[("supply.pressure".into(), OverrideValue::Number(1e7))]).expect("a pressure");
+    let number = |key: &str| machine.numbers.iter().find(|n| n.key == key).unwrap_or_else(|| panic!("{key}")).clone();
+    assert_eq!(number("supply.pressure").values, [1e7]);
+    let pair = number("friction.test.coulomb");
+    assert_eq!((pair.values, pair.units, pair.shared), (vec![170.0, 350.0], vec!["N".into(), "N".into()], false));
+    let shared = number("friction.test.viscous-exponent");
+    assert_eq!((shared.values, shared.shared), (vec![1.5], true));
+    assert_eq!(number("link.mass.point.hook").values, [0.0, -0.3]);
+    assert!(machine.numbers.iter().all(|n| n.key != "friction.test.model"));
+    assert_eq!(template.build(&[]).expect("bundled").supply.pressure, 140e5);
 }
