@@ -75,8 +75,8 @@ class Experiment:
     times : (m,) array_like, optional
         When to record, s, increasing, within the duration; default is the scenario's record interval.
     resolve_slopes : bool
-        Choose step sizes so that the slopes keep the tolerance too. Without it the states are, to the last bit, those of
-        :func:`hydrocrane.simulate`, and the slopes rough wherever a law has a kink.
+        Choose step sizes so that the slopes keep the tolerance too. Without it the states are, to the last bit, those
+        of :func:`hydrocrane.simulate`, and the slopes rough wherever a law has a kink.
     **changes
         Fields of the scenario or its solver to change, as in :func:`hydrocrane.simulate`.
     """
@@ -95,8 +95,8 @@ class Experiment:
         self.plan = plan.changed(**changes)
         if self.plan.closed_loop:
             raise InputError(
-                "sensitivities need spool commands; this scenario has a controller, whose samples depend on the run. Give "
-                "its commands as a table: commands=(time, spool), from `cylinder.<c>.command` of a run"
+                "sensitivities need spool commands; this scenario has a controller, whose samples depend on the run. "
+                "Give its commands as a table: commands=(time, spool), from `cylinder.<c>.command` of a run"
             )
         if self.plan.payload_changes:
             raise InputError(
@@ -127,7 +127,9 @@ class Experiment:
         """(n_keys,) values of the keys in the machine, SI."""
         return np.array([parameter.value for parameter in self.parameters])
 
-    def run(self, values: ArrayLike | Mapping[str, float] | None = None, progress: Progress | None = None) -> dict[str, Any]:
+    def run(
+        self, values: ArrayLike | Mapping[str, float] | None = None, progress: Progress | None = None
+    ) -> dict[str, Any]:
         """What the core computes with these `values` (n_keys,) of the keys, SI; default is the machine's."""
         given = None if values is None else self._checked_values(values).tolist()
         with interruptible() as should_stop, translated():
@@ -144,10 +146,21 @@ class Experiment:
         at_rest = isinstance(plan.pressures, str)
         start = state[: len(crane.joint_names)] if at_rest else state
         overrides = {**crane.overrides, "payload.mass": self.payload}
-        settings = {**dataclasses.asdict(plan.solver), "payload": self.payload, "ledger": False, "payload_changes": []}
-        head = (crane.source, list(overrides.items()), self.keys, np.ascontiguousarray(start), at_rest)
-        body = (float(plan.duration), *plan.command_grid(crane), times, settings, bool(resolve_slopes))
-        return _core.SensitivityExperiment(*head, *body)
+        command_times, spools, linear = plan.command_grid(crane)
+        return _core.SensitivityExperiment(
+            crane.source,
+            list(overrides.items()),
+            self.keys,
+            np.ascontiguousarray(start),
+            at_rest,
+            float(plan.duration),
+            command_times,
+            spools,
+            linear,
+            times,
+            {**dataclasses.asdict(plan.solver), "payload": self.payload, "payload_changes": [], "ledger": False},
+            bool(resolve_slopes),
+        )
 
     def _checked_values(self, values: ArrayLike | Mapping[str, float]) -> Array:
         if isinstance(values, Mapping):
@@ -180,8 +193,8 @@ class Sensitivities:
     Attributes
     ----------
     data : xarray.Dataset
-        Over ``time`` and ``parameter``: d(signal)/d(parameter) for every state and output by its name, with ``units`` and
-        ``long_name``; coordinates ``parameter_value`` and ``parameter_unit``.
+        Over ``time`` and ``parameter``: d(signal)/d(parameter) for every state and output by its name, with ``units``
+        and ``long_name``; coordinates ``parameter_value`` and ``parameter_unit``.
     relative : bool
         Slopes are times the parameter's value: the change of the signal per whole of the parameter.
     """

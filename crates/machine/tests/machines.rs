@@ -3,7 +3,8 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use hydrocrane_machine::model::*;
-use hydrocrane_machine::{bundled_machines, bundled_scenarios, load, load_scenario, Machine};
+use hydrocrane_machine::model::Form;
+use hydrocrane_machine::{bundled_machines, bundled_scenarios, load, load_scenario, Machine, OverrideValue, Template};
 
 fn close(a: f64, b: f64, tolerance: f64) -> bool {
     (a - b).abs() <= tolerance
@@ -208,4 +209,21 @@ fn the_lab_crane_s_friction_follows_its_stated_rules() {
         }
         assert!(close(friction.bristle_stiffness, scale * reference.friction.bristle_stiffness, 1e-6));
     }
+}
+
+#[test]
+fn numbers_are_listed_in_si_with_their_units() {
+    let template = Template::open("single-cylinder", &[]).expect("bundled");
+    let machine = template.build(&[("supply.pressure".into(), OverrideValue::Number(1e7))]).expect("a pressure");
+    let value = |key: &str| {
+        machine.provenance.iter().find(|p| p.key == key).unwrap_or_else(|| panic!("{key}")).value.clone()
+    };
+    assert_eq!(value("supply.pressure").si, [1e7]);
+    let pair = value("friction.test.coulomb");
+    assert_eq!((pair.si, pair.units, pair.form), (vec![170.0, 350.0], vec!["N".into(), "N".into()], Form::Two));
+    let shared = value("friction.test.viscous-exponent");
+    assert_eq!((shared.si, shared.form), (vec![1.5, 1.5], Form::Shared));
+    assert_eq!(value("link.mass.point.hook").si, [0.0, -0.3]);
+    assert!(machine.provenance.iter().all(|p| p.key != "friction.test.model"));
+    assert_eq!(template.build(&[]).expect("bundled").supply.pressure, 140e5);
 }

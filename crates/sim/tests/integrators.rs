@@ -102,3 +102,72 @@ fn tolerances_are_met() {
         }
     }
 }
+
+/// y' = -p y^2 with its derivative by p behind it:   s' = -2 p y s - y^2,   y(0) = 1, s(0) = 0
+struct WithTangent {
+    p: f64,
+}
+
+impl System for WithTangent {
+    fn dimension(&self) -> usize {
+        2
+    }
+    fn quadratures(&self) -> usize {
+        0
+    }
+    fn tangents(&self) -> usize {
+        1
+    }
+    fn derivative(&self, _t: f64, x: &[f64], dx: &mut [f64], _dw: &mut [f64]) {
+        dx.copy_from_slice(&[-self.p * x[0] * x[0], -2.0 * self.p * x[0] * x[1] - x[0] * x[0]]);
+    }
+    fn jacobian(&self, _t: f64, x: &[f64], dfdx: &mut [f64], _dgdx: &mut [f64]) {
+        dfdx.copy_from_slice(&[-2.0 * self.p * x[0], -2.0 * self.p * x[1] - 2.0 * x[0]]);
+    }
+    fn time_derivative(&self, _t: f64, _x: &[f64], dfdt: &mut [f64]) {
+        dfdt.fill(0.0);
+    }
+    fn admissible(&self, _x: &[f64]) -> bool {
+        true
+    }
+    fn scales(&self) -> &[f64] {
+        &SCALES[..1]
+    }
+}
+
+/// State and tangent at t = 2 with steps of fixed size.
+fn at_two(name: &str, p: f64, h: f64) -> [f64; 2] {
+    let fixed = Tolerances { relative: 1e9, absolute: 1e9, max_step: h };
+    let mut stepper = Stepper::new(method(name, 2, 0).expect("listed"), fixed, 0.0, &[1.0, 0.0], 0);
+    while stepper.t < 2.0 {
+        let limit = (stepper.t / h).round() * h + h;
+        stepper.step(&WithTangent { p }, limit).expect("a smooth problem");
+    }
+    [stepper.x[0], stepper.x[1]]
+}
+
+#[test]
+fn a_tangent_is_the_derivative_of_the_very_steps() {
+    for name in METHODS {
+        // Steps so large that the discrete solution is far from the exact one.
+        let difference = (at_two(name, 1.5 + 1e-4, 0.5)[0] - at_two(name, 1.5 - 1e-4, 0.5)[0]) / 2e-4;
+        let tangent = at_two(name, 1.5, 0.5)[1];
+        let exact = -2.0 / (1.0 + 1.5 * 2.0f64).powi(2);
+        assert!((tangent / difference - 1.0).abs() < 1e-7, "{name}: {tangent}, {difference}");
+        assert!((tangent / exact - 1.0).abs() > 1e-6, "{name}: the steps are too small to tell");
+    }
+}
+
+#[test]
+fn tangents_converge_with_the_order_of_the_states() {
+    for name in METHODS {
+        let exact = [1.0 / (1.0 + 2.0 * 1.5), -2.0 / (1.0 + 2.0 * 1.5f64).powi(2)];
+        let errors = |h: f64| -> [f64; 2] {
+            let found = at_two(name, 1.5, h);
+            std::array::from_fn(|i| (found[i] - exact[i]).abs())
+        };
+        let (coarse, fine) = (errors(0.1), errors(0.0125));
+        let [states, tangents] = std::array::from_fn(|i| (coarse[i] / fine[i]).log2() / 3.0);
+        assert!(tangents > 4.5 && (tangents - states).abs() < 0.15, "{name}: {states}, {tangents}");
+    }
+}

@@ -118,3 +118,65 @@ fn one_sided(along: &dyn Fn(f64) -> Result<Vec<f64>>, here: &[f64], far: Vec<f64
 fn slopes(b: &[f64], a: &[f64], step: f64) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| if a == b { 0.0 } else { (b - a) / step }).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hydrocrane_machine::Template;
+    use std::f64::consts::PI;
+
+    /// The rig with one key: its inputs as duals, and the value of the key.
+    fn rig(key: &str) -> (Inputs<Dual<f64, WIDTH>, 1>, f64) {
+        let template = Template::open("single-cylinder", &[]).expect("bundled");
+        let keys = Keys::new(template, &[key.to_string()]).expect("a number");
+        let base = Inputs::of(&keys.machine(&keys.values()).expect("as it is")).expect("one joint");
+        let slopes = tangents(&keys, &keys.values(), &base).expect("it enters");
+        (base.with_tangents(&slopes), keys.values()[0])
+    }
+
+    #[test]
+    fn keys_that_enter_linearly_have_their_slope_to_rounding() {
+        let (inputs, _) = rig("supply.pressure");
+        assert!((inputs.plant.mains.supply.derivative[0] - 1.0).abs() < 1e-12);
+        assert_eq!(inputs.plant.mains.tank.derivative[0], 0.0);
+        // At the edge of its range: the tank's pressure is zero and cannot be lower.
+        let (inputs, value) = rig("supply.tank-pressure");
+        assert_eq!(value, 0.0);
+        assert!((inputs.plant.mains.tank.derivative[0] - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn diameters_and_gaps_have_the_slopes_of_their_formulas() {
+        let (inputs, bore) = rig("cylinder.test.bore");
+        let area = inputs.plant.cylinders[0].chambers.area_1;
+        assert!((area.derivative[0] / (PI / 2.0 * bore) - 1.0).abs() < 1e-11);
+        let (inputs, gap) = rig("cylinder.test.leakage-gap");
+        let internal = inputs.plant.cylinders[0].leakage.internal;
+        // pi (r + s) s^3 / (6 eta l)
+        let radius = 0.025;
+        let relative = gap * internal.derivative[0] / internal.value;
+        assert!((relative - 3.0 - gap / (radius + gap)).abs() < 1e-10, "{relative}");
+    }
+
+    #[test]
+    fn the_short_cut_for_exponents_of_two_is_left_where_they_vary() {
+        let gaussian = |key: &str| match rig(key).0.plant.cylinders[0].friction {
+            FrictionLaw::LuGre { map, .. } => map.gaussian,
+            _ => panic!("the rig has bristles"),
+        };
+        assert!(gaussian("friction.test.coulomb[0]"));
+        assert!(!gaussian("friction.test.stribeck-exponent[1]"));
+    }
+
+    #[test]
+    fn numbers_keep_their_places() {
+        let machine = hydrocrane_machine::load("rottne-f9-lab", &[]).expect("bundled");
+        let inputs = Inputs::<f64, 3>::of(&machine).expect("three joints");
+        let count = inputs.numbers().len();
+        let indices: Vec<f64> = (0..count).map(|i| i as f64).collect();
+        let numbered = inputs.with_tangents(&[indices]);
+        let mut order = Vec::new();
+        numbered.map(&mut |number| order.push(number.derivative[0] as usize));
+        assert_eq!(order, (0..count).collect::<Vec<_>>());
+    }
+}

@@ -86,15 +86,14 @@ impl Keys {
                 ));
             }
         }
-        match self.template.build(&[(path.into(), OverrideValue::Number(1.0))]) {
-            Ok(_) => SensitivityError::Key(format!("this machine gives `{path}` no value; give it one by an override")),
-            Err(error) => match error.kind() {
-                ErrorKind::UnknownKey | ErrorKind::UnknownReference => error.into(),
-                _ => SensitivityError::Key(format!(
-                    "`{path}` is not one number, so nothing can be differentiated by it: {}",
-                    error.message()
-                )),
-            },
+        let probe = self.template.build(&[(path.into(), OverrideValue::Number(1.0))]);
+        match probe.map_err(|error| (error.kind(), error)) {
+            Err((ErrorKind::UnknownKey | ErrorKind::UnknownReference, error)) => error.into(),
+            Err((ErrorKind::WrongType, error)) => SensitivityError::Key(format!(
+                "`{path}` is not one number, so nothing can be differentiated by it: {}",
+                error.message()
+            )),
+            _ => SensitivityError::Key(format!("this machine gives `{path}` no value; give it one by an override")),
         }
     }
 
