@@ -212,8 +212,8 @@ def _data(crane: Machine, recorded: xr.Dataset, readings: xr.Dataset, load_cell:
     for name, signal in signals.items():
         data[name] = readings[signal]
     data["command"] = recorded[f"{cylinder}.command"]
-    for name in data.data_vars:
-        data[name].attrs["units"] = COLUMNS[str(name)]
+    for column in data.data_vars:
+        data[column].attrs["units"] = COLUMNS[str(column)]
     return data
 
 
