@@ -10,6 +10,9 @@ import difflib
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
+# Letters that tell which name was meant, as in the core.
+LEAST_BEGINNING = 4
+
 
 class HydrocraneError(ValueError):
     """Base of all errors raised by this package."""
@@ -78,7 +81,8 @@ def translated(kind: type[HydrocraneError] = InputError) -> Iterator[None]:
 def nearest(name: str, known: Iterable[str]) -> str:
     """Say which of the `known` names was probably meant: ``; did you mean `x`?`` or the list of choices."""
     known = list(known)
-    close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    begun = [choice for choice in known if len(name) >= LEAST_BEGINNING and choice.startswith(name)]
+    close = begun or difflib.get_close_matches(name, known, n=1, cutoff=0.5)
     if close:
         return f"; did you mean `{close[0]}`?"
     return f"; choose from {', '.join(known)}" if known else ""

@@ -131,6 +131,18 @@ fn identity(source: &Source) -> String {
     }
 }
 
+/// The names, or the first of many.
+fn listed(names: &[&str]) -> String {
+    if names.len() <= MOST_LISTED {
+        return names.join(", ");
+    }
+    let rest = names.len() - MOST_LISTED;
+    format!("{} and {rest} more, which `hydrocrane machines` lists", names[..MOST_LISTED].join(", "))
+}
+
+/// Names in one message.
+const MOST_LISTED: usize = 8;
+
 /// A name with a separator or a suffix is a path; a plain word is a bundled name.
 pub fn is_path(source: &str) -> bool {
     source.contains(['/', '\\']) || source.to_ascii_lowercase().ends_with(".toml")
@@ -149,7 +161,7 @@ pub fn open(source: &str, what: &str, bundled: &[(&'static str, &'static str)]) 
         None => {
             let names: Vec<&str> = bundled.iter().map(|(name, _)| *name).collect();
             let nearest = suggestion(source, names.iter().copied());
-            let message = format!("there is no bundled {what} `{source}`; bundled: {}", names.join(", "));
+            let message = format!("there is no bundled {what} `{source}`; bundled: {}", listed(&names));
             let hint = if nearest.starts_with("did") { format!("{nearest} A") } else { "a".into() };
             Err(MachineError::new(ErrorKind::UnknownSource, Location::Source(source.into()), message)
                 .help(format!("{hint} file of your own is given by its path, ending in .toml")))

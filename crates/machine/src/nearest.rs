@@ -16,11 +16,15 @@ pub fn choose<T: Copy>(text: &str, choices: &[(&str, T)]) -> Result<T, String> {
     found.ok_or_else(|| suggestion(text, choices.iter().map(|(name, _)| *name)))
 }
 
-/// The candidate at the smallest edit distance, when it is close enough to be meant.
+/// The candidate that `name` begins, or the one at the smallest edit distance, when it is close enough to be meant.
 fn nearest<'a>(name: &str, candidates: &[&'a str]) -> Option<&'a str> {
     // Long machine-made names carry no meaning and would make the quadratic distance slow.
     if name.chars().count() > 64 {
         return None;
+    }
+    let begun = candidates.iter().find(|candidate| name.len() >= LEAST_BEGINNING && candidate.starts_with(name));
+    if let Some(candidate) = begun {
+        return Some(candidate);
     }
     candidates
         .iter()
@@ -29,6 +33,9 @@ fn nearest<'a>(name: &str, candidates: &[&'a str]) -> Option<&'a str> {
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, candidate)| candidate)
 }
+
+/// Letters that tell which name was meant.
+const LEAST_BEGINNING: usize = 4;
 
 /// Levenshtein distance, ignoring letter case and the difference of `_` and `-`.
 fn distance(a: &str, b: &str) -> usize {
@@ -55,6 +62,14 @@ mod tests {
     fn a_slip_finds_its_word() {
         assert_eq!(suggestion("boar", ["bore", "stroke"]), "did you mean `bore`?");
         assert_eq!(suggestion("rod_diameter", ["rod-diameter", "bore"]), "did you mean `rod-diameter`?");
+    }
+
+    #[test]
+    fn a_beginning_finds_the_whole() {
+        assert_eq!(
+            suggestion("vertical-lift", ["tip-vertical-line", "vertical-lift-open-loop"]),
+            "did you mean `vertical-lift-open-loop`?"
+        );
     }
 
     #[test]

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError, nearest, unknown
@@ -131,7 +132,7 @@ def _ramp_rate(seal: Seal, speed: float) -> float:
     return (speed * seal.velocity) ** 2 / (4 * seal.slip)
 
 
-def _increasing(name: str, values: Sequence[float]) -> Array:
+def _increasing(name: str, values: ArrayLike) -> Array:
     found = real_array(values, name)
     if (np.diff(found) <= 0).any():
         raise InputError(f"{name} must each be given once, in rising order; got {np.asarray(values).tolist()}")
@@ -178,7 +179,7 @@ def experiment(name: str) -> Experiment:
 def course_of(name: str, seal: Seal, options: dict[str, Any]) -> Course:
     """The course of an experiment with its `options`."""
     make = experiment(name).course
-    known = make.__kwdefaults__
+    known = make.__kwdefaults__ or {}
     for option, value in options.items():
         if option not in known:
             raise InputError(f"the experiment {name} has no option `{option}`{nearest(option, known)}")

@@ -94,7 +94,7 @@ def run(
     plan = _plan(crane, name, payload, interval, course)
     lead = _lead(calibration, plan.record_interval)
     done = simulate(plan, ledger=False)
-    recorded = _with_calibration(crane, done.data, lead)
+    recorded = _with_calibration(crane, done.data, lead, plan.record_interval)
     readings = crane.measure(recorded, sensors=sensors, seed=seed)
     data = _data(crane, recorded, readings, load_cell)
     data.attrs = _about(crane, name, plan, recorded, {"seed": int(seed), "sensors": sensors, "calibration": lead}) | {
@@ -176,7 +176,7 @@ def _lead(calibration: float, interval: float) -> float:
     return float(np.ceil(duration / interval * (1 - 1e-9)) * interval)
 
 
-def _with_calibration(crane: Machine, data: xr.Dataset, lead: float) -> xr.Dataset:
+def _with_calibration(crane: Machine, data: xr.Dataset, lead: float, step: float) -> xr.Dataset:
     """The record with `lead` seconds before it in which the rig rests on a support, open to the tank."""
     import xarray as xr
 
@@ -184,7 +184,6 @@ def _with_calibration(crane: Machine, data: xr.Dataset, lead: float) -> xr.Datas
     later.time.attrs = data.time.attrs
     if lead == 0.0 or not data.sizes["time"]:
         return later
-    step = float(data.time[1] - data.time[0])
     rest = xr.zeros_like(data.isel(time=np.zeros(round(lead / step), dtype=int)))
     joint = f"joint.{crane.joint_names[0]}.q"
     cylinder = f"cylinder.{crane.cylinder_names[0]}"
@@ -213,8 +212,8 @@ def _data(crane: Machine, recorded: xr.Dataset, readings: xr.Dataset, load_cell:
     for name, signal in signals.items():
         data[name] = readings[signal]
     data["command"] = recorded[f"{cylinder}.command"]
-    for name in data.data_vars:
-        data[name].attrs["units"] = COLUMNS[str(name)]
+    for column in data.data_vars:
+        data[column].attrs["units"] = COLUMNS[str(column)]
     return data
 
 
