@@ -66,7 +66,7 @@ def _bounds(fit: StaticFit) -> Iterator[str]:
 
 
 def _poorly_known(fit: StaticFit) -> Iterator[str]:
-    for label, (low, high) in fit.intervals(0.95).items():
+    for label, (low, high) in fit.intervals(0.95, method="t").items():
         value = fit.value(label)
         if label == OFFSET:
             continue

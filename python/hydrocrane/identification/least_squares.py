@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -15,6 +16,8 @@ from hydrocrane.identification.result import fitted_velocity
 from hydrocrane.identification.static_map import Coordinates
 
 Loss = Literal["soft_l1", "huber", "cauchy", "arctan", "linear"]
+# A further residual and its slopes over the unknowns.
+Row = Callable[[Array], tuple[float, Array]]
 # Edges of the exponents; Coulomb force, rise and viscous force are not negative.
 STRIBECK_EXPONENT = (0.3, 6.0)
 VISCOUS_EXPONENT = (0.3, 3.0)
@@ -136,14 +139,14 @@ class Problem:
         slopes[:, -1] = 1.0
         return force + x[-1] - self.points.force, slopes
 
-    def solve(self, x: Array, sigma: Array, *, loss: Loss = "linear", scale: float = 1.0) -> OptimizeResult:
-        """Minimise from `x`, with points of deviation `sigma` times `scale`; the prior of the offset is never scaled."""
+    def solve(self, x: Array, sigma: Array, *, loss: Loss = "linear", extra: Row | None = None) -> OptimizeResult:
+        """Minimise from `x`, with points of standard deviation `sigma`, and one more residual where it is given."""
         low, high = self.bounds()
         inside = np.where(np.isfinite(high), np.clip(x, low, high), np.maximum(x, low))
         return least_squares(
-            lambda u: self._residual(u, sigma * scale)[0],
+            lambda u: self.residual(u, sigma, extra)[0],
             inside,
-            jac=lambda u: self._residual(u, sigma * scale)[1],
+            jac=lambda u: self.residual(u, sigma, extra)[1],
             bounds=(low, high),
             x_scale="jac",
             loss=loss,
@@ -154,14 +157,18 @@ class Problem:
             max_nfev=300,
         )
 
-    def _residual(self, x: Array, sigma: Array) -> tuple[Array, Array]:
+    def residual(self, x: Array, sigma: Array, extra: Row | None = None) -> tuple[Array, Array]:
+        """Residuals in standard deviations, the prior of the offset and an extra one last, and their slopes."""
         misfit, slopes = self.misfit(x)
         r, jac = misfit / sigma, slopes / sigma[:, None]
-        if self.offset is None:
+        rows = [extra(x)] if extra else []
+        if self.offset is not None:
+            slope = np.append(np.zeros(x.size - 1), 1.0 / self.offset.deviation)
+            rows.append(((x[-1] - self.offset.mean) / self.offset.deviation, slope))
+        if not rows:
             return r, jac
-        row = np.zeros(x.size)
-        row[-1] = 1.0 / self.offset.deviation
-        return np.append(r, (x[-1] - self.offset.mean) / self.offset.deviation), np.vstack([jac, row])
+        values, over_x = zip(*rows, strict=True)
+        return np.append(r, values), np.vstack([jac, *over_x])
 
 
 @dataclass(frozen=True)

@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrocrane.arrays import Array
-from hydrocrane.errors import InputError
+from hydrocrane.errors import InputError, unknown
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
-from hydrocrane.identification.static_map import BREAKAWAY_SPEED, LABELS, StaticMap
+from hydrocrane.identification.static_map import BREAKAWAY_SPEED, LABELS, LOGARITHMIC, StaticMap
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from hydrocrane.identification.profile import Solved
+
 OFFSET = "offset"
-# Parameters whose error is even in the logarithm: they are scales, and positive.
-LOGARITHMIC = ("stribeck-velocity", "stribeck-exponent")
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,8 @@ class StaticFit:
     spread: Spread | None = None
     rejected: tuple[Rejected, ...] = ()
     at_bounds: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = field(default=())
+    warnings: tuple[str, ...] = ()
+    solved: Solved | None = field(default=None, repr=False)
 
     @property
     def params(self) -> dict[str, tuple[float, float]]:
@@ -131,32 +132,44 @@ class StaticFit:
         out[np.ix_(known, known)] = total[np.ix_(known, known)] / np.outer(sigma[known], sigma[known])
         return _labelled(spread.labels, out)
 
-    def intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
+    def intervals(self, level: float = 0.95, *, method: str = "") -> dict[str, tuple[float, float]]:
         """Confidence intervals of the free parameters, SI, by label.
 
-        Student's t with the degrees of freedom of the levels, widened by the prior of the offset (which is taken as
-        known, hence Welch's degrees of freedom for the sum); in the logarithm for Stribeck velocity and exponent.
+        Parameters
+        ----------
+        level : float
+            Share of repeated experiments whose interval holds the true value.
+        method : {"t", "profile"}
+            ``t``: Student's t with the degrees of freedom of the levels, widened by the prior of the offset (which is
+            taken as known, hence Welch's degrees of freedom for the sum), in the logarithm for Stribeck velocity and
+            exponent. ``profile``: how far a parameter can be moved while the others follow; slower, and right where
+            the map is far from linear in it. By default ``profile`` where an exponent is free.
         """
-        from scipy.stats import t as student
-
         if not 0.0 < level < 1.0:
             raise InputError(f"level must lie between 0 and 1, got {level:g}; 0.95 is usual")
         spread = self._known_spread()
-        data, prior = np.diag(spread.from_data), np.diag(spread.from_prior)
-        out = {}
-        for label, of_data, of_prior in zip(spread.labels, data, prior, strict=True):
-            value, sigma = self.value(label), float(np.sqrt(of_data + of_prior))
-            if not np.isfinite(sigma):
-                out[label] = (-np.inf, np.inf)
-                continue
-            share = of_data / (of_data + of_prior) if sigma > 0.0 else 1.0
-            freedom = spread.degrees_of_freedom / share**2 if share > 0.0 else np.inf
-            reach = float(student.ppf(0.5 + level / 2, freedom)) * sigma
-            if label.split(".")[0] in LOGARITHMIC:
-                out[label] = (value * np.exp(-reach / value), value * np.exp(reach / value))
-            else:
-                out[label] = (value - reach, value + reach)
-        return out
+        free_exponent = any("exponent" in label for label in spread.labels)
+        chosen = method or ("profile" if free_exponent else "t")
+        if chosen not in ("t", "profile"):
+            raise unknown("method of intervals", chosen, ("t", "profile"))
+        return {label: self._interval(spread, label, level, chosen) for label in spread.labels}
+
+    def _interval(self, spread: Spread, label: str, level: float, method: str) -> tuple[float, float]:
+        from scipy.stats import t as student
+
+        at = spread.labels.index(label)
+        of_data, of_prior = spread.from_data[at, at], spread.from_prior[at, at]
+        value, sigma = self.value(label), float(np.sqrt(of_data + of_prior))
+        if not np.isfinite(sigma):
+            return -np.inf, np.inf
+        share = of_data / (of_data + of_prior) if sigma > 0.0 else 1.0
+        freedom = spread.degrees_of_freedom / share**2 if share > 0.0 else np.inf
+        reach = float(student.ppf(0.5 + level / 2, freedom))
+        if method == "profile" and label != OFFSET and self.solved is not None and sigma > 0.0:
+            return self.solved.ends(label, sigma, reach)
+        if label.split(".")[0] in LOGARITHMIC:
+            return float(value * np.exp(-reach * sigma / value)), float(value * np.exp(reach * sigma / value))
+        return float(value - reach * sigma), float(value + reach * sigma)
 
     def toml(self, cylinder: str, *, name: str | None = None, source: Iterable[str] = (), date: str = "") -> str:
         """The block ``[friction.<name>]`` for a machine file; see :mod:`hydrocrane.identification.block`."""

@@ -15,6 +15,7 @@ from hydrocrane.identification import advice
 from hydrocrane.identification.graphical import graphical
 from hydrocrane.identification.least_squares import Loss, OffsetPrior, Problem, Scatter, invert, scatter
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
+from hydrocrane.identification.profile import Solved
 from hydrocrane.identification.result import OFFSET, Rejected, Spread, StaticFit
 from hydrocrane.identification.static_map import EXPONENTS, LABELS, PARAMETERS, Coordinates, StaticMap
 
@@ -171,7 +172,7 @@ def _robust(problem: Problem, loss: Loss) -> tuple[OptimizeResult, float]:
         sigma, scale = problem.standard_deviation(theta), 1.0
         x = problem.begin(theta)
         for _ in range(2):
-            found = problem.solve(x, sigma, loss=loss, scale=scale)
+            found = problem.solve(x, sigma * scale, loss=loss)
             x, sigma = found.x, problem.standard_deviation(problem.theta(found.x))
             scale = _bulk(problem.misfit(x)[0] / sigma, problem.unknowns)
         quality = float(np.sum(np.abs(problem.misfit(x)[0] / sigma)))
@@ -217,7 +218,7 @@ def _refine(problem: Problem, x: Array) -> tuple[OptimizeResult, Array]:
     scale = 1.0
     for _ in range(ROUNDS):
         sigma = problem.standard_deviation(problem.theta(x))
-        found = problem.solve(x, sigma, scale=scale)
+        found = problem.solve(x, sigma * scale)
         x = found.x
         scale = max(_scale(scatter(problem.points, problem.misfit(x)[0], sigma, problem.unknowns))[0], 1e-6)
     return found, sigma
@@ -257,6 +258,7 @@ def _result(
         "spread": spread,
         "rejected": tuple(sorted(rejected, key=lambda r: r.index)),
         "at_bounds": _at_bounds(problem, found.x),
+        "solved": Solved(problem, found.x, sigma * max(scale, 1e-9)),
     }
     draft = StaticFit(points=points, **details)
     return StaticFit(points=points, warnings=advice.on_fit(draft, of_levels, problem.offset is not None), **details)
