@@ -75,6 +75,8 @@ class Problem:
         Standard deviation of a whole level about any map, N: keeps a level of many points from outweighing others.
     offset : OffsetPrior or None
         Prior of the constant force error, the last unknown.
+    untold : tuple of str
+        Labels of parameters that were held because these points cannot tell them.
     """
 
     points: FrictionPoints
@@ -83,6 +85,7 @@ class Problem:
     column: NDArray[np.int_]
     floor: float
     offset: OffsetPrior | None = None
+    untold: tuple[str, ...] = ()
 
     @property
     def unknowns(self) -> int:
@@ -226,7 +229,7 @@ class Inverse:
 
 
 def invert(jacobian: Array, prior: OffsetPrior | None) -> Inverse:
-    """Covariance of the unknowns from the weighted slopes (n_points, n) of the points, and the prior of the last one."""
+    """Covariance of the unknowns from the weighted slopes of the points (n_points, n) and the prior of the offset."""
     information = np.vstack([jacobian, np.zeros(jacobian.shape[1])])
     if prior is not None:
         information[-1, -1] = 1.0 / prior.deviation

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
@@ -99,6 +100,20 @@ class StaticFit:
         """Friction of the map, N, at velocities v, m/s."""
         return self.law.force(v)
 
+    def force_error(self, v: Array) -> Array:
+        """Standard error of the map's force, N, at velocities v (n,), m/s, from the scatter of the points.
+
+        Infinite where a parameter that counts there cannot be told from the data. The offset is not in it.
+        """
+        spread = self._known_spread()
+        at = [i for i, label in enumerate(spread.labels) if label != OFFSET]
+        gradient = self.law.evaluate(v)[2][:, [LABELS.index(spread.labels[i]) for i in at]]
+        covariance = spread.from_data[np.ix_(at, at)]
+        blind = ~np.isfinite(np.diag(covariance))
+        variance = np.einsum("ni,ij,nj->n", gradient, np.where(np.isfinite(covariance), covariance, 0.0), gradient)
+        variance[(gradient[:, blind] != 0.0).any(axis=1)] = np.inf
+        return np.sqrt(np.maximum(variance, 0.0))
+
     def value(self, label: str) -> float:
         """One parameter by its label, as ``coulomb.extending``."""
         return self.offset if label == OFFSET else float(self.law.values[LABELS.index(label)])
@@ -109,7 +124,7 @@ class StaticFit:
         return self.points.force - self.law.force(fitted_velocity(self.points)) - self.offset
 
     @cached_property
-    def accepted(self) -> Array:
+    def accepted(self) -> NDArray[np.bool_]:
         """True for the points that were used, (n,)."""
         used = np.ones(len(self.points), dtype=bool)
         used[[r.index for r in self.rejected]] = False
