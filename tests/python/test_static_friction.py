@@ -358,3 +358,22 @@ def test_the_report_holds_all_stages_and_survives_a_failed_one(tmp_path):
     assert "http" not in page.replace("http-equiv", "") and report.failures == ["Dynamic friction"]
     with pytest.raises(hc.ResultFileError, match=r"\.html"):
         report.write(tmp_path / "report.pdf")
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_nonsense_ends_in_a_result_or_in_one_clear_error(seed):
+    """Few, wild or contradictory points: finite parameters with warnings, or an error that is ours."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.choice([1, 2, 3, 5, 8, 20]))
+    direction = rng.choice([-1.0, 1.0], n)
+    velocity = np.where(rng.random(n) < 0.1, 0.0, direction * 10.0 ** rng.uniform(-5, 0, n))
+    force = direction * float(rng.choice([0.0, 1.0, 1e5])) * rng.uniform(-0.5, 1.5, n)
+    try:
+        points = FrictionPoints.of(velocity, force, force_error=float(rng.choice([0.0, 3.0])), direction=direction)
+        fit = fit_static(points, exponents=str(rng.choice(["fixed", "free"])), bias=rng.choice([None, 20.0]))
+    except hc.HydrocraneError as error:
+        assert str(error)
+        return
+    used = np.unique(points.direction)
+    assert np.isfinite(fit.law.values.reshape(6, 2)[:, used]).all()
+    assert not np.isnan(list(fit.intervals(method="t").values())).any()

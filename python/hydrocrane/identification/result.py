@@ -183,7 +183,9 @@ class StaticFit:
         if method == "profile" and label != OFFSET and self.solved is not None and sigma > 0.0:
             return self.solved.ends(label, sigma, reach)
         if label.split(".")[0] in LOGARITHMIC:
-            return float(value * np.exp(-reach * sigma / value)), float(value * np.exp(reach * sigma / value))
+            with np.errstate(over="ignore"):
+                factor = float(np.exp(reach * sigma / value))
+            return value / factor, value * factor
         return float(value - reach * sigma), float(value + reach * sigma)
 
     def toml(self, cylinder: str, *, name: str | None = None, source: Iterable[str] = (), date: str = "") -> str:

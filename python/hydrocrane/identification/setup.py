@@ -53,6 +53,8 @@ def problem_of(
         Rejected(int(i), "velocity within its error of zero, direction unknown") for i in np.flatnonzero(~usable)
     ]
     used = points.select(usable)
+    if (used.force == 0.0).all():
+        raise InputError("every force is zero: nothing was measured, or the force column is the wrong one")
     if (used.velocity == 0.0).all():
         raise InputError("only break-away readings (velocity 0): a map needs the piston to move")
     coordinates = Coordinates(float(used.speed.max()))
