@@ -67,6 +67,7 @@ impl Case {
         let (method, tolerance) = if printed { ("tsit5", 1e-2) } else { ("rodas5p", 1e-4) };
         let tolerances = Tolerances { relative: tolerance, absolute: tolerance, max_step: 0.05 };
         let options = RunOptions {
+            payload_changes: Vec::new(),
             method: method.into(),
             tolerances,
             payload: self.payload,

@@ -1,10 +1,29 @@
 """Identification of friction from measurements: the steady map, comparisons between maps, and the report."""
 
+from hydrocrane.identification.comparison import FrictionComparison, compare_friction
 from hydrocrane.identification.graphical import graphical
 from hydrocrane.identification.least_squares import OffsetPrior
 from hydrocrane.identification.points import FrictionPoints
+from hydrocrane.identification.report import Report, Section, Table
 from hydrocrane.identification.result import StaticFit
 from hydrocrane.identification.static_fit import fit_static
 from hydrocrane.identification.static_map import StaticMap
+from hydrocrane.identification.static_stage import StaticIdentification, identify_static
+from hydrocrane.identification.synthetic import synthetic_points
 
-__all__ = ["FrictionPoints", "OffsetPrior", "StaticFit", "StaticMap", "fit_static", "graphical"]
+__all__ = [
+    "FrictionComparison",
+    "FrictionPoints",
+    "OffsetPrior",
+    "Report",
+    "Section",
+    "StaticFit",
+    "StaticIdentification",
+    "StaticMap",
+    "Table",
+    "compare_friction",
+    "fit_static",
+    "graphical",
+    "identify_static",
+    "synthetic_points",
+]

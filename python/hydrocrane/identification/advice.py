@@ -37,6 +37,7 @@ def on_fit(fit: StaticFit, scatter: Scatter, with_offset: bool) -> tuple[str, ..
 def _levels(fit: StaticFit) -> Iterator[str]:
     """Where velocities are missing."""
     used = fit.points.select(fit.accepted)
+    untold = [label for label, (low, _) in fit.intervals(method="t").items() if not np.isfinite(low)]
     for side, name in enumerate(DIRECTIONS):
         here = used.levels.direction == side
         speed = np.abs(used.levels.velocity[here])
@@ -44,12 +45,22 @@ def _levels(fit: StaticFit) -> Iterator[str]:
             continue
         stribeck = fit.params["stribeck-velocity"][side]
         if speed.size == 1:
-            yield f"{name}: one velocity level only; Coulomb, Stribeck and viscous friction cannot be told apart"
+            yield (
+                f"{name}: one velocity level only; Coulomb, Stribeck and viscous friction cannot be told apart, "
+                "and all is counted as Coulomb friction"
+            )
             continue
-        if not (speed < stribeck).any():
+        if f"stribeck-velocity.{name}" in untold:
+            yield (
+                f"{name}: friction is not seen to fall with speed (slowest level {speed.min() * 1e3:.3g} mm/s), so "
+                "Stribeck friction was left out: break-away force and Stribeck velocity stand for nothing measured. "
+                "Add slower levels or break-away readings"
+            )
+            stribeck = 0.0
+        elif not (speed < stribeck).any():
             yield (
                 f"{name}: no level slower than the Stribeck velocity ({stribeck * 1e3:.3g} mm/s); "
-                "break-away force and Stribeck velocity cannot be told: add slower levels"
+                "break-away force and Stribeck velocity stand for each other: add slower levels"
             )
         if (speed > FAR * stribeck).sum() < 2:
             yield (
@@ -66,7 +77,7 @@ def _bounds(fit: StaticFit) -> Iterator[str]:
 
 
 def _poorly_known(fit: StaticFit) -> Iterator[str]:
-    for label, (low, high) in fit.intervals(0.95).items():
+    for label, (low, high) in fit.intervals(0.95, method="t").items():
         value = fit.value(label)
         if label == OFFSET:
             continue

@@ -82,5 +82,8 @@ def _comment(fit: StaticFit, key: str) -> str:
         return ""
     known = fit.intervals(0.95)
     ends = [known.get(f"{key}.{direction}") for direction in DIRECTIONS]
-    shown = [f"{low:.4g} .. {high:.4g}" for low, high in (e for e in ends if e is not None)]
+    shown = [
+        f"{low:.4g} .. {high:.4g}" if np.isfinite(low) else "not told by the data"
+        for low, high in (e for e in ends if e is not None)
+    ]
     return f"  # 95 %: {' and '.join(shown)}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -15,6 +16,8 @@ from hydrocrane.identification.result import fitted_velocity
 from hydrocrane.identification.static_map import Coordinates
 
 Loss = Literal["soft_l1", "huber", "cauchy", "arctan", "linear"]
+# A further residual and its slopes over the unknowns.
+Row = Callable[[Array], tuple[float, Array]]
 # Edges of the exponents; Coulomb force, rise and viscous force are not negative.
 STRIBECK_EXPONENT = (0.3, 6.0)
 VISCOUS_EXPONENT = (0.3, 3.0)
@@ -72,6 +75,8 @@ class Problem:
         Standard deviation of a whole level about any map, N: keeps a level of many points from outweighing others.
     offset : OffsetPrior or None
         Prior of the constant force error, the last unknown.
+    untold : tuple of str
+        Labels of parameters that were held because these points cannot tell them.
     """
 
     points: FrictionPoints
@@ -80,6 +85,7 @@ class Problem:
     column: NDArray[np.int_]
     floor: float
     offset: OffsetPrior | None = None
+    untold: tuple[str, ...] = ()
 
     @property
     def unknowns(self) -> int:
@@ -136,14 +142,14 @@ class Problem:
         slopes[:, -1] = 1.0
         return force + x[-1] - self.points.force, slopes
 
-    def solve(self, x: Array, sigma: Array, *, loss: Loss = "linear", scale: float = 1.0) -> OptimizeResult:
-        """Minimise from `x`, with points of deviation `sigma` times `scale`; the prior of the offset is never scaled."""
+    def solve(self, x: Array, sigma: Array, *, loss: Loss = "linear", extra: Row | None = None) -> OptimizeResult:
+        """Minimise from `x`, with points of standard deviation `sigma`, and one more residual where it is given."""
         low, high = self.bounds()
         inside = np.where(np.isfinite(high), np.clip(x, low, high), np.maximum(x, low))
         return least_squares(
-            lambda u: self._residual(u, sigma * scale)[0],
+            lambda u: self.residual(u, sigma, extra)[0],
             inside,
-            jac=lambda u: self._residual(u, sigma * scale)[1],
+            jac=lambda u: self.residual(u, sigma, extra)[1],
             bounds=(low, high),
             x_scale="jac",
             loss=loss,
@@ -154,14 +160,18 @@ class Problem:
             max_nfev=300,
         )
 
-    def _residual(self, x: Array, sigma: Array) -> tuple[Array, Array]:
+    def residual(self, x: Array, sigma: Array, extra: Row | None = None) -> tuple[Array, Array]:
+        """Residuals in standard deviations, the prior of the offset and an extra one last, and their slopes."""
         misfit, slopes = self.misfit(x)
         r, jac = misfit / sigma, slopes / sigma[:, None]
-        if self.offset is None:
+        rows = [extra(x)] if extra else []
+        if self.offset is not None:
+            slope = np.append(np.zeros(x.size - 1), 1.0 / self.offset.deviation)
+            rows.append(((x[-1] - self.offset.mean) / self.offset.deviation, slope))
+        if not rows:
             return r, jac
-        row = np.zeros(x.size)
-        row[-1] = 1.0 / self.offset.deviation
-        return np.append(r, (x[-1] - self.offset.mean) / self.offset.deviation), np.vstack([jac, row])
+        values, over_x = zip(*rows, strict=True)
+        return np.append(r, values), np.vstack([jac, *over_x])
 
 
 @dataclass(frozen=True)
@@ -219,7 +229,7 @@ class Inverse:
 
 
 def invert(jacobian: Array, prior: OffsetPrior | None) -> Inverse:
-    """Covariance of the unknowns from the weighted slopes (n_points, n) of the points, and the prior of the last one."""
+    """Covariance of the unknowns from the weighted slopes of the points (n_points, n) and the prior of the offset."""
     information = np.vstack([jacobian, np.zeros(jacobian.shape[1])])
     if prior is not None:
         information[-1, -1] = 1.0 / prior.deviation

@@ -105,12 +105,14 @@ class FrictionPoints:
             raise InputError(f"velocity and force must be vectors of equal length, got shapes {v.shape} and {f.shape}")
         if v.size == 0:
             raise InputError("no friction points: no steady window was accepted, or none was handed in")
-        errors = [_error(velocity_error, "velocity_error", v), _error(force_error, "force_error", f)]
+        of_v, of_f = _error(velocity_error, "velocity_error", v), _error(force_error, "force_error", f)
         sign = np.sign(v) if direction is None else _signs(direction, v)
         if (sign == 0).any():
             at = int(np.flatnonzero(sign == 0)[0])
-            raise InputError(f"point {at} has velocity 0 and no direction; a break-away reading needs direction +1 or -1")
-        return cls(v, f, *errors, np.where(sign > 0, EXTENDING, RETRACTING), tuple(source))
+            raise InputError(
+                f"point {at} has velocity 0 and no direction; a break-away reading needs direction +1 or -1"
+            )
+        return cls(v, f, of_v, of_f, np.where(sign > 0, EXTENDING, RETRACTING), tuple(source))
 
     @classmethod
     def from_windows(cls, windows: Iterable[SteadyWindow], *, source: Iterable[str] = ()) -> FrictionPoints:
@@ -124,8 +126,8 @@ class FrictionPoints:
 
     def select(self, keep: NDArray[np.bool_]) -> FrictionPoints:
         """The points where `keep` is true."""
-        arrays = (self.velocity, self.force, self.velocity_error, self.force_error, self.direction)
-        return FrictionPoints(*(a[keep] for a in arrays), self.source)
+        errors = self.velocity_error[keep], self.force_error[keep]
+        return FrictionPoints(self.velocity[keep], self.force[keep], *errors, self.direction[keep], self.source)
 
     @cached_property
     def sign(self) -> Array:

@@ -8,19 +8,20 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrocrane.arrays import Array
-from hydrocrane.errors import InputError
+from hydrocrane.errors import InputError, unknown
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
-from hydrocrane.identification.static_map import BREAKAWAY_SPEED, LABELS, StaticMap
+from hydrocrane.identification.static_map import BREAKAWAY_SPEED, LABELS, LOGARITHMIC, StaticMap
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from hydrocrane.identification.profile import Solved
+
 OFFSET = "offset"
-# Parameters whose error is even in the logarithm: they are scales, and positive.
-LOGARITHMIC = ("stribeck-velocity", "stribeck-exponent")
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,8 @@ class StaticFit:
     spread: Spread | None = None
     rejected: tuple[Rejected, ...] = ()
     at_bounds: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = field(default=())
+    warnings: tuple[str, ...] = ()
+    solved: Solved | None = field(default=None, repr=False)
 
     @property
     def params(self) -> dict[str, tuple[float, float]]:
@@ -97,6 +99,20 @@ class StaticFit:
     def force(self, v: Array) -> Array:
         """Friction of the map, N, at velocities v, m/s."""
         return self.law.force(v)
+
+    def force_error(self, v: Array) -> Array:
+        """Standard error of the map's force, N, at velocities v (n,), m/s, from the scatter of the points.
+
+        Infinite where a parameter that counts there cannot be told from the data. The offset is not in it.
+        """
+        spread = self._known_spread()
+        at = [i for i, label in enumerate(spread.labels) if label != OFFSET]
+        gradient = self.law.evaluate(v)[2][:, [LABELS.index(spread.labels[i]) for i in at]]
+        covariance = spread.from_data[np.ix_(at, at)]
+        blind = ~np.isfinite(np.diag(covariance))
+        variance = np.einsum("ni,ij,nj->n", gradient, np.where(np.isfinite(covariance), covariance, 0.0), gradient)
+        variance[(gradient[:, blind] != 0.0).any(axis=1)] = np.inf
+        return np.sqrt(np.maximum(variance, 0.0))
 
     def value(self, label: str) -> float:
         """One parameter by its label, as ``coulomb.extending``."""
@@ -108,7 +124,7 @@ class StaticFit:
         return self.points.force - self.law.force(fitted_velocity(self.points)) - self.offset
 
     @cached_property
-    def accepted(self) -> Array:
+    def accepted(self) -> NDArray[np.bool_]:
         """True for the points that were used, (n,)."""
         used = np.ones(len(self.points), dtype=bool)
         used[[r.index for r in self.rejected]] = False
@@ -131,32 +147,46 @@ class StaticFit:
         out[np.ix_(known, known)] = total[np.ix_(known, known)] / np.outer(sigma[known], sigma[known])
         return _labelled(spread.labels, out)
 
-    def intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
+    def intervals(self, level: float = 0.95, *, method: str = "") -> dict[str, tuple[float, float]]:
         """Confidence intervals of the free parameters, SI, by label.
 
-        Student's t with the degrees of freedom of the levels, widened by the prior of the offset (which is taken as
-        known, hence Welch's degrees of freedom for the sum); in the logarithm for Stribeck velocity and exponent.
+        Parameters
+        ----------
+        level : float
+            Share of repeated experiments whose interval holds the true value.
+        method : {"t", "profile"}
+            ``t``: Student's t with the degrees of freedom of the levels, widened by the prior of the offset (which is
+            taken as known, hence Welch's degrees of freedom for the sum), in the logarithm for Stribeck velocity and
+            exponent. ``profile``: how far a parameter can be moved while the others follow; slower, and right where
+            the map is far from linear in it. By default ``profile`` where an exponent is free.
         """
-        from scipy.stats import t as student
-
         if not 0.0 < level < 1.0:
             raise InputError(f"level must lie between 0 and 1, got {level:g}; 0.95 is usual")
         spread = self._known_spread()
-        data, prior = np.diag(spread.from_data), np.diag(spread.from_prior)
-        out = {}
-        for label, of_data, of_prior in zip(spread.labels, data, prior, strict=True):
-            value, sigma = self.value(label), float(np.sqrt(of_data + of_prior))
-            if not np.isfinite(sigma):
-                out[label] = (-np.inf, np.inf)
-                continue
-            share = of_data / (of_data + of_prior) if sigma > 0.0 else 1.0
-            freedom = spread.degrees_of_freedom / share**2 if share > 0.0 else np.inf
-            reach = float(student.ppf(0.5 + level / 2, freedom)) * sigma
-            if label.split(".")[0] in LOGARITHMIC:
-                out[label] = (value * np.exp(-reach / value), value * np.exp(reach / value))
-            else:
-                out[label] = (value - reach, value + reach)
-        return out
+        free_exponent = any("exponent" in label for label in spread.labels)
+        chosen = method or ("profile" if free_exponent else "t")
+        if chosen not in ("t", "profile"):
+            raise unknown("method of intervals", chosen, ("t", "profile"))
+        return {label: self._interval(spread, label, level, chosen) for label in spread.labels}
+
+    def _interval(self, spread: Spread, label: str, level: float, method: str) -> tuple[float, float]:
+        from scipy.stats import t as student
+
+        at = spread.labels.index(label)
+        of_data, of_prior = spread.from_data[at, at], spread.from_prior[at, at]
+        value, sigma = self.value(label), float(np.sqrt(of_data + of_prior))
+        if not np.isfinite(sigma):
+            return -np.inf, np.inf
+        share = of_data / (of_data + of_prior) if sigma > 0.0 else 1.0
+        freedom = spread.degrees_of_freedom / share**2 if share > 0.0 else np.inf
+        reach = float(student.ppf(0.5 + level / 2, freedom))
+        if method == "profile" and label != OFFSET and self.solved is not None and sigma > 0.0:
+            return self.solved.ends(label, sigma, reach)
+        if label.split(".")[0] in LOGARITHMIC:
+            with np.errstate(over="ignore"):
+                factor = float(np.exp(reach * sigma / value))
+            return value / factor, value * factor
+        return float(value - reach * sigma), float(value + reach * sigma)
 
     def toml(self, cylinder: str, *, name: str | None = None, source: Iterable[str] = (), date: str = "") -> str:
         """The block ``[friction.<name>]`` for a machine file; see :mod:`hydrocrane.identification.block`."""

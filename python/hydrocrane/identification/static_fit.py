@@ -2,30 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Literal
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult
 
 from hydrocrane.arrays import Array
-from hydrocrane.errors import InputError, unknown
 from hydrocrane.identification import advice
-from hydrocrane.identification.graphical import graphical
 from hydrocrane.identification.least_squares import Loss, OffsetPrior, Problem, Scatter, invert, scatter
-from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
+from hydrocrane.identification.points import FrictionPoints
+from hydrocrane.identification.profile import Solved
 from hydrocrane.identification.result import OFFSET, Rejected, Spread, StaticFit
-from hydrocrane.identification.static_map import EXPONENTS, LABELS, PARAMETERS, Coordinates, StaticMap
+from hydrocrane.identification.setup import RESOLVED, Exponents, problem_of
+from hydrocrane.identification.static_map import LABELS, StaticMap
 
-Exponents = Literal["fixed", "free"] | Mapping[str, float | str]
-LOSSES = ("soft_l1", "huber", "cauchy", "arctan", "linear")
-# A level is not expected to lie closer to any map than this share of the median force.
-FLOOR_SHARE = 0.01
 # Points further off than this many standard deviations of the bulk are left out.
 OUTLIER = 5.0
-# A direction of motion must stand out of the error of its velocity.
-RESOLVED = 3.0
 # With fewer levels to spare than this the scatter within the levels helps to state the spread.
 FEW = 3
 # The search starts at the Stribeck velocity that was read off, and at these multiples of it.
@@ -65,101 +58,12 @@ def fit_static(
     -------
     StaticFit
     """
-    problem, rejected = _problem(points, exponents, bias, symmetric, loss, floor)
+    problem, rejected = problem_of(points, exponents, bias, symmetric, loss, floor)
     robust, scale = _robust(problem, loss)
     sigma = problem.standard_deviation(problem.theta(robust.x))
     kept, stray = _without_outliers(problem, robust, sigma * scale, loss)
     solution, sigma = _refine(kept, robust.x)
     return _result(points, kept, solution, sigma, rejected + _numbered(problem, stray, points))
-
-
-def _problem(
-    points: FrictionPoints,
-    exponents: Exponents,
-    bias: OffsetPrior | float | None,
-    symmetric: bool,
-    loss: str,
-    floor: float | None,
-) -> tuple[Problem, list[Rejected]]:
-    """The fit to be solved, and the points that cannot take part."""
-    if loss not in LOSSES:
-        raise unknown("loss", loss, LOSSES)
-    held = _held(exponents)
-    usable = (points.velocity == 0.0) | (points.speed > RESOLVED * points.velocity_error)
-    if not usable.any():
-        raise InputError("no point has a velocity that stands out of its error; take longer windows or faster motion")
-    rejected = [
-        Rejected(int(i), "velocity within its error of zero, direction unknown") for i in np.flatnonzero(~usable)
-    ]
-    used = points.select(usable)
-    if (used.velocity == 0.0).all():
-        raise InputError("only break-away readings (velocity 0): a map needs the piston to move")
-    coordinates = Coordinates(float(used.speed.max()))
-    start = _start(used, held, coordinates)
-    if floor is not None and not (np.isfinite(floor) and floor >= 0.0):
-        raise InputError(f"floor must be a force of zero or more, N, got {floor}")
-    smallest = 1e-9 * float(np.abs(used.force).max())
-    chosen = FLOOR_SHARE * float(np.median(np.abs(used.force))) if floor is None else floor
-    column = _columns(used, held, symmetric)
-    return Problem(used, coordinates, start, column, max(chosen, smallest), _prior(bias)), rejected
-
-
-def _held(exponents: Exponents) -> dict[str, float | None]:
-    """The value at which each exponent is held; None where it is free."""
-    if isinstance(exponents, str):
-        if exponents not in ("fixed", "free"):
-            raise unknown("choice of exponents", exponents, ("fixed", "free"))
-        return {name: value if exponents == "fixed" else None for name, value in EXPONENTS.items()}
-    held: dict[str, float | None] = dict(EXPONENTS)
-    for name, value in exponents.items():
-        if name not in EXPONENTS:
-            raise unknown("exponent", name, EXPONENTS)
-        if isinstance(value, str):
-            if value != "free":
-                raise unknown(f"value of {name}", value, ("free", "a number"))
-            held[name] = None
-        elif not 0.0 < value <= 10.0:
-            raise InputError(f"{name} must lie between 0 and 10, got {value:g}")
-        else:
-            held[name] = float(value)
-    return held
-
-
-def _prior(bias: OffsetPrior | float | None) -> OffsetPrior | None:
-    prior = bias if isinstance(bias, OffsetPrior) or bias is None else OffsetPrior(float(bias))
-    if prior is None or (prior.deviation == 0.0 and prior.mean == 0.0):
-        return None
-    if not (np.isfinite(prior.deviation) and prior.deviation > 0.0 and np.isfinite(prior.mean)):
-        raise InputError(f"bias needs a standard deviation above zero, N, got {prior.deviation:g}; None for no error")
-    return prior
-
-
-def _start(points: FrictionPoints, held: Mapping[str, float | None], coordinates: Coordinates) -> Array:
-    """Coordinates read off the curve; a direction without points takes those of the other and is never moved."""
-    taken = {name: EXPONENTS[name] if value is None else value for name, value in held.items()}
-    pairs = graphical(points, exponents=taken).law.values.reshape(-1, 2).copy()
-    empty = np.isnan(pairs[0])
-    if empty.any():
-        pairs[:, empty] = pairs[:, ~empty]
-    return coordinates.of_map(StaticMap(pairs.ravel()))
-
-
-def _columns(points: FrictionPoints, held: Mapping[str, float | None], symmetric: bool) -> NDArray[np.int_]:
-    """Number of the unknown behind each coordinate, -1 for those that are held."""
-    column = np.full((len(PARAMETERS), 2), -1)
-    sides = [side for side in (0, 1) if (points.direction == side).any()]
-    if symmetric and len(sides) < 2:
-        raise InputError(f"symmetric needs points in both directions, but there are none {DIRECTIONS[1 - sides[0]]}")
-    count = 0
-    for row, name in enumerate(PARAMETERS):
-        if held.get(name) is not None:
-            continue
-        shared = symmetric and name in ("coulomb", "breakaway")
-        for side in sides:
-            column[row, side] = count
-            count += not shared
-        count += shared
-    return column.ravel()
 
 
 def _robust(problem: Problem, loss: Loss) -> tuple[OptimizeResult, float]:
@@ -171,7 +75,7 @@ def _robust(problem: Problem, loss: Loss) -> tuple[OptimizeResult, float]:
         sigma, scale = problem.standard_deviation(theta), 1.0
         x = problem.begin(theta)
         for _ in range(2):
-            found = problem.solve(x, sigma, loss=loss, scale=scale)
+            found = problem.solve(x, sigma * scale, loss=loss)
             x, sigma = found.x, problem.standard_deviation(problem.theta(found.x))
             scale = _bulk(problem.misfit(x)[0] / sigma, problem.unknowns)
         quality = float(np.sum(np.abs(problem.misfit(x)[0] / sigma)))
@@ -199,10 +103,7 @@ def _without_outliers(
     # With as many unknowns as levels the map follows any point, so that distance says nothing.
     if loss == "linear" or problem.points.levels.count.size <= problem.unknowns or not stray.any():
         return problem, []
-    keep = problem.points.select(~stray)
-    smaller = Problem(
-        keep, problem.coordinates, problem.start, problem.column, problem.floor, problem.offset
-    )
+    smaller = replace(problem, points=problem.points.select(~stray))
     return smaller, [(int(i), float(distance[i])) for i in np.flatnonzero(stray)]
 
 
@@ -217,7 +118,7 @@ def _refine(problem: Problem, x: Array) -> tuple[OptimizeResult, Array]:
     scale = 1.0
     for _ in range(ROUNDS):
         sigma = problem.standard_deviation(problem.theta(x))
-        found = problem.solve(x, sigma, scale=scale)
+        found = problem.solve(x, sigma * scale)
         x = found.x
         scale = max(_scale(scatter(problem.points, problem.misfit(x)[0], sigma, problem.unknowns))[0], 1e-6)
     return found, sigma
@@ -257,6 +158,7 @@ def _result(
         "spread": spread,
         "rejected": tuple(sorted(rejected, key=lambda r: r.index)),
         "at_bounds": _at_bounds(problem, found.x),
+        "solved": Solved(problem, found.x, sigma * max(scale, 1e-9)),
     }
     draft = StaticFit(points=points, **details)
     return StaticFit(points=points, warnings=advice.on_fit(draft, of_levels, problem.offset is not None), **details)
@@ -270,13 +172,15 @@ def _spread(problem: Problem, theta: Array, jacobian: Array, scale: float, freed
     for i in np.flatnonzero(problem.column >= 0):
         over_theta[i, problem.column[i]] = 1.0
     to_parameters = problem.coordinates.slopes(theta) @ over_theta
-    labels = [label for label, used in zip(LABELS, (to_parameters != 0.0).any(axis=1), strict=True) if used]
+    free = (to_parameters != 0.0).any(axis=1)
+    labels = [label for i, label in enumerate(LABELS) if free[i] or label in problem.untold]
     rows = to_parameters[[LABELS.index(label) for label in labels]]
     if problem.offset is not None:
         labels.append(OFFSET)
         rows = np.vstack([rows, np.eye(size)[-1]])
     data, prior = rows @ inverse.from_data @ rows.T, rows @ inverse.from_prior @ rows.T
-    unknown_rows = (np.abs(rows[:, inverse.undetermined]) > 0.0).any(axis=1)
+    blind = (np.abs(rows[:, inverse.undetermined]) > 0.0).any(axis=1)
+    unknown_rows = blind | np.isin(labels, problem.untold)
     data[unknown_rows, unknown_rows] = np.inf
     return Spread(tuple(labels), data, prior, freedom, scale, inverse.condition)
 

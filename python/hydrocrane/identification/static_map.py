@@ -21,6 +21,12 @@ PARAMETERS = ("coulomb", "breakaway", "stribeck-velocity", "stribeck-exponent", 
 LABELS = tuple(f"{name}.{direction}" for name in PARAMETERS for direction in DIRECTIONS)
 # Exponents that are taken unless they are asked for: the thesis's choice, section 5.1.1.
 EXPONENTS = {"stribeck-exponent": 2.0, "viscous-exponent": 1.5}
+# Told only by a fall of friction with speed.
+STRIBECK = ("breakaway", "stribeck-velocity", "stribeck-exponent")
+# Told only by more than one speed.
+VISCOUS = ("viscous", "viscous-exponent")
+# Fitted by their logarithms: positive scales, whose errors are even there.
+LOGARITHMIC = ("stribeck-velocity", "stribeck-exponent")
 # Stands for the limit v -> 0 of a break-away reading, m/s.
 BREAKAWAY_SPEED = 1e-8
 

@@ -1,0 +1,152 @@
+"""A report in one HTML file: sections in the order of the stages, pictures inside, failures in their place."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hydrocrane.errors import ResultFileError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+STYLE = """
+body { font: 15px/1.5 system-ui, sans-serif; color: #22313f; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
+h1 { font-size: 1.6rem; } h2 { font-size: 1.2rem; margin-top: 2.2rem; border-bottom: 1px solid #e4e7eb; }
+nav ul { columns: 2; padding-left: 1.2rem; } nav .failed { color: #c8553d; }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
+th, td { text-align: right; padding: .2rem .7rem; border-bottom: 1px solid #e4e7eb; }
+th:first-child, td:first-child { text-align: left; }
+img { max-width: 100%; } pre { background: #f5f7f9; padding: .8rem; overflow-x: auto; }
+.warnings { border-left: 4px solid #e08e2b; padding: .1rem 1rem; background: #fdf6ec; }
+.failure { border-left: 4px solid #c8553d; padding: .1rem 1rem; background: #fbeeea; }
+"""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Headings and rows of text; the first column names the row."""
+
+    headings: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True)
+class Section:
+    """One part of a report; what is empty is left out.
+
+    Attributes
+    ----------
+    text : str
+        Plain text, an empty line between paragraphs.
+    warnings : tuple of str
+        What a reader must know before trusting the section.
+    code : str
+        A block to be copied, as for a machine file.
+    failure : str
+        Why the stage did not end.
+    """
+
+    title: str
+    text: str = ""
+    table: Table | None = None
+    figure: Figure | None = None
+    warnings: tuple[str, ...] = ()
+    code: str = ""
+    failure: str = ""
+
+    def html(self, anchor: str) -> str:
+        """The section as HTML; everything that was handed in is escaped."""
+        parts = [f'<section id="{anchor}"><h2>{html.escape(self.title)}</h2>']
+        if self.failure:
+            parts.append(f'<div class="failure"><p>Not finished: {html.escape(self.failure)}</p></div>')
+        parts += [f"<p>{html.escape(p)}</p>" for p in self.text.split("\n\n") if p.strip()]
+        if self.warnings:
+            items = "".join(f"<li>{html.escape(w)}</li>" for w in self.warnings)
+            parts.append(f'<div class="warnings"><ul>{items}</ul></div>')
+        if self.table is not None:
+            parts.append(_table(self.table))
+        if self.figure is not None:
+            parts.append(f'<img alt="{html.escape(self.title, quote=True)}" src="{_picture(self.figure)}">')
+        if self.code:
+            parts.append(f"<pre>{html.escape(self.code)}</pre>")
+        return "\n".join([*parts, "</section>"])
+
+
+@dataclass
+class Report:
+    """Sections as the stages deliver them.
+
+    A stage that fails leaves its message in its place, and the report goes on.
+    """
+
+    title: str
+    introduction: str = ""
+    sections: list[Section] = field(default_factory=list)
+
+    def add(self, *sections: Section) -> None:
+        """Append finished sections."""
+        self.sections += sections
+
+    def stage(self, title: str, make: Callable[[], Section | Iterable[Section]]) -> bool:
+        """Append what `make` returns, or its error under `title`; true if it went well."""
+        try:
+            made = make()
+            self.add(*([made] if isinstance(made, Section) else made))
+        except (ValueError, ArithmeticError) as error:
+            self.add(Section(title, failure=str(error) or type(error).__name__))
+            return False
+        return True
+
+    @property
+    def failures(self) -> list[str]:
+        """Titles of the stages that did not end."""
+        return [s.title for s in self.sections if s.failure]
+
+    def html(self) -> str:
+        """The whole page."""
+        title = html.escape(self.title)
+        entries = "".join(_entry(i, section) for i, section in enumerate(self.sections, 1))
+        body = "\n".join(section.html(f"s{i}") for i, section in enumerate(self.sections, 1))
+        introduction = f"<p>{html.escape(self.introduction)}</p>" if self.introduction else ""
+        return (
+            f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
+            f"<style>{STYLE}</style></head>\n<body><h1>{title}</h1>{introduction}\n<nav><ul>{entries}</ul></nav>\n"
+            f"{body}\n</body></html>\n"
+        )
+
+    def write(self, path: str | Path) -> Path:
+        """Write the page as one file that needs no other."""
+        target = Path(path)
+        if target.suffix.lower() not in (".html", ".htm"):
+            raise ResultFileError(f"a report is written as HTML: `{target.name}` should end in .html")
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_text(self.html(), encoding="utf-8")
+        except OSError as error:
+            raise ResultFileError(f"cannot write `{target}`: {error.strerror}") from None
+        return target
+
+
+def _entry(number: int, section: Section) -> str:
+    mark = ' class="failed"' if section.failure else ""
+    note = " (not finished)" if section.failure else ""
+    return f'<li{mark}><a href="#s{number}">{html.escape(section.title)}</a>{note}</li>'
+
+
+def _table(table: Table) -> str:
+    head = "".join(f"<th>{html.escape(h)}</th>" for h in table.headings)
+    rows = "".join(f"<tr>{''.join(f'<td>{html.escape(cell)}</td>' for cell in row)}</tr>" for row in table.rows)
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+
+
+def _picture(figure: Figure) -> str:
+    """A picture as a data address: drawn as vectors, apart from the page's own names."""
+    drawn = io.BytesIO()
+    figure.savefig(drawn, format="svg", metadata={"Date": None})
+    return f"data:image/svg+xml;base64,{base64.b64encode(drawn.getvalue()).decode('ascii')}"

@@ -1,0 +1,169 @@
+"""From steady windows to the static map and its part of the report."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from hydrocrane.identification.graphical import graphical
+from hydrocrane.identification.least_squares import Loss, OffsetPrior
+from hydrocrane.identification.points import DIRECTIONS, FrictionPoints, SteadyWindow
+from hydrocrane.identification.report import Report, Section, Table
+from hydrocrane.identification.result import OFFSET, StaticFit
+from hydrocrane.identification.setup import Exponents
+from hydrocrane.identification.static_fit import fit_static
+from hydrocrane.identification.static_map import EXPONENTS, unit_of
+
+
+class RejectedWindow(Protocol):
+    """A stretch of a log that was not used."""
+
+    @property
+    def start(self) -> float: ...
+    @property
+    def end(self) -> float: ...
+    @property
+    def reason(self) -> str: ...
+
+
+@dataclass(frozen=True)
+class StaticIdentification:
+    """The static stage: points, the reading by ruler, the fit.
+
+    Attributes
+    ----------
+    points : FrictionPoints
+    reading : StaticFit
+        What Figure 67's construction gives; a check on the fit.
+    fit : StaticFit
+    rejected_windows : tuple
+        Stretches of the logs that were not steady, with their reason.
+    """
+
+    points: FrictionPoints
+    reading: StaticFit
+    fit: StaticFit
+    rejected_windows: tuple[RejectedWindow, ...] = ()
+
+    def report(self, cylinder: str, *, title: str = "Friction identification") -> Report:
+        """A report of this stage, to which later stages add theirs."""
+        report = Report(title, introduction=f"Cylinder {cylinder}.")
+        for name, make in self.stages(cylinder):
+            report.stage(name, make)
+        return report
+
+    def stages(self, cylinder: str) -> list[tuple]:
+        """(title, function that makes the section) in the order of the report."""
+        return [
+            ("Data", self._data),
+            ("Windows left out", self._windows),
+            ("Static friction", self._map),
+            ("Parameters", self._parameters),
+            ("Correlation", self._correlation),
+            ("Points left out", self._points_left_out),
+            ("Block for the machine file", lambda: self._block(cylinder)),
+        ]
+
+    def _data(self) -> Section:
+        levels = self.points.levels
+        rows = tuple(
+            (
+                f"{v * 1e3:.3g}", DIRECTIONS[d], str(n), f"{f:.1f}", "-" if np.isnan(s) else f"{s:.2g}", f"{e:.2g}",
+            )
+            for v, d, n, f, s, e in zip(
+                levels.velocity, levels.direction, levels.count, levels.force, levels.scatter, levels.error, strict=True
+            )
+        )  # fmt: skip
+        text = f"{len(self.points)} steady windows at {levels.count.size} velocity levels."
+        if self.points.source:
+            text += f" Logs: {', '.join(self.points.source)}."
+        heads = ("velocity [mm/s]", "direction", "windows", "force [N]", "scatter [N]", "error of one [N]")
+        return Section("Data", text, Table(heads, rows))
+
+    def _windows(self) -> Section:
+        if not self.rejected_windows:
+            return Section("Windows left out", "None was handed over.")
+        rows = tuple((f"{w.start:.2f}", f"{w.end:.2f}", w.reason) for w in self.rejected_windows)
+        return Section("Windows left out", table=Table(("from [s]", "to [s]", "reason"), rows))
+
+    def _map(self) -> Section:
+        spread = self.fit.spread
+        text = ""
+        if spread is not None:
+            text = (
+                f"Scatter about the map {spread.scale:.2f} of what the stated errors and the floor lead to expect; "
+                f"{spread.degrees_of_freedom:g} degrees of freedom, condition number {spread.condition:.2g}."
+            )
+        return Section("Static friction", text, figure=self.fit.plot(), warnings=self.fit.warnings)
+
+    def _parameters(self) -> Section:
+        intervals = self.fit.intervals(0.95)
+        rows = tuple(self._row(label, ends) for label, ends in intervals.items())
+        held = [name for name in EXPONENTS if not any(label.startswith(f"{name}.") for label in intervals)]
+        shown = (f"{name} at {', '.join(f'{v:g}' for v in self.fit.params[name])}" for name in held)
+        text = f"Held: {'; '.join(shown)}." if held else "No parameter was held."
+        heads = ("parameter", "unit", "fitted", "95 % from", "to", "by ruler")
+        return Section("Parameters", text, Table(heads, rows), warnings=self.reading.warnings)
+
+    def _row(self, label: str, ends: tuple[float, float]) -> tuple[str, ...]:
+        ruler = "-" if label == OFFSET else f"{self.reading.value(label):.4g}"
+        power = None
+        if label.startswith("viscous."):
+            power = float(f"{self.fit.value(label.replace('viscous', 'viscous-exponent')):.4g}")
+        unit = "N" if label == OFFSET else unit_of(label, power)
+        value = self.fit.value(label)
+        # An offset that only its prior decides comes out as rounding errors.
+        shown = "0" if abs(value) < 1e-6 * max(map(abs, ends)) else f"{value:.4g}"
+        return (label, unit, shown, f"{ends[0]:.4g}", f"{ends[1]:.4g}", ruler)
+
+    def _correlation(self) -> Section:
+        table = self.fit.correlation
+        names = [str(n) for n in table["parameter"].values]
+        rows = tuple(
+            (name, *("-" if np.isnan(c) else f"{c:+.2f}" for c in row))
+            for name, row in zip(names, table.values, strict=True)
+        )
+        return Section("Correlation", table=Table(("", *(n.replace(".", " ") for n in names)), rows))
+
+    def _points_left_out(self) -> Section:
+        if not self.fit.rejected:
+            return Section("Points left out", "None.")
+        p = self.points
+        rows = tuple(
+            (str(r.index), f"{p.velocity[r.index] * 1e3:.3g}", f"{p.force[r.index]:.1f}", r.reason)
+            for r in self.fit.rejected
+        )
+        return Section("Points left out", table=Table(("point", "velocity [mm/s]", "force [N]", "reason"), rows))
+
+    def _block(self, cylinder: str) -> Section:
+        return Section("Block for the machine file", code=self.fit.toml(cylinder))
+
+
+def identify_static(
+    windows: Iterable[SteadyWindow] | FrictionPoints,
+    *,
+    source: Iterable[str] = (),
+    rejected_windows: Iterable[RejectedWindow] = (),
+    exponents: Exponents = "fixed",
+    bias: OffsetPrior | float | None = None,
+    symmetric: bool = False,
+    loss: Loss = "soft_l1",
+) -> StaticIdentification:
+    """Static friction from steady windows; parameters as for :func:`fit_static`.
+
+    Parameters
+    ----------
+    windows : iterable or FrictionPoints
+        Accepted windows with velocity, force and their standard errors.
+    source : iterable of str
+        Names of the logs, for the report and the block.
+    rejected_windows : iterable
+        Windows with start, end, reason, for the report.
+    """
+    points = windows if isinstance(windows, FrictionPoints) else FrictionPoints.from_windows(windows, source=source)
+    fit = fit_static(points, exponents=exponents, bias=bias, symmetric=symmetric, loss=loss)
+    held = {name: value for name in EXPONENTS if np.isfinite(value := float(np.nanmean(fit.params[name])))}
+    return StaticIdentification(points, graphical(points, exponents=held), fit, tuple(rejected_windows))
