@@ -17,5 +17,5 @@ pub mod redundancy;
 pub mod set_point;
 pub mod slow_down;
 pub mod tip;
-pub mod working_area;
 pub mod witness;
+pub mod working_area;

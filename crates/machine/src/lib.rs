@@ -24,5 +24,5 @@ pub use load::{load, parse, Template};
 pub use merge::OverrideValue;
 pub use model::Machine;
 pub use scenario::{load_scenario, parse_scenario, Scenario};
-pub use units::quantity;
 pub use sections::{CONTROLLERS, PLAUSIBILITY};
+pub use units::quantity;

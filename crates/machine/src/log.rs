@@ -56,8 +56,7 @@ impl Log {
             let message = format!("`{text}` is no provenance class");
             class_place.error(ErrorKind::InvalidChoice, &format!("{key} (its class)"), message).help(help)
         })?;
-        let entry =
-            Provenance { key: key.into(), class, source: origin.source.clone(), value: Recorded::default() };
+        let entry = Provenance { key: key.into(), class, source: origin.source.clone(), value: Recorded::default() };
         self.seen.borrow_mut().insert(key.into(), entry);
         Ok(())
     }

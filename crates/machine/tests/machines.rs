@@ -2,8 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use hydrocrane_machine::model::*;
 use hydrocrane_machine::model::Form;
+use hydrocrane_machine::model::*;
 use hydrocrane_machine::{bundled_machines, bundled_scenarios, load, load_scenario, Machine, OverrideValue, Template};
 
 fn close(a: f64, b: f64, tolerance: f64) -> bool {
@@ -215,9 +215,8 @@ fn the_lab_crane_s_friction_follows_its_stated_rules() {
 fn numbers_are_listed_in_si_with_their_units() {
     let template = Template::open("single-cylinder", &[]).expect("bundled");
     let machine = template.build(&[("supply.pressure".into(), OverrideValue::Number(1e7))]).expect("a pressure");
-    let value = |key: &str| {
-        machine.provenance.iter().find(|p| p.key == key).unwrap_or_else(|| panic!("{key}")).value.clone()
-    };
+    let value =
+        |key: &str| machine.provenance.iter().find(|p| p.key == key).unwrap_or_else(|| panic!("{key}")).value.clone();
     assert_eq!(value("supply.pressure").si, [1e7]);
     let pair = value("friction.test.coulomb");
     assert_eq!((pair.si, pair.units, pair.form), (vec![170.0, 350.0], vec!["N".into(), "N".into()], Form::Two));

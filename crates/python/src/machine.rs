@@ -156,7 +156,9 @@ impl Machine {
         let entries = self.model.machine().provenance.iter();
         let class = |class| format!("{class:?}").to_lowercase();
         entries
-            .map(|p| (p.key.as_str(), p.value.si.as_slice(), p.value.units[0].as_str(), class(p.class), p.source.as_str()))
+            .map(|p| {
+                (p.key.as_str(), p.value.si.as_slice(), p.value.units[0].as_str(), class(p.class), p.source.as_str())
+            })
             .collect()
     }
     /// Sensors of the file: name and measured signal.

@@ -40,7 +40,9 @@ impl Keys {
         }
         let machine = template.build(&[])?;
         let paths: Vec<(&str, Option<usize>)> = keys.iter().map(|key| split(key)).collect::<Result<_>>()?;
-        let beside = |entry: &&Provenance| entry.value.form != Form::List && paths.iter().any(|(path, _)| table_of(path) == table_of(&entry.key));
+        let beside = |entry: &&Provenance| {
+            entry.value.form != Form::List && paths.iter().any(|(path, _)| table_of(path) == table_of(&entry.key))
+        };
         let pinned: Vec<Provenance> = machine.provenance.iter().filter(beside).cloned().collect();
         let mut found = Keys { template, parameters: Vec::new(), slots: Vec::new(), pinned };
         for (i, (key, (path, element))) in keys.iter().zip(&paths).enumerate() {
@@ -116,7 +118,8 @@ impl Keys {
             }
             set(&mut numbers[slot.number].value, slot.element, *value);
         }
-        let changes: Vec<(String, OverrideValue)> = numbers.iter().map(|n| (n.key.clone(), override_of(&n.value))).collect();
+        let changes: Vec<(String, OverrideValue)> =
+            numbers.iter().map(|n| (n.key.clone(), override_of(&n.value))).collect();
         Ok(self.template.build(&changes)?)
     }
 }
