@@ -5,22 +5,69 @@ use crate::Real;
 /// Solves `a x = b` for a symmetric positive definite `a` by `L D L^T`, without pivoting and without a root.
 /// Only the lower triangle of `a` is read.
 pub fn solve_spd<T: Real, const N: usize>(a: &[[T; N]; N], b: &[T; N]) -> [T; N] {
-    let (l, inverse_d) = factor_spd(a);
-    let mut x = *b;
-    for i in 0..N {
-        for j in 0..i {
-            x[i] -= l[i][j] * x[j];
+    Spd::new(a).solve(b)
+}
+
+/// A factored symmetric positive definite matrix `L D L^T`.
+#[derive(Debug, Clone, Copy)]
+pub struct Spd<T, const N: usize> {
+    /// Unit lower triangle.
+    l: [[T; N]; N],
+    inverse_d: [T; N],
+}
+
+impl<T: Real, const N: usize> Spd<T, N> {
+    /// Reads the lower triangle of `a` only.
+    pub fn new(a: &[[T; N]; N]) -> Self {
+        let (l, inverse_d) = factor_spd(a);
+        Spd { l, inverse_d }
+    }
+
+    pub fn solve(&self, b: &[T; N]) -> [T; N] {
+        let mut x = *b;
+        for i in 0..N {
+            for j in 0..i {
+                x[i] -= self.l[i][j] * x[j];
+            }
+        }
+        for i in 0..N {
+            x[i] = x[i] * self.inverse_d[i];
+        }
+        for i in (0..N).rev() {
+            for j in i + 1..N {
+                x[i] -= self.l[j][i] * x[j];
+            }
+        }
+        x
+    }
+}
+
+/// The inverse of a general matrix by elimination with row pivoting; `None` where a pivot vanishes or is not finite.
+/// For matrices so small that a product with the inverse is quicker than a chain of substitutions.
+pub fn inverse<const N: usize>(mut a: [[f64; N]; N]) -> Option<[[f64; N]; N]> {
+    let mut out: [[f64; N]; N] = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
+    for k in 0..N {
+        let best = (k + 1..N).fold(k, |best, row| if a[row][k].abs() > a[best][k].abs() { row } else { best });
+        let pivot = a[best][k];
+        if pivot == 0.0 || !pivot.is_finite() {
+            return None;
+        }
+        a.swap(k, best);
+        out.swap(k, best);
+        let inverse = 1.0 / pivot;
+        a[k] = a[k].map(|v| v * inverse);
+        out[k] = out[k].map(|v| v * inverse);
+        for i in 0..N {
+            if i != k {
+                let factor = a[i][k];
+                for j in 0..N {
+                    a[i][j] -= factor * a[k][j];
+                    out[i][j] -= factor * out[k][j];
+                }
+            }
         }
     }
-    for i in 0..N {
-        x[i] = x[i] * inverse_d[i];
-    }
-    for i in (0..N).rev() {
-        for j in i + 1..N {
-            x[i] -= l[j][i] * x[j];
-        }
-    }
-    x
+    Some(out)
 }
 
 /// Smallest pivot of `L D L^T` as a share of its diagonal entry: what rounding leaves of a symmetric matrix. Zero, negative
@@ -67,6 +114,19 @@ mod tests {
         for i in 0..3 {
             assert!((x[i] - y[i]).abs() < 1e-14);
         }
+    }
+
+    #[test]
+    fn inverts_a_matrix_that_needs_pivoting_and_refuses_a_singular_one() {
+        let a = [[0.0, 2.0, 1.0], [1.0, -1.0, 0.0], [3.0, 0.5, -2.0]];
+        let b = inverse(a).expect("a regular matrix");
+        for i in 0..3 {
+            for j in 0..3 {
+                let product: f64 = (0..3).map(|k| a[i][k] * b[k][j]).sum();
+                assert!((product - f64::from(u8::from(i == j))).abs() < 1e-14);
+            }
+        }
+        assert!(inverse([[1.0, 2.0], [2.0, 4.0]]).is_none() && inverse([[f64::NAN]]).is_none());
     }
 
     #[test]

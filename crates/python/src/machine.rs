@@ -357,8 +357,7 @@ impl Machine {
     }
     fn jacobian<'py>(&self, py: Python<'py>, x: Rows<'py>, u: Rows<'py>, payload: f64) -> Tensor<'py> {
         let width = self.states();
-        let data =
-            self.over_states(py, &x, &u, width * width, |m, x, u, out| m.jacobian(x, u, payload, out, &mut []))?;
+        let data = self.over_states(py, &x, &u, width * width, |m, x, u, out| m.jacobian(x, u, payload, out))?;
         tensor(py, data, (width, width))
     }
     fn equilibrium<'py>(&self, py: Python<'py>, q: Row<'py>, mode: &str, payload: f64) -> Vector<'py> {

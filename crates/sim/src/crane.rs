@@ -1,5 +1,6 @@
 //! A machine with `N` joints, ready to be asked.
 
+use crate::bordered::Bordered;
 use crate::cylinder_unit::FrictionLaw;
 use crate::drawing::{self, Shape};
 use crate::equilibrium::EquilibriumMode;
@@ -13,6 +14,7 @@ use crate::limits::{Drivetrain, JointLimits};
 use crate::model::{Model, Passivity};
 use crate::outputs::{self, OutputInfo};
 use crate::plant::Plant;
+use crate::rhs::Evaluation;
 use crate::{reference, workspace};
 use hydrocrane_control::inverse_kinematics::{self, Printed, TooFewRevolute};
 use hydrocrane_machine::Machine;
@@ -101,6 +103,13 @@ impl<const N: usize> Crane<N> {
 
     fn oil(&self) -> &OilTables {
         self.oil.get_or_init(|| OilTables::new(self.plant.fluid))
+    }
+
+    /// The ledger's powers, where there is room for them.
+    fn powers(&self, e: &Evaluation<f64, N>, ledger: &mut [f64]) {
+        for (c, row) in ledger.chunks_exact_mut(LEDGER_PER_CYLINDER).enumerate() {
+            row.copy_from_slice(&powers(self.oil(), &e.local[c], &e.rates[c]));
+        }
     }
 
     fn drivetrain(&self, i: usize) -> Drivetrain<'_> {
@@ -269,14 +278,22 @@ impl<const N: usize> Model for Crane<N> {
 
     fn derivative(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], ledger: &mut [f64]) {
         let e = self.plant.derivative(&self.layout, x, u, payload, dx);
-        for (c, row) in ledger.chunks_exact_mut(LEDGER_PER_CYLINDER).enumerate() {
-            row.copy_from_slice(&powers(self.oil(), &e.local[c], &e.rates[c]));
-        }
+        self.powers(&e, ledger);
     }
 
-    fn jacobian(&self, x: &[f64], u: &[f64], payload: f64, jacobian: &mut [f64], power_rows: &mut [f64]) {
-        let rows = (!power_rows.is_empty()).then(|| (self.oil(), power_rows));
-        self.plant.jacobian(&self.lifted, &self.layout, x, u, payload, jacobian, rows);
+    fn linearise(
+        &self,
+        x: &[f64],
+        u: &[f64],
+        payload: f64,
+        dx: &mut [f64],
+        ledger: &mut [f64],
+        slopes: &mut Bordered<f64>,
+    ) {
+        let e = self.plant.derivative(&self.layout, x, u, payload, dx);
+        self.powers(&e, ledger);
+        let oil = (!ledger.is_empty()).then(|| self.oil());
+        self.plant.slopes(&self.lifted, &self.layout, x, u, payload, &e, oil, slopes);
     }
 
     fn reference_derivative(&self, x: &[f64], u: &[f64], payload: f64) -> Option<Vec<f64>> {

@@ -4,12 +4,13 @@
 //! its block; the mechanics is differentiated with respect to the joint coordinates and rates only. The blocks
 //! are joined by the chain rule through x(q), v = g(q) q' and q'' = M^-1 (g f - b).
 
+use crate::bordered::{Bordered, Row};
 use crate::cylinder_unit::{CylinderUnit, LocalRates, LocalState, Mains};
 use crate::layout::Layout;
 use crate::ledger::{powers, LEDGER_PER_CYLINDER};
 use crate::plant::Plant;
 use crate::rhs::{joint_state, Evaluation};
-use hydrocrane_num::{small, Dual, Real};
+use hydrocrane_num::{Dual, Real};
 use hydrocrane_physics::dynamics::Mechanics;
 use hydrocrane_physics::geometry::frames::Joint;
 use hydrocrane_physics::geometry::stroke::Actuation;
@@ -47,16 +48,6 @@ impl<T: Real, const N: usize> Lifted<T, N> {
     }
 }
 
-/// Derivatives of one output of a cylinder with respect to the states it can see.
-struct Row<T> {
-    q: T,
-    qd: T,
-    p1: T,
-    p2: T,
-    xs: T,
-    z: T,
-}
-
 /// How the piston follows the joint: g, dg/dq and the joint's rate.
 struct Piston<T> {
     gain: T,
@@ -79,78 +70,64 @@ impl<T: Real> Piston<T> {
 }
 
 impl<T: Real, const N: usize> Plant<T, N> {
-    /// Writes d(derivative)/d(state), row-major `n x n`, and, if asked, the rows of the ledger's powers with this oil.
+    /// Writes the slopes of the state derivative, and those of the ledger's powers if `out` has room for them and this oil
+    /// is given. The evaluation is the one at this state.
     #[allow(clippy::too_many_arguments)]
-    pub fn jacobian(
+    pub fn slopes(
         &self,
         lifted: &Lifted<T, N>,
         layout: &Layout,
         x: &[T],
         u: &[T],
         payload: T,
-        jacobian: &mut [T],
-        mut ledger: Option<(&OilTables, &mut [T])>,
+        e: &Evaluation<T, N>,
+        oil: Option<&OilTables>,
+        out: &mut Bordered<T>,
     ) {
-        let n = layout.len();
-        jacobian.fill(T::c(0.0));
-        if let Some((_, rows)) = &mut ledger {
-            rows.fill(T::c(0.0));
-        }
-        let e = self.evaluate(layout, x, payload);
-        let mut write = Writer { layout, n, jacobian };
-        let forces: [Row<T>; N] = std::array::from_fn(|c| {
+        for c in 0..N {
             let (local, rates) = lifted.local(c, &e.local[c]);
             let piston = lifted.piston(c, x[layout.q(c)], x[layout.qd(c)]);
-            write.row(layout.p1(c), c, &piston.row(&rates.p1_rate.derivative));
-            write.row(layout.p2(c), c, &piston.row(&rates.p2_rate.derivative));
-            if let Some(z) = layout.z(c) {
-                write.row(z, c, &piston.row(&rates.z_rate.derivative));
-            }
-            write.spool(c, lifted.spool(c, x[layout.xs(c)], x[layout.vs(c)], u[c]));
-            if let Some((oil, rows)) = &mut ledger {
-                let mut write = Writer { layout, n, jacobian: rows };
-                for (i, power) in powers(oil, &local, &rates).iter().enumerate() {
-                    write.row(c * LEDGER_PER_CYLINDER + i, c, &piston.row(&power.derivative));
+            let slopes = &mut out.cylinders[c];
+            slopes.p1 = piston.row(&rates.p1_rate.derivative);
+            slopes.p2 = piston.row(&rates.p2_rate.derivative);
+            slopes.z = piston.row(&rates.z_rate.derivative);
+            slopes.force = piston.row(&rates.force.derivative);
+            slopes.spool = lifted.spool(c, x[layout.xs(c)], x[layout.vs(c)], u[c]);
+            if let (Some(oil), false) = (oil, out.quadratures.is_empty()) {
+                let rows = &mut out.quadratures[c * LEDGER_PER_CYLINDER..][..LEDGER_PER_CYLINDER];
+                for (row, power) in rows.iter_mut().zip(powers(oil, &local, &rates)) {
+                    *row = piston.row(&power.derivative);
                 }
             }
-            piston.row(&rates.force.derivative)
-        });
-        self.joint_rows(lifted, layout, x, payload, &e, &forces, &mut write);
+        }
+        self.accelerations(lifted, layout, x, payload, e, out);
     }
 
-    /// Rows of q' and q'': solves M (dq''/dy) = d(g f - b - M q'')/dy column by column.
-    #[allow(clippy::too_many_arguments)]
-    fn joint_rows(
+    /// Slopes of q'': solves M (dq''/dy) = d(g f - b - M q'')/dy column by column.
+    fn accelerations(
         &self,
         lifted: &Lifted<T, N>,
         layout: &Layout,
         x: &[T],
         payload: T,
         e: &Evaluation<T, N>,
-        forces: &[Row<T>],
-        write: &mut Writer<T>,
+        out: &mut Bordered<T>,
     ) {
-        let mass = e.mass_matrix;
         let (by_q, by_qd) = lifted.residual_slopes(layout, x, payload, e);
         for c in 0..N {
-            write.set(layout.q(c), layout.qd(c), T::c(1.0));
             let gain = e.strokes[c].1;
+            let slopes = &mut out.cylinders[c];
             let mut along_q: [T; N] = std::array::from_fn(|j| by_q[j][c]);
             let mut along_qd: [T; N] = std::array::from_fn(|j| by_qd[j][c]);
-            along_q[c] += gain * forces[c].q;
-            along_qd[c] += gain * forces[c].qd;
-            write.column(layout.q(c), &small::solve_spd(&mass, &along_q));
-            write.column(layout.qd(c), &small::solve_spd(&mass, &along_qd));
-
-            // A unit of this cylinder's force, once, serves all of its own states.
+            along_q[c] += gain * slopes.force.q;
+            along_qd[c] += gain * slopes.force.qd;
             let mut unit = [T::c(0.0); N];
             unit[c] = gain;
-            let response = small::solve_spd(&mass, &unit);
-            let scaled = |slope: T| response.map(|r| r * slope);
-            write.column(layout.p1(c), &scaled(forces[c].p1));
-            write.column(layout.p2(c), &scaled(forces[c].p2));
-            if let Some(z) = layout.z(c) {
-                write.column(z, &scaled(forces[c].z));
+            let (along_q, along_qd) = (e.mass.solve(&along_q), e.mass.solve(&along_qd));
+            slopes.response[..N].copy_from_slice(&e.mass.solve(&unit));
+            for j in 0..N {
+                out.by_q[j][c] = along_q[j];
+                out.by_qd[j][c] = along_qd[j];
             }
         }
     }
@@ -211,44 +188,5 @@ impl<T: Real, const N: usize> Lifted<T, N> {
         let equations = self.mechanics.equations(&still, &turning, payload);
         let by_qd = std::array::from_fn(|j| (-equations.bias[j]).derivative);
         (by_q, by_qd)
-    }
-}
-
-/// Places entries by the layout.
-struct Writer<'a, T> {
-    layout: &'a Layout,
-    n: usize,
-    jacobian: &'a mut [T],
-}
-
-impl<T: Real> Writer<'_, T> {
-    fn set(&mut self, row: usize, column: usize, value: T) {
-        self.jacobian[row * self.n + column] = value;
-    }
-
-    fn row(&mut self, row: usize, c: usize, d: &Row<T>) {
-        let l = self.layout;
-        for (column, value) in [(l.q(c), d.q), (l.qd(c), d.qd), (l.p1(c), d.p1), (l.p2(c), d.p2), (l.xs(c), d.xs)] {
-            self.set(row, column, value);
-        }
-        if let Some(z) = l.z(c) {
-            self.set(row, z, d.z);
-        }
-    }
-
-    fn spool(&mut self, c: usize, d: [[T; 2]; 2]) {
-        let rows = [self.layout.xs(c), self.layout.vs(c)];
-        for i in 0..2 {
-            for j in 0..2 {
-                self.set(rows[i], rows[j], d[i][j]);
-            }
-        }
-    }
-
-    /// One column of the q'' rows.
-    fn column(&mut self, column: usize, values: &[T]) {
-        for (j, &value) in values.iter().enumerate() {
-            self.set(self.layout.qd(j), column, value);
-        }
     }
 }

@@ -99,4 +99,24 @@ impl Layout {
     pub fn z(&self, cylinder: usize) -> Option<usize> {
         self.bristles[cylinder].then(|| self.blocks[cylinder] + 4)
     }
+    /// All states of a cylinder.
+    pub fn own(&self, cylinder: usize) -> OwnStates {
+        OwnStates {
+            p1: self.p1(cylinder),
+            p2: self.p2(cylinder),
+            xs: self.xs(cylinder),
+            vs: self.vs(cylinder),
+            z: self.z(cylinder),
+        }
+    }
+}
+
+/// Where the states of one cylinder live.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct OwnStates {
+    pub p1: usize,
+    pub p2: usize,
+    pub xs: usize,
+    pub vs: usize,
+    pub z: Option<usize>,
 }

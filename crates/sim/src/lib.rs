@@ -1,11 +1,13 @@
 //! Simulation: a machine description becomes a plant, the plant a system of ordinary differential equations,
 //! and the system a run with a record, an energy ledger and an outcome.
 
+mod bordered;
 mod build;
 pub mod controllers;
 mod crane;
 mod cylinder_unit;
 mod drawing;
+mod elimination;
 mod equilibrium;
 mod errors;
 mod from_machine;

@@ -3,6 +3,7 @@
 //!
 //! Slices of joints, cylinders and states have the lengths that [`Model::layout`] tells; SI units throughout.
 
+use crate::bordered::Bordered;
 use crate::drawing::Shape;
 use crate::equilibrium::EquilibriumMode;
 use crate::errors::{PoseError, StrokeError};
@@ -68,8 +69,23 @@ pub trait Model: Send + Sync {
 
     /// Writes the state derivative and, where `powers` is not empty, the ledger's powers.
     fn derivative(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], powers: &mut [f64]);
-    /// Row-major Jacobian and, where `power_rows` is not empty, the rows of the ledger's powers.
-    fn jacobian(&self, x: &[f64], u: &[f64], payload: f64, jacobian: &mut [f64], power_rows: &mut [f64]);
+    /// The derivative and its slopes, with those of the ledger's powers where `powers` is not empty.
+    #[allow(clippy::too_many_arguments)]
+    fn linearise(
+        &self,
+        x: &[f64],
+        u: &[f64],
+        payload: f64,
+        dx: &mut [f64],
+        powers: &mut [f64],
+        slopes: &mut Bordered<f64>,
+    );
+    /// Row-major Jacobian.
+    fn jacobian(&self, x: &[f64], u: &[f64], payload: f64, jacobian: &mut [f64]) {
+        let mut slopes = Bordered::new(self.layout(), 0);
+        self.linearise(x, u, payload, &mut vec![0.0; x.len()], &mut [], &mut slopes);
+        slopes.write_dense(x.len(), jacobian);
+    }
     /// The same derivative by the readable one-function model; `None` where a law is switched to as-printed.
     fn reference_derivative(&self, x: &[f64], u: &[f64], payload: f64) -> Option<Vec<f64>>;
     /// Derivative of the state derivative by time where the commands change at `rate` (m/s).

@@ -3,7 +3,8 @@
 use crate::cylinder_unit::{LocalRates, LocalState};
 use crate::layout::Layout;
 use crate::plant::Plant;
-use hydrocrane_num::{small, Real};
+use hydrocrane_num::small::Spd;
+use hydrocrane_num::Real;
 use hydrocrane_physics::geometry::chain::ChainPose;
 
 /// Everything computed on the way to the state derivative.
@@ -13,7 +14,8 @@ pub struct Evaluation<T, const N: usize> {
     pub strokes: [(T, T); N],
     pub local: [LocalState<T>; N],
     pub rates: [LocalRates<T>; N],
-    pub mass_matrix: [[T; N]; N],
+    /// The mass matrix, factored.
+    pub mass: Spd<T, N>,
     /// rad/s^2 or m/s^2
     pub qdd: [T; N],
 }
@@ -47,8 +49,9 @@ impl<T: Real, const N: usize> Plant<T, N> {
 
         let equations = self.mechanics.equations(&pose, &qd, payload);
         let driving = std::array::from_fn(|j| strokes[j].1 * rates[j].force - equations.bias[j]);
-        let qdd = small::solve_spd(&equations.mass_matrix, &driving);
-        Evaluation { pose, strokes, local, rates, mass_matrix: equations.mass_matrix, qdd }
+        let mass = Spd::new(&equations.mass_matrix);
+        let qdd = mass.solve(&driving);
+        Evaluation { pose, strokes, local, rates, mass, qdd }
     }
 
     /// Writes the state derivative for the spool commands `u` (m).

@@ -1,6 +1,6 @@
 //! Open-loop runs: spool commands in, a record and an outcome out.
 
-use crate::integrator::{method, Effort, StepFailure, Stepper, Tolerances, METHODS};
+use crate::integrator::{method, Effort, Linearisation, StepFailure, Stepper, Tolerances, METHODS};
 use crate::ledger::LEDGER_PER_CYLINDER;
 use crate::model::{Model, MAX_JOINTS};
 use crate::outcome::{Outcome, OutcomeKind};
@@ -113,8 +113,9 @@ impl System for Driven<'_> {
     fn derivative(&self, t: f64, x: &[f64], dx: &mut [f64], dw: &mut [f64]) {
         self.model.derivative(x, &self.command(t), self.payload, dx, dw);
     }
-    fn jacobian(&self, t: f64, x: &[f64], dfdx: &mut [f64], dgdx: &mut [f64]) {
-        self.model.jacobian(x, &self.command(t), self.payload, dfdx, dgdx);
+    fn linearise(&self, t: f64, x: &[f64], at: &mut Linearisation) {
+        let (rate, powers, slopes) = at.bordered(self.model.layout(), 0);
+        self.model.linearise(x, &self.command(t), self.payload, rate, powers, &mut slopes[0]);
     }
     fn time_derivative(&self, _t: f64, _x: &[f64], dfdt: &mut [f64]) {
         self.model.command_slope(&self.slope, dfdt);

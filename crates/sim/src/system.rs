@@ -1,5 +1,7 @@
 //! What an integrator may know of the thing it integrates.
 
+use crate::integrator::Linearisation;
+
 /// A system x' = f(t, x) with quadratures w' = g(t, x) that nothing depends on.
 pub trait System {
     fn dimension(&self) -> usize;
@@ -11,9 +13,9 @@ pub trait System {
     fn tangents(&self) -> usize {
         0
     }
-    /// Writes df/dx (row-major) and dg/dx. With tangents these are of the state alone, and dfdx goes on, tangent by
-    /// tangent, with the derivative of df/dx along it: what couples the tangent's equations to the state.
-    fn jacobian(&self, t: f64, x: &[f64], dfdx: &mut [f64], dgdx: &mut [f64]);
+    /// Writes f, g, df/dx and dg/dx. With tangents these slopes are of the state alone, and df/dx is followed, tangent by
+    /// tangent, by its derivative along it: what couples the tangent's equations to the state.
+    fn linearise(&self, t: f64, x: &[f64], at: &mut Linearisation);
     /// Writes df/dt; g does not depend on time directly.
     fn time_derivative(&self, t: f64, x: &[f64], dfdt: &mut [f64]);
     /// Whether `x` lies where the equations mean something.

@@ -1,6 +1,6 @@
 //! Convergence order of each method, its interpolant and its quadratures, against closed solutions.
 
-use hydrocrane_sim::integrator::{method, Stepper, Tolerances, METHODS};
+use hydrocrane_sim::integrator::{method, Linearisation, Stepper, Tolerances, METHODS};
 use hydrocrane_sim::system::System;
 
 /// A driven, a nonlinear and two oscillating states, with the integral of one squared:
@@ -24,7 +24,9 @@ impl System for Analytic {
         dx.copy_from_slice(&[x[0] * t.cos(), -x[1] * x[1], x[3], -x[2]]);
         dw[0] = x[2] * x[2];
     }
-    fn jacobian(&self, t: f64, x: &[f64], dfdx: &mut [f64], dgdx: &mut [f64]) {
+    fn linearise(&self, t: f64, x: &[f64], at: &mut Linearisation) {
+        self.derivative(t, x, &mut at.rate, &mut at.quadrature_rate);
+        let (dfdx, dgdx) = at.dense(0);
         dfdx.fill(0.0);
         dfdx[0] = t.cos();
         dfdx[5] = -2.0 * x[1];
@@ -121,7 +123,9 @@ impl System for WithTangent {
     fn derivative(&self, _t: f64, x: &[f64], dx: &mut [f64], _dw: &mut [f64]) {
         dx.copy_from_slice(&[-self.p * x[0] * x[0], -2.0 * self.p * x[0] * x[1] - x[0] * x[0]]);
     }
-    fn jacobian(&self, _t: f64, x: &[f64], dfdx: &mut [f64], _dgdx: &mut [f64]) {
+    fn linearise(&self, t: f64, x: &[f64], at: &mut Linearisation) {
+        self.derivative(t, x, &mut at.rate, &mut at.quadrature_rate);
+        let (dfdx, _) = at.dense(1);
         dfdx.copy_from_slice(&[-2.0 * self.p * x[0], -2.0 * self.p * x[1] - 2.0 * x[0]]);
     }
     fn time_derivative(&self, _t: f64, _x: &[f64], dfdt: &mut [f64]) {

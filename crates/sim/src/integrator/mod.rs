@@ -5,8 +5,10 @@
 pub mod rodas5p;
 pub mod tsit5;
 
+mod linear;
 mod stepper;
 
+pub use linear::Linearisation;
 pub use stepper::{StepFailure, Stepper, Tolerances};
 
 use crate::system::System;

@@ -11,9 +11,8 @@
 //! Tangents of the state are carried along by the derivative of the very step: W k_i' = r' + J' k_i, where r' is the
 //! right-hand side of the stage with tangents in place of states. One factorisation serves all of them.
 
-use super::{axpy, Effort, Method, Point, Target};
+use super::{axpy, Effort, Linearisation, Method, Point, Target};
 use crate::system::System;
-use hydrocrane_num::dense::Lu;
 
 const STAGES: usize = 8;
 const GAMMA: f64 = 0.211_937_563_194_290_14;
@@ -126,14 +125,8 @@ pub struct Rodas5p {
     /// States, with their tangents, and quadratures.
     n: usize,
     m: usize,
-    /// States without tangents: the size of the linear system.
-    block: usize,
-    /// Of the state, then of itself along each tangent.
-    jacobian: Vec<f64>,
-    quadrature_jacobian: Vec<f64>,
+    linearisation: Linearisation,
     time_derivative: Vec<f64>,
-    matrix: Vec<f64>,
-    lu: Lu,
     /// Increments of states and quadratures, stage by stage.
     k: [Vec<f64>; STAGES],
     kappa: [Vec<f64>; STAGES],
@@ -148,29 +141,14 @@ impl Rodas5p {
         Rodas5p {
             n,
             m,
-            block: n,
-            jacobian: Vec::new(),
-            quadrature_jacobian: Vec::new(),
+            linearisation: Linearisation::new(n, m),
             time_derivative: vec![0.0; n],
-            matrix: Vec::new(),
-            lu: Lu::default(),
             k: std::array::from_fn(|_| vec![0.0; n]),
             kappa: std::array::from_fn(|_| vec![0.0; m]),
             argument: vec![0.0; n],
             dense: std::array::from_fn(|_| vec![0.0; n + m]),
             effort: Effort::default(),
         }
-    }
-
-    fn factor(&mut self, h: f64) -> bool {
-        for (w, j) in self.matrix.iter_mut().zip(&self.jacobian) {
-            *w = -j;
-        }
-        for i in 0..self.block {
-            self.matrix[i * self.block + i] += 1.0 / (h * GAMMA);
-        }
-        self.effort.factorisations += 1;
-        self.lu.factor(self.block, &self.matrix)
     }
 
     /// The argument of stage `i` into `self.argument`.
@@ -189,8 +167,13 @@ impl Rodas5p {
         let (done, rest) = self.k.split_at_mut(i);
         let (quadratures_done, quadratures_rest) = self.kappa.split_at_mut(i);
         let (k, kappa) = (&mut rest[0], &mut quadratures_rest[0]);
-        system.derivative(t + NODES[i] * h, &self.argument, k, kappa);
-        self.effort.derivatives += 1;
+        if i == 0 {
+            k.copy_from_slice(&self.linearisation.rate);
+            kappa.copy_from_slice(&self.linearisation.quadrature_rate);
+        } else {
+            system.derivative(t + NODES[i] * h, &self.argument, k, kappa);
+            self.effort.derivatives += 1;
+        }
         for (j, c) in C[i].iter().enumerate() {
             axpy(k, c / h, &done[j]);
             axpy(kappa, c / h, &quadratures_done[j]);
@@ -198,34 +181,9 @@ impl Rodas5p {
         if D[i] != 0.0 {
             axpy(k, h * D[i], &self.time_derivative);
         }
-        solve(&self.lu, self.block, &self.jacobian, k);
-        for (value, row) in kappa.iter_mut().zip(self.quadrature_jacobian.chunks_exact(self.block)) {
-            let coupling: f64 = row.iter().zip(k.iter()).map(|(a, b)| a * b).sum();
-            *value = h * GAMMA * (*value + coupling);
-        }
-    }
-
-    /// Makes room for the blocks of a system with tangents.
-    fn fit(&mut self, system: &dyn System) {
-        let blocks = 1 + system.tangents();
-        self.block = self.n / blocks;
-        let square = self.block * self.block;
-        self.jacobian.resize(square * blocks, 0.0);
-        self.quadrature_jacobian.resize(self.m * self.block, 0.0);
-        self.matrix.resize(square, 0.0);
-    }
-}
-
-/// Replaces the right-hand sides in `k`, state first, by the increments: the state's enters those of its tangents.
-fn solve(lu: &Lu, block: usize, jacobian: &[f64], k: &mut [f64]) {
-    let (state, tangents) = k.split_at_mut(block);
-    lu.solve(state);
-    let along = jacobian.chunks_exact(block * block).skip(1);
-    for (tangent, slope) in tangents.chunks_exact_mut(block).zip(along) {
-        for (value, row) in tangent.iter_mut().zip(slope.chunks_exact(block)) {
-            *value += row.iter().zip(state.iter()).map(|(a, b)| a * b).sum::<f64>();
-        }
-        lu.solve(tangent);
+        self.linearisation.solve(k);
+        self.linearisation.add_quadrature_slopes(k, kappa);
+        kappa.iter_mut().for_each(|value| *value *= h * GAMMA);
     }
 }
 
@@ -235,14 +193,14 @@ impl Method for Rodas5p {
     }
 
     fn begin(&mut self, system: &dyn System, t: f64, x: &[f64]) {
-        self.fit(system);
-        system.jacobian(t, x, &mut self.jacobian, &mut self.quadrature_jacobian);
+        system.linearise(t, x, &mut self.linearisation);
         system.time_derivative(t, x, &mut self.time_derivative);
         self.effort.jacobians += 1;
     }
 
     fn attempt(&mut self, system: &dyn System, t: f64, h: f64, from: Point, to: &mut Target) -> bool {
-        if !self.factor(h) {
+        self.effort.factorisations += 1;
+        if !self.linearisation.factor(1.0 / (h * GAMMA)) {
             return false;
         }
         for i in 0..STAGES {

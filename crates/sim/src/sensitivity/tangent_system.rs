@@ -1,6 +1,8 @@
 //! The driven crane with the derivatives of its states by parameters: s' = J s + df/dp, by dual numbers.
 
 use super::construction::{Inputs, WIDTH};
+use crate::bordered::Bordered;
+use crate::integrator::Linearisation;
 use crate::jacobian::Lifted;
 use crate::layout::Layout;
 use crate::model::MAX_JOINTS;
@@ -56,7 +58,7 @@ impl<const N: usize> Group<N> {
 struct Scratch {
     x: Vec<Number>,
     rate: Vec<Number>,
-    jacobian: Vec<Number>,
+    slopes: Bordered<Number>,
 }
 
 pub struct TangentSystem<'a, const N: usize> {
@@ -74,7 +76,8 @@ impl<'a, const N: usize> TangentSystem<'a, N> {
         let of_tangents = sizes.iter().flat_map(|size| states.iter().map(move |scale| scale / size));
         let scales = states.iter().copied().chain(of_tangents).collect();
         let zeros = |count: usize| vec![Number::c(0.0); count];
-        let scratch = RefCell::new(Scratch { x: zeros(n), rate: zeros(n), jacobian: zeros(n * n) });
+        let scratch =
+            RefCell::new(Scratch { x: zeros(n), rate: zeros(n), slopes: Bordered::new(driven.model.layout(), 0) });
         TangentSystem { driven, groups, scales, scratch }
     }
 
@@ -108,14 +111,20 @@ impl<const N: usize> System for TangentSystem<'_, N> {
         }
     }
 
-    fn jacobian(&self, t: f64, x: &[f64], dfdx: &mut [f64], _dgdx: &mut [f64]) {
+    fn linearise(&self, t: f64, x: &[f64], at: &mut Linearisation) {
         let (layout, u) = (self.layout(), self.command(t));
-        let Scratch { x: state, jacobian, .. } = &mut *self.scratch.borrow_mut();
+        let Scratch { x: state, rate, slopes } = &mut *self.scratch.borrow_mut();
+        let (rates, _, blocks) = at.bordered(layout, self.tangents());
         for group in self.groups {
-            let Group { inputs, lifted, .. } = group;
+            let Group { inputs, lifted, first, count } = group;
             group.read(x, layout.len(), state);
-            inputs.plant.jacobian(lifted, layout, state, &u, inputs.payload, jacobian, None);
-            group.write(jacobian, dfdx);
+            let e = inputs.plant.derivative(layout, state, &u, inputs.payload, rate);
+            group.write(rate, rates);
+            inputs.plant.slopes(lifted, layout, state, &u, inputs.payload, &e, None, slopes);
+            blocks[0] = slopes.map(|slope| slope.value);
+            for k in 0..*count {
+                blocks[1 + first + k] = slopes.map(|slope| slope.derivative[k]);
+            }
         }
     }
 

@@ -1,0 +1,187 @@
+//! The Jacobian of a crane as the few blocks that are not zero, and linear systems with it.
+//!
+//! A cylinder's own states touch each other and the joint that it moves, never another cylinder's. With f_c the net
+//! force of cylinder c and m_c the accelerations of all joints by that force:
+//! ```text
+//! q''        by all q, all q', and m_c times the slopes of f_c by p1, p2, z
+//! xs', vs'   by xs, vs
+//! p1', p2'   by q_c, q_c', p1, p2, xs
+//! z'         by q_c, q_c', p1, p2, z
+//! ```
+//! So (s I - J) k = r is solved cylinder by cylinder, spool first, then pressures, then bristles, each as a linear
+//! function of its joint's rate; positions follow from rates by q' = q'; a system of the joint rates alone is left.
+
+use crate::layout::{Layout, OwnStates};
+use crate::model::MAX_JOINTS;
+use hydrocrane_num::Real;
+
+/// Slopes of one output of a cylinder by the states it can see.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Row<T> {
+    pub q: T,
+    pub qd: T,
+    pub p1: T,
+    pub p2: T,
+    pub xs: T,
+    pub z: T,
+}
+
+/// Slopes of what one cylinder does.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct CylinderSlopes<T> {
+    pub at: OwnStates,
+    /// Of the pressures' and the bristles' rates.
+    pub p1: Row<T>,
+    pub p2: Row<T>,
+    pub z: Row<T>,
+    /// d(xs', vs')/d(xs, vs)
+    pub spool: [[T; 2]; 2],
+    /// Of the net force; what comes by q and q' is in `by_q` and `by_qd` already.
+    pub force: Row<T>,
+    /// Accelerations of all joints by the net force.
+    pub response: [T; MAX_JOINTS],
+}
+
+/// df/dx of a crane, with rows for quadratures.
+#[derive(Debug, Clone)]
+pub struct Bordered<T> {
+    pub joints: usize,
+    /// Joint accelerations by coordinates and by rates, `[row][column]`, what comes through forces included.
+    pub by_q: [[T; MAX_JOINTS]; MAX_JOINTS],
+    pub by_qd: [[T; MAX_JOINTS]; MAX_JOINTS],
+    pub cylinders: [CylinderSlopes<T>; MAX_JOINTS],
+    /// Slopes of the quadratures, equally many for each cylinder.
+    pub quadratures: Vec<Row<T>>,
+}
+
+impl<T: Real> Row<T> {
+    /// The change of the output along `k`; `c` is the cylinder's joint.
+    fn along(&self, joints: usize, c: usize, at: &OwnStates, k: &[T]) -> T {
+        let known = self.q * k[c] + self.qd * k[joints + c] + self.p1 * k[at.p1] + self.p2 * k[at.p2];
+        known + self.xs * k[at.xs] + at.z.map_or(T::c(0.0), |z| self.z * k[z])
+    }
+
+    fn write(&self, joints: usize, c: usize, at: &OwnStates, row: &mut [T]) {
+        let known = [(c, self.q), (joints + c, self.qd), (at.p1, self.p1), (at.p2, self.p2), (at.xs, self.xs)];
+        for (column, slope) in known.into_iter().chain(at.z.map(|z| (z, self.z))) {
+            row[column] = slope;
+        }
+    }
+
+    fn map<U>(&self, f: impl Fn(T) -> U) -> Row<U> {
+        Row { q: f(self.q), qd: f(self.qd), p1: f(self.p1), p2: f(self.p2), xs: f(self.xs), z: f(self.z) }
+    }
+}
+
+impl<T: Real> Bordered<T> {
+    /// All zero, for the states of `layout` and as many `quadratures` in all.
+    pub fn new(layout: &Layout, quadratures: usize) -> Self {
+        let joints = layout.joints();
+        let mut cylinders = [CylinderSlopes::default(); MAX_JOINTS];
+        (0..joints).for_each(|c| cylinders[c].at = layout.own(c));
+        let square = [[T::c(0.0); MAX_JOINTS]; MAX_JOINTS];
+        Bordered { joints, by_q: square, by_qd: square, cylinders, quadratures: vec![Row::default(); quadratures] }
+    }
+
+    /// The same blocks with `f` of every slope.
+    pub fn map<U: Real>(&self, f: impl Fn(T) -> U) -> Bordered<U> {
+        Bordered {
+            joints: self.joints,
+            by_q: self.by_q.map(|row| row.map(&f)),
+            by_qd: self.by_qd.map(|row| row.map(&f)),
+            cylinders: self.cylinders.map(|c| CylinderSlopes {
+                at: c.at,
+                p1: c.p1.map(&f),
+                p2: c.p2.map(&f),
+                z: c.z.map(&f),
+                spool: c.spool.map(|row| row.map(&f)),
+                force: c.force.map(&f),
+                response: c.response.map(&f),
+            }),
+            quadratures: self.quadratures.iter().map(|row| row.map(&f)).collect(),
+        }
+    }
+
+    fn cylinders(&self) -> &[CylinderSlopes<T>] {
+        &self.cylinders[..self.joints]
+    }
+
+    /// y += J k, but for q' = q', which has no slope of its own.
+    pub fn add_product(&self, k: &[T], y: &mut [T]) {
+        let n = self.joints;
+        for j in 0..n {
+            for i in 0..n {
+                y[n + j] += self.by_q[j][i] * k[i] + self.by_qd[j][i] * k[n + i];
+            }
+        }
+        for (c, own) in self.cylinders().iter().enumerate() {
+            let at = &own.at;
+            let force =
+                own.force.p1 * k[at.p1] + own.force.p2 * k[at.p2] + at.z.map_or(T::c(0.0), |z| own.force.z * k[z]);
+            for j in 0..n {
+                y[n + j] += own.response[j] * force;
+            }
+            y[at.p1] += own.p1.along(n, c, at, k);
+            y[at.p2] += own.p2.along(n, c, at, k);
+            if let Some(z) = at.z {
+                y[z] += own.z.along(n, c, at, k);
+            }
+            y[at.xs] += own.spool[0][0] * k[at.xs] + own.spool[0][1] * k[at.vs];
+            y[at.vs] += own.spool[1][0] * k[at.xs] + own.spool[1][1] * k[at.vs];
+        }
+    }
+
+    /// y += the changes of the quadratures along `k`.
+    pub fn add_quadratures(&self, k: &[T], y: &mut [T]) {
+        let each = self.quadratures.len() / self.joints;
+        if each == 0 {
+            return;
+        }
+        for (c, (rows, y)) in self.quadratures.chunks_exact(each).zip(y.chunks_exact_mut(each)).enumerate() {
+            for (row, y) in rows.iter().zip(y) {
+                *y += row.along(self.joints, c, &self.cylinders[c].at, k);
+            }
+        }
+    }
+
+    /// Row-major, `n x n` for the `n` states.
+    pub fn write_dense(&self, n: usize, jacobian: &mut [T]) {
+        jacobian.fill(T::c(0.0));
+        let joints = self.joints;
+        for j in 0..joints {
+            jacobian[j * n + joints + j] = T::c(1.0);
+            let row = &mut jacobian[(joints + j) * n..][..n];
+            row[..joints].copy_from_slice(&self.by_q[j][..joints]);
+            row[joints..2 * joints].copy_from_slice(&self.by_qd[j][..joints]);
+            for own in self.cylinders() {
+                let (at, force) = (&own.at, &own.force);
+                for (column, slope) in [(Some(at.p1), force.p1), (Some(at.p2), force.p2), (at.z, force.z)] {
+                    if let Some(column) = column {
+                        row[column] = own.response[j] * slope;
+                    }
+                }
+            }
+        }
+        for (c, own) in self.cylinders().iter().enumerate() {
+            let at = &own.at;
+            for (row, slopes) in [(Some(at.p1), &own.p1), (Some(at.p2), &own.p2), (at.z, &own.z)] {
+                if let Some(row) = row {
+                    slopes.write(joints, c, at, &mut jacobian[row * n..][..n]);
+                }
+            }
+            for (row, slopes) in [(at.xs, own.spool[0]), (at.vs, own.spool[1])] {
+                jacobian[row * n + at.xs] = slopes[0];
+                jacobian[row * n + at.vs] = slopes[1];
+            }
+        }
+    }
+
+    /// Row-major, one row per quadrature.
+    pub fn write_dense_quadratures(&self, n: usize, rows: &mut [T]) {
+        rows.fill(T::c(0.0));
+        let each = (self.quadratures.len() / self.joints).max(1);
+        for (i, (slopes, row)) in self.quadratures.iter().zip(rows.chunks_exact_mut(n)).enumerate() {
+            slopes.write(self.joints, i / each, &self.cylinders[i / each].at, row);
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! (s I - J) k = r for the Jacobian of a crane, cylinder by cylinder. `s` is the inverse of a time.
+//!
+//! With k_q = (r_q + k_q')/s every own state of a cylinder is a linear function of its joint's rate,
+//! k_own = own(r) + slope k_q', by a 2 x 2 inverse for the spool, one for the pressures and a number for the bristles.
+//! What is left is a system of the joint rates, whose matrix is inverted: one product per right-hand side.
+
+use crate::bordered::{Bordered, CylinderSlopes};
+use crate::model::MAX_JOINTS;
+use hydrocrane_num::small;
+
+type Square = [[f64; 2]; 2];
+
+/// The factored matrix `s I - J`.
+#[derive(Debug, Clone, Default)]
+pub struct Elimination {
+    /// 1/s
+    time: f64,
+    /// Of the system of the joint rates.
+    rates: [[f64; MAX_JOINTS]; MAX_JOINTS],
+    own: [Own; MAX_JOINTS],
+}
+
+/// One cylinder, eliminated.
+#[derive(Debug, Clone, Copy, Default)]
+struct Own {
+    /// Inverses of the diagonal blocks.
+    spool: Square,
+    pressures: Square,
+    bristles: f64,
+    /// Change of p1, p2, z and of the net force with the joint's rate.
+    slope: [f64; 3],
+    force_slope: f64,
+}
+
+/// Calls a method with the number of joints as a constant.
+macro_rules! sized {
+    ($joints:expr, $object:ident.$method:ident($($argument:expr),*)) => {
+        match $joints {
+            1 => $object.$method::<1>($($argument),*),
+            2 => $object.$method::<2>($($argument),*),
+            3 => $object.$method::<3>($($argument),*),
+            4 => $object.$method::<4>($($argument),*),
+            5 => $object.$method::<5>($($argument),*),
+            _ => $object.$method::<6>($($argument),*),
+        }
+    };
+}
+
+impl Elimination {
+    /// Factors `shift I - J`; `false` where a pivot vanishes or is not finite.
+    pub fn factor(&mut self, jacobian: &Bordered<f64>, shift: f64) -> bool {
+        sized!(jacobian.joints, self.factor_sized(jacobian, shift))
+    }
+
+    /// Replaces `r` by the solution.
+    pub fn solve(&self, jacobian: &Bordered<f64>, r: &mut [f64]) {
+        sized!(jacobian.joints, self.solve_sized(jacobian, r));
+    }
+
+    fn factor_sized<const N: usize>(&mut self, jacobian: &Bordered<f64>, shift: f64) -> bool {
+        self.time = 1.0 / shift;
+        let mut matrix: [[f64; N]; N] =
+            std::array::from_fn(|j| std::array::from_fn(|i| -jacobian.by_qd[j][i] - jacobian.by_q[j][i] * self.time));
+        for c in 0..N {
+            let slopes = &jacobian.cylinders[c];
+            let own = Own::new(slopes, shift, self.time);
+            for j in 0..N {
+                matrix[j][c] -= slopes.response[j] * own.force_slope;
+            }
+            matrix[c][c] += shift;
+            self.own[c] = own;
+        }
+        let Some(inverse) = small::inverse(matrix) else { return false };
+        for j in 0..N {
+            self.rates[j][..N].copy_from_slice(&inverse[j]);
+        }
+        inverse.iter().flatten().all(|v| v.is_finite())
+    }
+
+    fn solve_sized<const N: usize>(&self, jacobian: &Bordered<f64>, r: &mut [f64]) {
+        // Positions as far as they are known without the rates.
+        let still: [f64; N] = std::array::from_fn(|j| r[j] * self.time);
+        let mut driving: [f64; N] =
+            std::array::from_fn(|j| (0..N).fold(r[N + j], |sum, i| sum + jacobian.by_q[j][i] * still[i]));
+        for c in 0..N {
+            let slopes = &jacobian.cylinders[c];
+            let force = self.own[c].solve(slopes, still[c], r);
+            for j in 0..N {
+                driving[j] += slopes.response[j] * force;
+            }
+        }
+        for j in 0..N {
+            let rate = (0..N).fold(0.0, |sum, i| sum + self.rates[j][i] * driving[i]);
+            r[N + j] = rate;
+            r[j] = still[j] + self.time * rate;
+            let (at, slope) = (&jacobian.cylinders[j].at, &self.own[j].slope);
+            r[at.p1] += slope[0] * rate;
+            r[at.p2] += slope[1] * rate;
+            if let Some(z) = at.z {
+                r[z] += slope[2] * rate;
+            }
+        }
+    }
+}
+
+impl Own {
+    fn new(s: &CylinderSlopes<f64>, shift: f64, time: f64) -> Self {
+        let spool = inverse([[shift - s.spool[0][0], -s.spool[0][1]], [-s.spool[1][0], shift - s.spool[1][1]]]);
+        let pressures = inverse([[shift - s.p1.p1, -s.p1.p2], [-s.p2.p1, shift - s.p2.p2]]);
+        let bristles = 1.0 / (shift - s.z.z);
+        let [p1, p2] = product(&pressures, s.p1.q * time + s.p1.qd, s.p2.q * time + s.p2.qd);
+        let z = bristles * (s.z.q * time + s.z.qd + s.z.p1 * p1 + s.z.p2 * p2);
+        let force_slope = s.force.p1 * p1 + s.force.p2 * p2 + s.force.z * z;
+        Own { spool, pressures, bristles, slope: [p1, p2, z], force_slope }
+    }
+
+    /// Solves for the own states with the joint's rate at zero and its position at `still`; gives the net force.
+    fn solve(&self, s: &CylinderSlopes<f64>, still: f64, r: &mut [f64]) -> f64 {
+        let at = &s.at;
+        let [xs, vs] = product(&self.spool, r[at.xs], r[at.vs]);
+        let known = |row: &crate::bordered::Row<f64>| row.q * still + row.xs * xs;
+        let [p1, p2] = product(&self.pressures, r[at.p1] + known(&s.p1), r[at.p2] + known(&s.p2));
+        (r[at.xs], r[at.vs], r[at.p1], r[at.p2]) = (xs, vs, p1, p2);
+        let mut force = s.force.p1 * p1 + s.force.p2 * p2;
+        if let Some(z) = at.z {
+            r[z] = self.bristles * (r[z] + known(&s.z) + s.z.p1 * p1 + s.z.p2 * p2);
+            force += s.force.z * r[z];
+        }
+        force
+    }
+}
+
+fn inverse(m: Square) -> Square {
+    let inverse = 1.0 / (m[0][0] * m[1][1] - m[0][1] * m[1][0]);
+    [[m[1][1] * inverse, -m[0][1] * inverse], [-m[1][0] * inverse, m[0][0] * inverse]]
+}
+
+fn product(m: &Square, a: f64, b: f64) -> [f64; 2] {
+    [m[0][0] * a + m[0][1] * b, m[1][0] * a + m[1][1] * b]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{build, EquilibriumMode, Model};
+    use hydrocrane_machine::{load, OverrideValue};
+    use std::sync::Arc;
+
+    /// Chains of one and three joints, with and without bristles, regenerative valves, cylinders on four-bars.
+    fn models() -> Vec<Arc<dyn Model>> {
+        let without_bristles = [("friction.lift.model".to_string(), OverrideValue::Text("static".to_string()))];
+        let mut machines: Vec<_> =
+            ["rottne-f9-lab", "hiab-xs031", "single-cylinder"].map(|name| load(name, &[])).into_iter().collect();
+        machines.push(load("rottne-f9-lab", &without_bristles));
+        machines.into_iter().map(|m| build(&m.expect("a bundled machine")).expect("it can be built")).collect()
+    }
+
+    /// Slopes at a moving state far from rest.
+    fn slopes(model: &dyn Model) -> (Bordered<f64>, usize) {
+        let q: Vec<f64> = model.joint_limits().iter().map(|l| 0.6 * l.lower + 0.4 * l.upper).collect();
+        let mut x = model.equilibrium(&q, EquilibriumMode::Hold, 50.0).expect("a pose inside the limits");
+        let n = x.len();
+        for (i, scale) in model.layout().scales.iter().enumerate().skip(q.len()) {
+            x[i] += 0.4 * scale * (1.0 + i as f64).sin();
+        }
+        let mut slopes = Bordered::new(model.layout(), 0);
+        let u = vec![0.01; q.len()];
+        model.linearise(&x, &u, 50.0, &mut vec![0.0; n], &mut [], &mut slopes);
+        (slopes, n)
+    }
+
+    #[test]
+    fn the_solution_satisfies_every_row_of_the_dense_system() {
+        for model in models() {
+            let (slopes, n) = slopes(model.as_ref());
+            let mut jacobian = vec![0.0; n * n];
+            slopes.write_dense(n, &mut jacobian);
+            for shift in [1.0, 1e2, 1e4, 1e7] {
+                let mut elimination = Elimination::default();
+                assert!(elimination.factor(&slopes, shift));
+                for unit in 0..n {
+                    let right = |i: usize| if i == unit { model.layout().scales[i] } else { 0.0 };
+                    let mut k: Vec<f64> = (0..n).map(right).collect();
+                    elimination.solve(&slopes, &mut k);
+                    for i in 0..n {
+                        let terms = (0..n).map(|j| -jacobian[i * n + j] * k[j]).chain([shift * k[i], -right(i)]);
+                        let (sum, size) =
+                            terms.fold((0.0, 0.0f64), |(sum, size), term| (sum + term, size + term.abs()));
+                        assert!(sum.abs() <= 1e-12 * size, "shift {shift}, unit {unit}, row {i}: {sum} of {size}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn products_are_those_of_the_dense_matrix() {
+        for model in models() {
+            let (slopes, n) = slopes(model.as_ref());
+            let mut jacobian = vec![0.0; n * n];
+            slopes.write_dense(n, &mut jacobian);
+            let k: Vec<f64> = (0..n).map(|i| model.layout().scales[i] * (2.0 * i as f64).cos()).collect();
+            let mut product = vec![0.0; n];
+            slopes.add_product(&k, &mut product);
+            // The product leaves out q' = q'.
+            for i in slopes.joints..n {
+                let terms = (0..n).map(|j| jacobian[i * n + j] * k[j]);
+                let (sum, size) = terms.fold((0.0, 0.0f64), |(sum, size), term| (sum + term, size + term.abs()));
+                assert!((product[i] - sum).abs() <= 1e-13 * size, "{i}");
+            }
+            assert!(product[..slopes.joints].iter().all(|v| *v == 0.0));
+        }
+    }
+
+    #[test]
+    fn a_matrix_that_cannot_be_solved_is_refused() {
+        let model = &models()[0];
+        let (mut slopes, _) = slopes(model.as_ref());
+        slopes.by_q[0][0] = f64::NAN;
+        assert!(!Elimination::default().factor(&slopes, 1e3));
+    }
+}

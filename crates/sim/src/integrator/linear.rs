@@ -1,0 +1,113 @@
+//! A system linearised at one state, and the linear systems of implicit steps there.
+
+use crate::bordered::Bordered;
+use crate::elimination::Elimination;
+use crate::layout::Layout;
+use hydrocrane_num::dense::Lu;
+
+/// What a [`System`](crate::system::System) says of itself at one state: rates, and their slopes either as a dense matrix
+/// or in the blocks of a crane.
+pub struct Linearisation {
+    /// f and g.
+    pub rate: Vec<f64>,
+    pub quadrature_rate: Vec<f64>,
+    dense: Dense,
+    /// df/dx and dg/dx, then the derivative of df/dx along each tangent; empty where the slopes are dense.
+    blocks: Vec<Bordered<f64>>,
+    elimination: Elimination,
+}
+
+#[derive(Default)]
+struct Dense {
+    /// Number of states without tangents.
+    n: usize,
+    /// df/dx, then its derivative along each tangent.
+    dfdx: Vec<f64>,
+    dgdx: Vec<f64>,
+    matrix: Vec<f64>,
+    lu: Lu,
+}
+
+impl Linearisation {
+    /// For `n` states with all their tangents, and `m` quadratures.
+    pub fn new(n: usize, m: usize) -> Self {
+        Linearisation {
+            rate: vec![0.0; n],
+            quadrature_rate: vec![0.0; m],
+            dense: Dense::default(),
+            blocks: Vec::new(),
+            elimination: Elimination::default(),
+        }
+    }
+
+    /// Room for df/dx, row-major `n x n`, followed by its derivative along each of the `tangents`; and for dg/dx.
+    pub fn dense(&mut self, tangents: usize) -> (&mut [f64], &mut [f64]) {
+        let dense = &mut self.dense;
+        dense.n = self.rate.len() / (1 + tangents);
+        dense.dfdx.resize(dense.n * dense.n * (1 + tangents), 0.0);
+        dense.dgdx.resize(dense.n * self.quadrature_rate.len(), 0.0);
+        dense.matrix.resize(dense.n * dense.n, 0.0);
+        (&mut dense.dfdx, &mut dense.dgdx)
+    }
+
+    /// Rates of states and quadratures, and room for the slopes of a crane, followed by their derivatives along each of
+    /// the `tangents`.
+    pub fn bordered(&mut self, layout: &Layout, tangents: usize) -> (&mut [f64], &mut [f64], &mut [Bordered<f64>]) {
+        if self.blocks.is_empty() {
+            self.blocks = vec![Bordered::new(layout, self.quadrature_rate.len()); 1 + tangents];
+        }
+        (&mut self.rate, &mut self.quadrature_rate, &mut self.blocks)
+    }
+
+    /// Factors `shift I - df/dx`; `false` where that cannot be done.
+    pub fn factor(&mut self, shift: f64) -> bool {
+        match self.blocks.first() {
+            Some(jacobian) => self.elimination.factor(jacobian, shift),
+            None => self.dense.factor(shift),
+        }
+    }
+
+    /// Replaces the right-hand sides in `k`, state first, by the solutions: the state's enters those of its tangents.
+    pub fn solve(&self, k: &mut [f64]) {
+        let Some((jacobian, slopes)) = self.blocks.split_first() else { return self.dense.solve(k) };
+        let (state, tangents) = k.split_at_mut(k.len() / self.blocks.len());
+        self.elimination.solve(jacobian, state);
+        for (tangent, slope) in tangents.chunks_exact_mut(state.len()).zip(slopes) {
+            slope.add_product(state, tangent);
+            self.elimination.solve(jacobian, tangent);
+        }
+    }
+
+    /// y += dg/dx k, with `k` of the state.
+    pub fn add_quadrature_slopes(&self, k: &[f64], y: &mut [f64]) {
+        match self.blocks.first() {
+            Some(jacobian) => jacobian.add_quadratures(k, y),
+            None => add_product(&self.dense.dgdx, &k[..self.dense.n], y),
+        }
+    }
+}
+
+impl Dense {
+    fn factor(&mut self, shift: f64) -> bool {
+        self.matrix.iter_mut().zip(&self.dfdx).for_each(|(w, j)| *w = -j);
+        self.matrix.iter_mut().step_by(self.n + 1).for_each(|w| *w += shift);
+        self.lu.factor(self.n, &self.matrix)
+    }
+
+    fn solve(&self, k: &mut [f64]) {
+        let (state, tangents) = k.split_at_mut(self.n);
+        self.lu.solve(state);
+        let along = self.dfdx.chunks_exact(self.n * self.n).skip(1);
+        for (tangent, slope) in tangents.chunks_exact_mut(self.n).zip(along) {
+            add_product(slope, state, tangent);
+            self.lu.solve(tangent);
+        }
+    }
+}
+
+/// y += a x with a row-major `a`.
+fn add_product(a: &[f64], x: &[f64], y: &mut [f64]) {
+    for (y, row) in y.iter_mut().zip(a.chunks_exact(x.len())) {
+        *y += row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
+    }
+}
