@@ -25,10 +25,12 @@ impl<S: Real, const N: usize> Dual<S, N> {
     }
 
     /// `f(self)` given its value and slope.
+    #[inline]
     fn chain(self, value: S, slope: S) -> Self {
         Dual { value, derivative: self.derivative.map(|d| d * slope) }
     }
 
+    #[inline]
     fn zip(self, other: Self, value: S, f: impl Fn(S, S) -> S) -> Self {
         let mut derivative = self.derivative;
         for (d, &e) in derivative.iter_mut().zip(&other.derivative) {
@@ -46,6 +48,7 @@ impl<S: Real, const N: usize> Default for Dual<S, N> {
 
 impl<S: Real, const N: usize> Neg for Dual<S, N> {
     type Output = Self;
+    #[inline]
     fn neg(self) -> Self {
         Dual { value: -self.value, derivative: self.derivative.map(|d| -d) }
     }
@@ -53,6 +56,7 @@ impl<S: Real, const N: usize> Neg for Dual<S, N> {
 
 impl<S: Real, const N: usize> Add for Dual<S, N> {
     type Output = Self;
+    #[inline]
     fn add(self, o: Self) -> Self {
         self.zip(o, self.value + o.value, |a, b| a + b)
     }
@@ -60,6 +64,7 @@ impl<S: Real, const N: usize> Add for Dual<S, N> {
 
 impl<S: Real, const N: usize> Sub for Dual<S, N> {
     type Output = Self;
+    #[inline]
     fn sub(self, o: Self) -> Self {
         self.zip(o, self.value - o.value, |a, b| a - b)
     }
@@ -69,6 +74,7 @@ impl<S: Real, const N: usize> Sub for Dual<S, N> {
 #[allow(clippy::suspicious_arithmetic_impl)]
 impl<S: Real, const N: usize> Mul for Dual<S, N> {
     type Output = Self;
+    #[inline]
     fn mul(self, o: Self) -> Self {
         self.zip(o, self.value * o.value, |a, b| a * o.value + b * self.value)
     }
@@ -76,6 +82,7 @@ impl<S: Real, const N: usize> Mul for Dual<S, N> {
 
 impl<S: Real, const N: usize> Div for Dual<S, N> {
     type Output = Self;
+    #[inline]
     fn div(self, o: Self) -> Self {
         let inverse = S::c(1.0) / o.value;
         let value = self.value / o.value;
@@ -85,6 +92,7 @@ impl<S: Real, const N: usize> Div for Dual<S, N> {
 
 impl<S: Real, const N: usize> Add<f64> for Dual<S, N> {
     type Output = Self;
+    #[inline]
     fn add(self, o: f64) -> Self {
         Dual { value: self.value + o, derivative: self.derivative }
     }
@@ -92,6 +100,7 @@ impl<S: Real, const N: usize> Add<f64> for Dual<S, N> {
 
 impl<S: Real, const N: usize> Sub<f64> for Dual<S, N> {
     type Output = Self;
+    #[inline]
     fn sub(self, o: f64) -> Self {
         Dual { value: self.value - o, derivative: self.derivative }
     }
@@ -99,6 +108,7 @@ impl<S: Real, const N: usize> Sub<f64> for Dual<S, N> {
 
 impl<S: Real, const N: usize> Mul<f64> for Dual<S, N> {
     type Output = Self;
+    #[inline]
     fn mul(self, o: f64) -> Self {
         Dual { value: self.value * o, derivative: self.derivative.map(|d| d * o) }
     }
@@ -106,18 +116,21 @@ impl<S: Real, const N: usize> Mul<f64> for Dual<S, N> {
 
 impl<S: Real, const N: usize> Div<f64> for Dual<S, N> {
     type Output = Self;
+    #[inline]
     fn div(self, o: f64) -> Self {
         Dual { value: self.value / o, derivative: self.derivative.map(|d| d / o) }
     }
 }
 
 impl<S: Real, const N: usize> AddAssign for Dual<S, N> {
+    #[inline]
     fn add_assign(&mut self, o: Self) {
         *self = *self + o;
     }
 }
 
 impl<S: Real, const N: usize> SubAssign for Dual<S, N> {
+    #[inline]
     fn sub_assign(&mut self, o: Self) {
         *self = *self - o;
     }
@@ -132,6 +145,7 @@ impl<S: Real, const N: usize> Real for Dual<S, N> {
     fn value(self) -> f64 {
         self.value.value()
     }
+    #[inline]
     fn sqrt(self) -> Self {
         let root = self.value.sqrt();
         self.chain(root, S::c(0.5) / root)
@@ -152,6 +166,7 @@ impl<S: Real, const N: usize> Real for Dual<S, N> {
         let t = self.value.tanh();
         self.chain(t, S::c(1.0) - t * t)
     }
+    #[inline]
     fn abs(self) -> Self {
         let slope = S::select(self.value.lt(S::c(0.0)), S::c(-1.0), S::c(1.0));
         self.chain(self.value.abs(), slope)
@@ -162,6 +177,7 @@ impl<S: Real, const N: usize> Real for Dual<S, N> {
     fn le(self, other: Self) -> S::Mask {
         self.value.le(other.value)
     }
+    #[inline]
     fn select(mask: S::Mask, a: Self, b: Self) -> Self {
         a.zip(b, S::select(mask, a.value, b.value), |x, y| S::select(mask, x, y))
     }

@@ -18,11 +18,13 @@ pub struct Spd<T, const N: usize> {
 
 impl<T: Real, const N: usize> Spd<T, N> {
     /// Reads the lower triangle of `a` only.
+    #[inline(always)]
     pub fn new(a: &[[T; N]; N]) -> Self {
         let (l, inverse_d) = factor_spd(a);
         Spd { l, inverse_d }
     }
 
+    #[inline(always)]
     pub fn solve(&self, b: &[T; N]) -> [T; N] {
         let mut x = *b;
         for i in 0..N {
@@ -79,6 +81,7 @@ pub fn least_pivot<const N: usize>(a: &[[f64; N]; N]) -> f64 {
 }
 
 /// Unit lower triangle `L` and the inverses of the pivots `D`.
+#[inline(always)]
 fn factor_spd<T: Real, const N: usize>(a: &[[T; N]; N]) -> ([[T; N]; N], [T; N]) {
     let mut l = [[T::c(0.0); N]; N];
     let mut d = [T::c(0.0); N];

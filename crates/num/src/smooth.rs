@@ -3,7 +3,11 @@
 
 use crate::Real;
 
+/// exp(-700) is about 1e-304, short of the subnormal numbers.
+const MOST_DECAY: f64 = 700.0;
+
 /// `max(x, 0)`; slope 1/2 at zero, the mean of both sides, so that two opposed edges that meet there leave a slope.
+#[inline(always)]
 pub fn positive_part<T: Real>(x: T) -> T {
     let zero = T::c(0.0);
     T::select(zero.lt(x), x, T::select(x.lt(zero), zero, x * 0.5))
@@ -21,20 +25,40 @@ pub fn signed_power<T: Real>(x: T, exponent: T, scale: f64) -> T {
     x * (r2.ln() * (exponent - 1.0) * 0.5).exp()
 }
 
+/// `sign(x) |x|^(3/2)`, rounded off within `scale` of zero: [`signed_power`] by roots alone.
+#[inline(always)]
+pub fn signed_three_halves<T: Real>(x: T, scale: f64) -> T {
+    x * (x * x + scale * scale).sqrt().sqrt()
+}
+
+/// `exp(-x)` for `x >= 0`, held where it becomes subnormal: those numbers count for nothing and are slow.
+#[inline(always)]
+pub fn decay<T: Real>(x: T) -> T {
+    (-(x.min(T::c(MOST_DECAY)))).exp()
+}
+
 /// `tanh(x / width)`: a sign that passes through zero over `width`.
+#[inline(always)]
 pub fn soft_sign<T: Real>(x: T, width: T) -> T {
     (x / width).tanh()
 }
 
 /// `sign(x) sqrt(|x|)` where `|x| >= transition`, and below it the odd cubic-free parabola
-/// `x (3 - |x|/transition) / (2 sqrt(transition))` that meets the root with equal value and slope.
-pub fn signed_root<T: Real>(x: T, transition: T) -> T {
+/// `x (3 - |x|/transition) / (2 sqrt(transition))` that meets the root with equal value and slope. `curvature` is that of
+/// the parabola, [`root_curvature`] of the transition.
+#[inline(always)]
+pub fn signed_root<T: Real>(x: T, transition: T, curvature: T) -> T {
     let magnitude = x.abs();
-    let inner = x * (T::c(3.0) - magnitude / transition) / (transition.sqrt() * 2.0);
+    let inner = x * (transition * 3.0 - magnitude) * curvature;
     // The root sees an argument of at least `transition`, so its slope stays finite in the branch not taken.
     let root = magnitude.max(transition).sqrt();
     let outer = T::select(x.lt(T::c(0.0)), -root, root);
     T::select(magnitude.lt(transition), inner, outer)
+}
+
+/// `1 / (2 transition^(3/2))`
+pub fn root_curvature(transition: f64) -> f64 {
+    0.5 / (transition * transition.sqrt())
 }
 
 #[cfg(test)]
@@ -46,10 +70,10 @@ mod tests {
 
     #[test]
     fn signed_root_meets_the_root_with_equal_value_and_slope() {
-        let p_t = D::c(3e5);
+        let (p_t, curvature) = (D::c(3e5), D::c(root_curvature(3e5)));
         for sign in [-1.0, 1.0] {
-            let below = signed_root(D::variable(sign * 3e5 * (1.0 - 1e-12), 0), p_t);
-            let above = signed_root(D::variable(sign * 3e5 * (1.0 + 1e-12), 0), p_t);
+            let below = signed_root(D::variable(sign * 3e5 * (1.0 - 1e-12), 0), p_t, curvature);
+            let above = signed_root(D::variable(sign * 3e5 * (1.0 + 1e-12), 0), p_t, curvature);
             assert!((below.value - above.value).abs() < 1e-8 * above.value.abs());
             assert!((below.derivative[0] - above.derivative[0]).abs() < 1e-8 * above.derivative[0]);
         }
@@ -65,7 +89,9 @@ mod tests {
                 power_of_magnitude(v, D::c(1.0), 1e-9),
                 signed_power(v, D::c(1.5), 1e-9),
                 soft_sign(v, D::c(1e-3)),
-                signed_root(v, D::c(3e5)),
+                signed_root(v, D::c(3e5), D::c(root_curvature(3e5))),
+                signed_three_halves(v, 1e-9),
+                decay(v.abs()),
             ] {
                 assert!(y.value.is_finite() && y.derivative[0].is_finite(), "at {x}: {y:?}");
             }
@@ -79,5 +105,15 @@ mod tests {
             assert_eq!(signed_power(-x, 1.5, 1e-9), -signed_power(x, 1.5, 1e-9));
         }
         assert!((signed_power(0.04f64, 1.5, 1e-9) - 0.008).abs() < 1e-15);
+        for x in [-2.0, -1e-5, 0.0, 3e-10, 0.04] {
+            let (roots, power) = (signed_three_halves(x, 1e-9), signed_power(x, 1.5, 1e-9));
+            assert!((roots - power).abs() <= 1e-14 * power.abs(), "{x}: {roots} {power}");
+        }
+    }
+
+    #[test]
+    fn a_decay_ends_above_the_subnormal_numbers() {
+        assert_eq!(decay(3.0), (-3.0f64).exp());
+        assert!(decay(1e9f64).is_normal() && decay(1e9f64) < 1e-300);
     }
 }

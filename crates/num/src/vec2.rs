@@ -10,23 +10,28 @@ pub struct Vec2<T> {
 }
 
 impl<T: Real> Vec2<T> {
+    #[inline(always)]
     pub fn new(x: T, z: T) -> Self {
         Vec2 { x, z }
     }
     pub fn c(p: [f64; 2]) -> Self {
         Vec2 { x: T::c(p[0]), z: T::c(p[1]) }
     }
+    #[inline(always)]
     pub fn dot(self, o: Self) -> T {
         self.x * o.x + self.z * o.z
     }
+    #[inline(always)]
     pub fn norm(self) -> T {
         self.dot(self).sqrt()
     }
     /// Turned by a quarter from x towards z: the derivative of a rotation with respect to its angle.
+    #[inline(always)]
     pub fn perp(self) -> Self {
         Vec2 { x: -self.z, z: self.x }
     }
     /// Turned by the angle with the given cosine and sine.
+    #[inline(always)]
     pub fn rotate(self, cos: T, sin: T) -> Self {
         Vec2 { x: self.x * cos - self.z * sin, z: self.x * sin + self.z * cos }
     }
@@ -41,6 +46,7 @@ impl<T: Copy> Vec2<T> {
 
 impl<T: Real> Add for Vec2<T> {
     type Output = Self;
+    #[inline(always)]
     fn add(self, o: Self) -> Self {
         Vec2 { x: self.x + o.x, z: self.z + o.z }
     }
@@ -48,6 +54,7 @@ impl<T: Real> Add for Vec2<T> {
 
 impl<T: Real> Sub for Vec2<T> {
     type Output = Self;
+    #[inline(always)]
     fn sub(self, o: Self) -> Self {
         Vec2 { x: self.x - o.x, z: self.z - o.z }
     }
@@ -55,6 +62,7 @@ impl<T: Real> Sub for Vec2<T> {
 
 impl<T: Real> Neg for Vec2<T> {
     type Output = Self;
+    #[inline(always)]
     fn neg(self) -> Self {
         Vec2 { x: -self.x, z: -self.z }
     }
@@ -62,6 +70,7 @@ impl<T: Real> Neg for Vec2<T> {
 
 impl<T: Real> Mul<T> for Vec2<T> {
     type Output = Self;
+    #[inline(always)]
     fn mul(self, o: T) -> Self {
         Vec2 { x: self.x * o, z: self.z * o }
     }

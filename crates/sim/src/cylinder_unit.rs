@@ -38,7 +38,7 @@ pub struct Mains<T> {
 }
 
 /// What a cylinder's laws depend on besides its spool velocity.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct LocalState<T> {
     /// Piston position (m) and velocity (m/s).
     pub x: T,
@@ -52,7 +52,7 @@ pub struct LocalState<T> {
 }
 
 /// Everything the laws say of a cylinder at one state.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct LocalRates<T> {
     /// Net force on the rod, N, positive outward: pressures and end stops less friction.
     pub force: T,
@@ -77,6 +77,7 @@ pub struct LocalRates<T> {
 
 impl<T: Real> FrictionLaw<T> {
     /// (force, z', power into the bristles)
+    #[inline(always)]
     fn evaluate(&self, v: T, z: T) -> (T, T, T) {
         let none = T::c(0.0);
         match self {
@@ -106,6 +107,7 @@ impl<T: Real> FrictionLaw<T> {
 }
 
 impl<T: Real> CylinderUnit<T> {
+    #[inline(always)]
     pub fn rates(&self, fluid: &Fluid<T>, mains: &Mains<T>, s: &LocalState<T>) -> LocalRates<T> {
         let (rise_1, rise_2) = self.connector.rises(s.v);
         let ports = PortPressures { supply: mains.supply, tank: mains.tank, a: s.p1 - rise_1, b: s.p2 - rise_2 };

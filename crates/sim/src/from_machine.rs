@@ -4,7 +4,7 @@ use crate::cylinder_unit::{CylinderUnit, FrictionLaw, Mains};
 use crate::errors::BuildError;
 use crate::plant::Plant;
 use hydrocrane_machine::model as file;
-use hydrocrane_num::Vec2;
+use hydrocrane_num::{smooth, Vec2};
 use hydrocrane_physics::dynamics::{Body, Mechanics};
 use hydrocrane_physics::friction::{lugre::LuGre, StaticParameters};
 use hydrocrane_physics::geometry::four_bar::FourBar;
@@ -137,6 +137,7 @@ fn valve(m: &file::Machine, v: &file::Valve) -> SpoolValve<f64> {
         Orifice {
             coefficient: v.nominal_flow / (v.stroke * v.edge_pressure_drop.sqrt()),
             transition_pressure: v.transition_pressure,
+            laminar_curvature: smooth::root_curvature(v.transition_pressure),
             blend_low: blend.map_or(0.0, |b| b.low),
             blend_high: blend.map_or(1.0, |b| b.high),
             law,
@@ -197,6 +198,7 @@ fn friction(m: &file::Machine, f: &file::Friction) -> FrictionLaw<f64> {
         viscous_exponent_extending: f.viscous_exponent[0],
         viscous_exponent_retracting: f.viscous_exponent[1],
         gaussian: f.stribeck_exponent == [2.0, 2.0],
+        three_halves: f.viscous_exponent == [1.5, 1.5],
     };
     match f.model {
         file::FrictionModel::LuGre => {
@@ -219,9 +221,8 @@ fn fluid(f: &file::Fluid) -> Fluid<f64> {
     Fluid {
         density: f.density,
         bulk_max: f.bulk_modulus_max,
-        c1: f.bulk_c1,
+        rise: f.bulk_c1 / f.bulk_reference_pressure,
         c2: f.bulk_c2,
-        reference_pressure: f.bulk_reference_pressure,
         vacuum,
         of_magnitude,
     }

@@ -28,8 +28,6 @@ pub struct Lifted<T, const N: usize> {
     joints: [Joint<Dual<T, 1>>; N],
     actuations: [Actuation<Dual<T, 1>>; N],
     mechanics: Mechanics<Dual<T, N>, N>,
-    /// Geometry inside the mechanics pass.
-    wide_actuations: [Actuation<Dual<T, N>>; N],
 }
 
 impl<T: Real, const N: usize> Lifted<T, N> {
@@ -43,7 +41,6 @@ impl<T: Real, const N: usize> Lifted<T, N> {
             joints: plant.mechanics.joints.map(|j| j.map(&mut Dual::constant)),
             actuations: plant.actuations.map(|a| a.map(&mut Dual::constant)),
             mechanics: plant.mechanics.map(&mut Dual::constant),
-            wide_actuations: plant.actuations.map(|a| a.map(&mut Dual::constant)),
         }
     }
 }
@@ -84,9 +81,11 @@ impl<T: Real, const N: usize> Plant<T, N> {
         oil: Option<&OilTables>,
         out: &mut Bordered<T>,
     ) {
+        let mut gain_slopes = [T::c(0.0); N];
         for c in 0..N {
-            let (local, rates) = lifted.local(c, &e.local[c]);
+            let (local, rates) = local(&lifted.cylinders[c], &lifted.fluid, &lifted.mains, &e.local[c]);
             let piston = lifted.piston(c, x[layout.q(c)], x[layout.qd(c)]);
+            gain_slopes[c] = piston.gain_slope;
             let slopes = &mut out.cylinders[c];
             slopes.p1 = piston.row(&rates.p1_rate.derivative);
             slopes.p2 = piston.row(&rates.p2_rate.derivative);
@@ -100,52 +99,56 @@ impl<T: Real, const N: usize> Plant<T, N> {
                 }
             }
         }
-        self.accelerations(lifted, layout, x, payload, e, out);
+        let by_q = lifted.residual_by_position(layout, x, payload, e, &gain_slopes);
+        let by_qd = self.residual_by_rate(layout, x, payload, e);
+        accelerations(e, by_q, by_qd, out);
     }
+}
 
-    /// Slopes of q'': solves M (dq''/dy) = d(g f - b - M q'')/dy column by column.
-    fn accelerations(
-        &self,
-        lifted: &Lifted<T, N>,
-        layout: &Layout,
-        x: &[T],
-        payload: T,
-        e: &Evaluation<T, N>,
-        out: &mut Bordered<T>,
-    ) {
-        let (by_q, by_qd) = lifted.residual_slopes(layout, x, payload, e);
-        for c in 0..N {
-            let gain = e.strokes[c].1;
-            let slopes = &mut out.cylinders[c];
-            let mut along_q: [T; N] = std::array::from_fn(|j| by_q[j][c]);
-            let mut along_qd: [T; N] = std::array::from_fn(|j| by_qd[j][c]);
-            along_q[c] += gain * slopes.force.q;
-            along_qd[c] += gain * slopes.force.qd;
-            let mut unit = [T::c(0.0); N];
-            unit[c] = gain;
-            let (along_q, along_qd) = (e.mass.solve(&along_q), e.mass.solve(&along_qd));
-            slopes.response[..N].copy_from_slice(&e.mass.solve(&unit));
-            for j in 0..N {
-                out.by_q[j][c] = along_q[j];
-                out.by_qd[j][c] = along_qd[j];
-            }
+/// Slopes of q'' from those of g f - b - M q'' at constant force: solves M (dq''/dy) = d(g f - b - M q'')/dy column by column.
+fn accelerations<T: Real, const N: usize>(
+    e: &Evaluation<T, N>,
+    by_q: [[T; N]; N],
+    by_qd: [[T; N]; N],
+    out: &mut Bordered<T>,
+) {
+    for c in 0..N {
+        let gain = e.strokes[c].1;
+        let slopes = &mut out.cylinders[c];
+        let mut along_q: [T; N] = std::array::from_fn(|j| by_q[j][c]);
+        let mut along_qd: [T; N] = std::array::from_fn(|j| by_qd[j][c]);
+        along_q[c] += gain * slopes.force.q;
+        along_qd[c] += gain * slopes.force.qd;
+        let mut unit = [T::c(0.0); N];
+        unit[c] = gain;
+        let (along_q, along_qd) = (e.mass.solve(&along_q), e.mass.solve(&along_qd));
+        slopes.response[..N].copy_from_slice(&e.mass.solve(&unit));
+        for j in 0..N {
+            out.by_q[j][c] = along_q[j];
+            out.by_qd[j][c] = along_qd[j];
         }
     }
 }
 
-impl<T: Real, const N: usize> Lifted<T, N> {
-    fn local(&self, c: usize, s: &LocalState<T>) -> (LocalState<Local<T>>, LocalRates<Local<T>>) {
-        let local = LocalState {
-            x: Dual::variable(s.x, 0),
-            v: Dual::variable(s.v, 1),
-            p1: Dual::variable(s.p1, 2),
-            p2: Dual::variable(s.p2, 3),
-            spool: Dual::variable(s.spool, 4),
-            z: Dual::variable(s.z, 5),
-        };
-        (local, self.cylinders[c].rates(&self.fluid, &self.mains, &local))
-    }
+/// One cylinder's laws with their derivatives by its six local numbers.
+fn local<T: Real>(
+    unit: &CylinderUnit<Local<T>>,
+    fluid: &Fluid<Local<T>>,
+    mains: &Mains<Local<T>>,
+    s: &LocalState<T>,
+) -> (LocalState<Local<T>>, LocalRates<Local<T>>) {
+    let local = LocalState {
+        x: Dual::variable(s.x, 0),
+        v: Dual::variable(s.v, 1),
+        p1: Dual::variable(s.p1, 2),
+        p2: Dual::variable(s.p2, 3),
+        spool: Dual::variable(s.spool, 4),
+        z: Dual::variable(s.z, 5),
+    };
+    (local, unit.rates(fluid, mains, &local))
+}
 
+impl<T: Real, const N: usize> Lifted<T, N> {
     fn piston(&self, c: usize, q: T, qd: T) -> Piston<T> {
         let pose = self.joints[c].pose(Dual::variable(q, 0));
         let (_, gain) = self.actuations[c].stroke(&pose);
@@ -159,34 +162,46 @@ impl<T: Real, const N: usize> Lifted<T, N> {
         [rates.0.derivative, rates.1.derivative]
     }
 
-    /// Slopes of g f - b - M q'' with f and q'' held, by coordinates and by rates: `[row][variable]`.
-    fn residual_slopes(
+    /// Slopes of g f - b - M q'' by coordinates, with f and q'' held: `[row][variable]`.
+    fn residual_by_position(
         &self,
         layout: &Layout,
         x: &[T],
         payload: T,
         e: &Evaluation<T, N>,
-    ) -> ([[T; N]; N], [[T; N]; N]) {
+        gain_slopes: &[T; N],
+    ) -> [[T; N]; N] {
         let (q, qd) = joint_state::<T, N>(layout, x);
-        let constant = |v: [T; N]| v.map(Dual::<T, N>::constant);
-        let payload = Dual::constant(payload);
-
-        let moving: [_; N] = std::array::from_fn(|i| Dual::variable(q[i], i));
+        let moving = std::array::from_fn(|i| Dual::variable(q[i], i));
         let pose = self.mechanics.pose(&moving);
-        let equations = self.mechanics.equations(&pose, &constant(qd), payload);
-        let by_q = std::array::from_fn(|j| {
-            let (_, gain) = self.wide_actuations[j].stroke(&pose.joints[j]);
-            let mut residual = gain * Dual::constant(e.rates[j].force) - equations.bias[j];
-            for k in 0..N {
-                residual -= equations.mass_matrix[j][k] * Dual::constant(e.qdd[k]);
-            }
-            residual.derivative
-        });
+        let (qd, qdd) = (qd.map(Dual::constant), e.qdd.map(Dual::constant));
+        let needed = self.mechanics.forces(&pose, &qd, Some(&qdd), Dual::constant(payload));
+        let mut out = [[T::c(0.0); N]; N];
+        for j in 0..N {
+            out[j] = needed[j].derivative.map(|slope| -slope);
+            // A cylinder's gain moves with its own joint alone.
+            out[j][j] += e.rates[j].force * gain_slopes[j];
+        }
+        out
+    }
+}
 
-        let still = self.mechanics.pose(&constant(q));
-        let turning: [_; N] = std::array::from_fn(|i| Dual::variable(qd[i], i));
-        let equations = self.mechanics.equations(&still, &turning, payload);
-        let by_qd = std::array::from_fn(|j| (-equations.bias[j]).derivative);
-        (by_q, by_qd)
+impl<T: Real, const N: usize> Plant<T, N> {
+    /// Slopes of -b by rates: `[row][variable]`. The bias is of second degree in the rates, so that a central difference
+    /// over any width is its derivative; the width of two keeps rounding that of the bias itself.
+    fn residual_by_rate(&self, layout: &Layout, x: &[T], payload: T, e: &Evaluation<T, N>) -> [[T; N]; N] {
+        let (_, qd) = joint_state::<T, N>(layout, x);
+        let mut out = [[T::c(0.0); N]; N];
+        for i in 0..N {
+            let (mut ahead, mut behind) = (qd, qd);
+            ahead[i] += T::c(1.0);
+            behind[i] -= T::c(1.0);
+            let ahead = self.mechanics.forces(&e.pose, &ahead, None, payload);
+            let behind = self.mechanics.forces(&e.pose, &behind, None, payload);
+            for j in 0..N {
+                out[j][i] = (behind[j] - ahead[j]) * 0.5;
+            }
+        }
+        out
     }
 }

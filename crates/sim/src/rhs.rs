@@ -21,11 +21,13 @@ pub struct Evaluation<T, const N: usize> {
 }
 
 /// Joint part of the state.
+#[inline(always)]
 pub fn joint_state<T: Real, const N: usize>(layout: &Layout, x: &[T]) -> ([T; N], [T; N]) {
     (std::array::from_fn(|i| x[layout.q(i)]), std::array::from_fn(|i| x[layout.qd(i)]))
 }
 
 /// Cylinder part of the state, given its piston.
+#[inline(always)]
 pub fn local_state<T: Real>(layout: &Layout, x: &[T], c: usize, position: T, velocity: T) -> LocalState<T> {
     LocalState {
         x: position,
@@ -42,13 +44,18 @@ impl<T: Real, const N: usize> Plant<T, N> {
     pub fn evaluate(&self, layout: &Layout, x: &[T], payload: T) -> Evaluation<T, N> {
         let (q, qd) = joint_state::<T, N>(layout, x);
         let pose = self.mechanics.pose(&q);
-        let strokes = self.strokes(&pose);
-
-        let local: [_; N] = std::array::from_fn(|c| local_state(layout, x, c, strokes[c].0, strokes[c].1 * qd[c]));
-        let rates: [_; N] = std::array::from_fn(|c| self.cylinders[c].rates(&self.fluid, &self.mains, &local[c]));
-
         let equations = self.mechanics.equations(&pose, &qd, payload);
-        let driving = std::array::from_fn(|j| strokes[j].1 * rates[j].force - equations.bias[j]);
+        // Loops in place of array functions: their large results would be copied about.
+        let mut strokes = [(T::c(0.0), T::c(0.0)); N];
+        let mut local = [LocalState::default(); N];
+        let mut rates = [LocalRates::default(); N];
+        let mut driving = [T::c(0.0); N];
+        for c in 0..N {
+            strokes[c] = self.actuations[c].stroke(&pose.joints[c]);
+            local[c] = local_state(layout, x, c, strokes[c].0, strokes[c].1 * qd[c]);
+            rates[c] = self.cylinders[c].rates(&self.fluid, &self.mains, &local[c]);
+            driving[c] = strokes[c].1 * rates[c].force - equations.bias[c];
+        }
         let mass = Spd::new(&equations.mass_matrix);
         let qdd = mass.solve(&driving);
         Evaluation { pose, strokes, local, rates, mass, qdd }

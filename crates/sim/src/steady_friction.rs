@@ -41,6 +41,7 @@ pub fn map_point(parameters: &[f64; MAP_PARAMETERS], v: f64) -> MapPoint {
         viscous_exponent_retracting: p[11],
         // The exponents are parameters like the others.
         gaussian: false,
+        three_halves: false,
     };
     let force = static_map::force(&map, D::constant(SIGN_WIDTH), D::variable(v, 0));
     let [slope, gradient @ ..] = force.derivative;

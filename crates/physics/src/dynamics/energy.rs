@@ -23,7 +23,7 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
     /// J, zero with every mass at the height of the inertial frame's origin.
     pub fn potential_energy(&self, pose: &ChainPose<T, N>, payload: T) -> T {
         let mut energy = T::c(0.0);
-        self.masses(pose, payload, |_, mass, _, r| energy += mass * self.gravity * r.z);
+        self.masses(pose, payload, |mass, r| energy += mass * self.gravity * r.z);
         energy
     }
 }

@@ -60,11 +60,11 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
         pose.links[N - 1].point(self.tip)
     }
 
-    /// Masses of the chain at a pose: (link, mass, inertia about the own centre, world position), payload last.
-    fn masses(&self, pose: &ChainPose<T, N>, payload: T, mut visit: impl FnMut(usize, T, T, Vec2<T>)) {
-        for (i, body) in self.bodies.iter().enumerate() {
-            visit(i, body.mass, body.inertia, pose.links[i].point(body.centre_of_gravity()));
+    /// Masses of the chain at a pose with their world positions, payload last.
+    fn masses(&self, pose: &ChainPose<T, N>, payload: T, mut visit: impl FnMut(T, Vec2<T>)) {
+        for (body, link) in self.bodies.iter().zip(&pose.links) {
+            visit(body.mass, link.point(body.centre_of_gravity()));
         }
-        visit(N - 1, payload, T::c(0.0), self.tip_position(pose));
+        visit(payload, self.tip_position(pose));
     }
 }

@@ -16,7 +16,7 @@
 //! friction keeps its exponent; the printed sigma_1 are negative (E19) and not usable.
 
 use super::StaticParameters;
-use hydrocrane_num::Real;
+use hydrocrane_num::{smooth, Real};
 
 parameters! {
     pub struct LuGre {
@@ -39,6 +39,7 @@ pub struct Friction<T> {
 }
 
 impl<T: Real> LuGre<T> {
+    #[inline(always)]
     pub fn evaluate(&self, p: &StaticParameters<T>, v: T, z: T) -> Friction<T> {
         let deflection_rate = v - self.stiffness * v.abs() / p.stribeck(v) * z;
         let force = self.stiffness * z + self.damping_at(v) * deflection_rate + p.viscous(v);
@@ -46,8 +47,9 @@ impl<T: Real> LuGre<T> {
     }
 
     /// sigma_1(v), N s/m
+    #[inline(always)]
     pub fn damping_at(&self, v: T) -> T {
-        self.damping * (-(v * v * self.fading)).exp()
+        self.damping * smooth::decay(v * v * self.fading)
     }
 
     /// Energy stored in the bristles, J.

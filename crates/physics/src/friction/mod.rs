@@ -29,6 +29,8 @@ parameters! {
         ;
         /// Both Stribeck exponents are 2: spares a logarithm and an exponential.
         gaussian: bool,
+        /// Both viscous exponents are 3/2: spares a logarithm and an exponential for two roots.
+        three_halves: bool,
     }
 }
 
@@ -37,6 +39,7 @@ const LEAST_VELOCITY: f64 = 1e-9;
 
 impl<T: Real> StaticParameters<T> {
     /// g(v) = alpha_0 + alpha_1 exp(-|v/v_sigma|^delta_sigma), N                     thesis (110), (117)
+    #[inline(always)]
     pub fn stribeck(&self, v: T) -> T {
         let pick = self.picker(v);
         let coulomb = pick(self.coulomb_extending, self.coulomb_retracting);
@@ -49,16 +52,23 @@ impl<T: Real> StaticParameters<T> {
             let exponent = pick(self.stribeck_exponent_extending, self.stribeck_exponent_retracting);
             smooth::power_of_magnitude(ratio, exponent, LEAST_VELOCITY)
         };
-        coulomb + (breakaway - coulomb) * (-decay).exp()
+        coulomb + (breakaway - coulomb) * smooth::decay(decay)
     }
 
     /// k_v |v|^delta_v sign(v), N                                                             thesis (108)
+    #[inline(always)]
     pub fn viscous(&self, v: T) -> T {
         let pick = self.picker(v);
-        let exponent = pick(self.viscous_exponent_extending, self.viscous_exponent_retracting);
-        pick(self.viscous_extending, self.viscous_retracting) * smooth::signed_power(v, exponent, LEAST_VELOCITY)
+        let power = if self.three_halves {
+            smooth::signed_three_halves(v, LEAST_VELOCITY)
+        } else {
+            let exponent = pick(self.viscous_exponent_extending, self.viscous_exponent_retracting);
+            smooth::signed_power(v, exponent, LEAST_VELOCITY)
+        };
+        pick(self.viscous_extending, self.viscous_retracting) * power
     }
 
+    #[inline(always)]
     fn picker(&self, v: T) -> impl Fn(T, T) -> T {
         let retracting = v.lt(T::c(0.0));
         move |extending, other| T::select(retracting, other, extending)
@@ -82,5 +92,6 @@ pub(crate) fn rottne() -> StaticParameters<f64> {
         viscous_exponent_extending: 1.5,
         viscous_exponent_retracting: 1.5,
         gaussian: true,
+        three_halves: true,
     }
 }

@@ -17,7 +17,7 @@ pub fn force<T: Real>(p: &StaticParameters<T>, width: T, v: T) -> T {
 /// The program's friction force, N. Takes the extending set for both directions, as the program has one.
 pub fn printed<T: Real>(p: &StaticParameters<T>, v: T) -> T {
     let zero = T::c(0.0);
-    let decay = (-(v.abs() / p.stribeck_velocity_extending)).exp();
+    let decay = smooth::decay(v.abs() / p.stribeck_velocity_extending);
     let rest = p.coulomb_extending + p.breakaway_extending * decay;
     let signed = T::select(zero.lt(v), rest, T::select(v.lt(zero), -rest, zero));
     p.viscous_extending * v + signed

@@ -16,18 +16,22 @@ pub struct LinkPose<T> {
 
 impl<T: Real> LinkPose<T> {
     /// The base, whose frame is the inertial frame.
+    #[inline(always)]
     pub fn base() -> Self {
         LinkPose { origin: Vec2::c([0.0, 0.0]), cos: T::c(1.0), sin: T::c(0.0) }
     }
 
+    #[inline(always)]
     pub fn point(&self, local: Vec2<T>) -> Vec2<T> {
         self.origin + self.vector(local)
     }
 
+    #[inline(always)]
     pub fn vector(&self, local: Vec2<T>) -> Vec2<T> {
         local.rotate(self.cos, self.sin)
     }
 
+    #[inline(always)]
     fn child(&self, joint: &JointPose<T>) -> Self {
         LinkPose {
             origin: self.point(joint.origin),
@@ -47,12 +51,14 @@ pub struct ChainPose<T, const N: usize> {
 }
 
 impl<T: Real, const N: usize> ChainPose<T, N> {
+    #[inline(always)]
     pub fn new(joints: &[Joint<T>; N], q: &[T; N]) -> Self {
-        let poses: [JointPose<T>; N] = std::array::from_fn(|i| joints[i].pose(q[i]));
+        let mut poses = [JointPose::default(); N];
         let mut links = [LinkPose::base(); N];
         let mut slides = [Vec2::default(); N];
         let mut parent = LinkPose::base();
         for i in 0..N {
+            poses[i] = joints[i].pose(q[i]);
             slides[i] = parent.vector(poses[i].slide);
             links[i] = parent.child(&poses[i]);
             parent = links[i];
@@ -70,6 +76,7 @@ impl<T: Real, const N: usize> ChainPose<T, N> {
     }
 
     /// Derivative, with respect to joint `j`, of the world position `r` of a point on a link that `j` moves.
+    #[inline(always)]
     pub fn column(&self, j: usize, r: Vec2<T>) -> Vec2<T> {
         (r - self.links[j].origin).perp() * self.joints[j].turn + self.slides[j]
     }

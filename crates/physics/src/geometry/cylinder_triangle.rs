@@ -11,6 +11,7 @@ use super::MovingPoint;
 use hydrocrane_num::{Real, Vec2};
 
 /// Pin-to-pin length (m) and its derivative with respect to the joint coordinate.
+#[inline(always)]
 pub fn pin_distance<T: Real>(fixed: Vec2<T>, moving: MovingPoint<T>) -> (T, T) {
     let d = moving.position - fixed;
     let length = d.norm();

@@ -46,12 +46,14 @@ impl FourBar<f64> {
 
 impl<T: Real> FourBar<T> {
     /// h^2: positive where the linkage closes, zero at its dead centres.
+    #[inline(always)]
     pub fn closure(&self, coupler_pivot: Vec2<T>) -> T {
         let (a, d2) = self.projection(coupler_pivot - self.rocker_pivot);
         self.rocker_length.square() / d2 - a * a
     }
 
     /// The common pin in the parent frame, given the coupler pivot there.
+    #[inline(always)]
     pub fn common_pin(&self, coupler_pivot: MovingPoint<T>) -> MovingPoint<T> {
         let d = coupler_pivot.position - self.rocker_pivot;
         let (a, _) = self.projection(d);
@@ -66,6 +68,7 @@ impl<T: Real> FourBar<T> {
     }
 
     /// Share of the diagonal up to the foot of the common pin, and the squared diagonal (18).
+    #[inline(always)]
     fn projection(&self, d: Vec2<T>) -> (T, T) {
         let d2 = d.dot(d);
         let a = (self.rocker_length.square() - self.coupler_length.square() + d2) / (d2 * 2.0);

@@ -26,7 +26,7 @@ pub struct Joint<T> {
 }
 
 /// A joint at a given coordinate: the child frame in the parent frame, and how it moves with the coordinate.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct JointPose<T> {
     pub cos: T,
     pub sin: T,
@@ -59,6 +59,7 @@ impl Joint<f64> {
 }
 
 impl<T: Real> Joint<T> {
+    #[inline(always)]
     pub fn pose(&self, q: T) -> JointPose<T> {
         let travel = q - self.zero;
         let (sin, cos, origin) = if self.revolute {
@@ -73,6 +74,7 @@ impl<T: Real> Joint<T> {
 
 impl<T: Real> JointPose<T> {
     /// A point of the child link, in the parent frame, with its derivative.
+    #[inline(always)]
     pub fn carry(&self, point: Vec2<T>) -> MovingPoint<T> {
         let arm = point.rotate(self.cos, self.sin);
         MovingPoint { position: self.origin + arm, rate: self.slide + arm.perp() * self.turn }

@@ -57,6 +57,7 @@ impl<T: Copy> Actuation<T> {
 
 impl<T: Real> Actuation<T> {
     /// Piston position from mid-stroke (m) and its derivative with respect to the joint coordinate.
+    #[inline(always)]
     pub fn stroke(&self, pose: &JointPose<T>) -> (T, T) {
         let (fixed, moving) = self.pins(pose);
         let (length, slope) = pin_distance(fixed, moving);
@@ -68,6 +69,7 @@ impl<T: Real> Actuation<T> {
         self.pins(pose).1.position
     }
 
+    #[inline(always)]
     fn pins(&self, pose: &JointPose<T>) -> (Vec2<T>, MovingPoint<T>) {
         match &self.drive {
             Drive::Pins { on_parent, on_child, .. } => (*on_parent, pose.carry(*on_child)),
@@ -76,6 +78,7 @@ impl<T: Real> Actuation<T> {
     }
 
     /// Positive where the cylinder's linkage closes; always so without a four-bar.
+    #[inline(always)]
     pub fn closure(&self, pose: &JointPose<T>) -> T {
         match &self.drive {
             Drive::Pins { .. } => T::c(1.0),

@@ -23,16 +23,19 @@ parameters! {
 
 impl<T: Real> Chambers<T> {
     /// m^3
+    #[inline(always)]
     pub fn volumes(&self, x: T) -> (T, T) {
         (self.mid_volume_1 + self.area_1 * x, self.mid_volume_2 - self.area_2 * x)
     }
 
     /// Pressure force on the piston, N, positive outward.
+    #[inline(always)]
     pub fn force(&self, p1: T, p2: T) -> T {
         p1 * self.area_1 - p2 * self.area_2
     }
 
     /// (p_1', p_2') in Pa/s from the flows into each chamber (m^3/s) and the piston's motion.
+    #[inline(always)]
     pub fn pressure_rates(&self, fluid: &Fluid<T>, x: T, v: T, p: (T, T), inflow: (T, T)) -> (T, T) {
         let (v1, v2) = self.volumes(x);
         (

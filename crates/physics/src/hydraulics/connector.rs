@@ -17,6 +17,7 @@ parameters! {
 
 impl<T: Real> Connector<T> {
     /// Pressure rises (Pa) at both chambers from the piston velocity (m/s).
+    #[inline(always)]
     pub fn rises(&self, velocity: T) -> (T, T) {
         let v2 = velocity.square();
         (self.piston_side * v2, self.rod_side * v2)

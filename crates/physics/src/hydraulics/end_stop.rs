@@ -34,9 +34,12 @@ parameters! {
 
 /// Depth, relative to the zone, where the spring law goes on straight.
 const STRAIGHT: f64 = 0.98;
+/// Slope of s / (1 - s) there.
+const STRAIGHT_SLOPE: f64 = 1.0 / ((1.0 - STRAIGHT) * (1.0 - STRAIGHT));
 
 impl<T: Real> EndStop<T> {
     /// Force of the stops on the piston, N, positive outward: (spring, damper).
+    #[inline(always)]
     pub fn force(&self, x: T, v: T) -> (T, T) {
         let (inner, outer) = self.depths(x);
         if self.printed {
@@ -59,26 +62,29 @@ impl<T: Real> EndStop<T> {
     }
 
     /// Relative depths into the lower and the upper stop.
+    #[inline(always)]
     fn depths(&self, x: T) -> (T, T) {
+        let per_zone = T::c(1.0) / self.zone;
         (
-            smooth::positive_part(self.lower + self.zone - x) / self.zone,
-            smooth::positive_part(x - (self.upper - self.zone)) / self.zone,
+            smooth::positive_part(self.lower + self.zone - x) * per_zone,
+            smooth::positive_part(x - (self.upper - self.zone)) * per_zone,
         )
     }
 }
 
 /// s / (1 - s), straight past [`STRAIGHT`].
+#[inline(always)]
 fn hyperbola<T: Real>(s: T) -> T {
     let inside = s.min(T::c(STRAIGHT));
     let rest = T::c(1.0) - inside;
-    inside / rest + (s - inside) / (1.0 - STRAIGHT).powi(2)
+    inside / rest + (s - inside) * STRAIGHT_SLOPE
 }
 
 /// Integral of [`hyperbola`] from zero.
 fn hyperbola_integral<T: Real>(s: T) -> T {
     let inside = s.min(T::c(STRAIGHT));
     let over = s - inside;
-    let straight = over * (STRAIGHT / (1.0 - STRAIGHT)) + over.square() * (0.5 / (1.0 - STRAIGHT).powi(2));
+    let straight = over * (STRAIGHT / (1.0 - STRAIGHT)) + over.square() * (0.5 * STRAIGHT_SLOPE);
     -inside - (T::c(1.0) - inside).ln() + straight
 }
 

@@ -22,10 +22,10 @@ parameters! {
         density,
         /// Pa
         bulk_max,
-        c1,
+        /// C_1/p_max of (96), 1/Pa.
+        rise,
+        /// C_2 of (96).
         c2,
-        /// p_max of (96), Pa.
-        reference_pressure,
         /// Gauge pressure of vacuum p_v, Pa, negative.
         vacuum,
         ;
@@ -40,21 +40,23 @@ const LN_10: f64 = std::f64::consts::LN_10;
 
 impl<T: Real> Fluid<T> {
     /// Pa, from gauge pressure (Pa).
+    #[inline(always)]
     pub fn bulk_modulus(&self, p: T) -> T {
         if self.of_magnitude {
             return self.logarithmic(p.abs());
         }
         let oil = self.logarithmic(smooth::positive_part(p));
         let y = self.relative_absolute_pressure(p);
-        let share = -self.vacuum / oil;
-        let gas = oil * y * (y + share * (T::c(1.0) - y));
+        let gas = y * (oil * y - self.vacuum * (T::c(1.0) - y));
         T::select(p.lt(T::c(0.0)), gas, oil)
     }
 
+    #[inline(always)]
     fn logarithmic(&self, p: T) -> T {
-        self.bulk_max * (self.c1 * p / self.reference_pressure + self.c2).ln() * (0.5 / LN_10)
+        self.bulk_max * (self.rise * p + self.c2).ln() * (0.5 / LN_10)
     }
 
+    #[inline(always)]
     fn relative_absolute_pressure(&self, p: T) -> T {
         ((self.vacuum - p) / self.vacuum).max(T::c(LEAST_Y))
     }
@@ -171,15 +173,7 @@ mod tests {
     use super::*;
 
     fn oil(of_magnitude: bool) -> Fluid<f64> {
-        Fluid {
-            density: 1000.0,
-            bulk_max: 1e9,
-            c1: 90.0,
-            c2: 3.0,
-            reference_pressure: 200e5,
-            vacuum: -1e5,
-            of_magnitude,
-        }
+        Fluid { density: 1000.0, bulk_max: 1e9, rise: 90.0 / 200e5, c2: 3.0, vacuum: -1e5, of_magnitude }
     }
 
     #[test]

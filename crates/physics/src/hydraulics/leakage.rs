@@ -27,6 +27,7 @@ parameters! {
 
 impl<T: Real> Leakage<T> {
     /// (q_int from chamber 1 to 2, q_ext from chamber 2 to tank), m^3/s.
+    #[inline(always)]
     pub fn flows(&self, p1: T, p2: T, tank: T) -> (T, T) {
         let driving = if self.external_from_piston_side { p1 } else { p2 };
         (self.internal * (p1 - p2), self.external * (driving - tank))

@@ -21,6 +21,8 @@ parameters! {
         coefficient,
         /// Pa
         transition_pressure,
+        /// 1/(2 p_tr^(3/2)), [`smooth::root_curvature`] of the transition pressure, Pa^(-3/2).
+        laminar_curvature,
         /// Thresholds of the printed blend (74), Pa.
         blend_low,
         blend_high,
@@ -45,9 +47,10 @@ impl<T: Real> Orifice<T> {
     }
 
     /// C_0 g(dp), m^2/s
+    #[inline(always)]
     pub fn flow_per_opening(&self, dp: T) -> T {
         let root = match self.law {
-            OrificeLaw::TwoRegime => smooth::signed_root(dp, self.transition_pressure),
+            OrificeLaw::TwoRegime => smooth::signed_root(dp, self.transition_pressure, self.laminar_curvature),
             OrificeLaw::Printed { blended } => self.printed_root(dp, blended),
         };
         self.coefficient * root
@@ -78,6 +81,7 @@ mod tests {
         Orifice {
             coefficient: 1e-4 / (0.05 * 75e5f64.sqrt()),
             transition_pressure: 3e5,
+            laminar_curvature: smooth::root_curvature(3e5),
             blend_low: 2e5,
             blend_high: 4e5,
             law,

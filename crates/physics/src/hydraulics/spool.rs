@@ -22,6 +22,7 @@ parameters! {
 
 impl<T: Real> Spool<T> {
     /// (dx_s/dt, dv_s/dt) from spool position (m), spool velocity state (m/s) and command (m).
+    #[inline(always)]
     pub fn rates(&self, position: T, velocity: T, command: T) -> (T, T) {
         let w = self.natural_frequency;
         let acceleration = w * w * (command - position) - self.damping_ratio * w * velocity * 2.0;

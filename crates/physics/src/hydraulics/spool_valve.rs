@@ -42,7 +42,7 @@ impl<T: Copy> SpoolValve<T> {
 }
 
 /// Pressures around the valve, Pa.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct PortPressures<T> {
     pub supply: T,
     pub tank: T,
@@ -51,7 +51,7 @@ pub struct PortPressures<T> {
 }
 
 /// Flow through each edge, m^3/s, in the direction its name reads.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct EdgeFlows<T> {
     pub supply_to_a: T,
     pub a_to_tank: T,
@@ -60,6 +60,7 @@ pub struct EdgeFlows<T> {
 }
 
 impl<T: Real> SpoolValve<T> {
+    #[inline(always)]
     pub fn flows(&self, spool: T, p: &PortPressures<T>) -> EdgeFlows<T> {
         let extend = smooth::positive_part(spool - self.overlap);
         let retract = smooth::positive_part(-spool - self.overlap);
@@ -83,10 +84,12 @@ impl<T: Real> SpoolValve<T> {
 
 impl<T: Real> EdgeFlows<T> {
     /// q_A: into the piston-side chamber.
+    #[inline(always)]
     pub fn port_a(&self) -> T {
         self.supply_to_a - self.a_to_tank
     }
     /// q_B: out of the rod-side chamber.
+    #[inline(always)]
     pub fn port_b(&self) -> T {
         self.b_to_tank - self.supply_to_b
     }
@@ -109,6 +112,7 @@ mod tests {
         let edge = Orifice {
             coefficient: 7.3e-7,
             transition_pressure: 3e5,
+            laminar_curvature: smooth::root_curvature(3e5),
             blend_low: 2e5,
             blend_high: 4e5,
             law: OrificeLaw::TwoRegime,

@@ -44,6 +44,13 @@ pub struct Target {
     pub error: Vec<f64>,
 }
 
+impl Target {
+    /// Room for `n` states and `m` quadratures.
+    pub fn new(n: usize, m: usize) -> Self {
+        Target { x: vec![0.0; n], w: vec![0.0; m], error: vec![0.0; n] }
+    }
+}
+
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Effort {
     pub derivatives: u64,
@@ -63,9 +70,22 @@ pub fn method(name: &str, dimension: usize, quadratures: usize) -> Option<Box<dy
     }
 }
 
-/// y += a x
-fn axpy(y: &mut [f64], a: f64, x: &[f64]) {
-    for (y, x) in y.iter_mut().zip(x) {
-        *y += a * x;
+/// y += scale sum_j weight_j term_j, in one pass over `y`.
+fn add_combination(y: &mut [f64], scale: f64, weights: &[f64], terms: &[Vec<f64>]) {
+    const LANES: usize = 4;
+    let whole = y.len() / LANES * LANES;
+    let mut at = 0;
+    while at < whole {
+        let mut sum = [0.0; LANES];
+        for (weight, term) in weights.iter().zip(terms) {
+            let term = &term[at..at + LANES];
+            (0..LANES).for_each(|lane| sum[lane] += weight * term[lane]);
+        }
+        let y = &mut y[at..at + LANES];
+        (0..LANES).for_each(|lane| y[lane] += scale * sum[lane]);
+        at += LANES;
+    }
+    for i in whole..y.len() {
+        y[i] += scale * weights.iter().zip(terms).map(|(weight, term)| weight * term[i]).sum::<f64>();
     }
 }

@@ -11,7 +11,7 @@
 //! Tangents of the state are carried along by the derivative of the very step: W k_i' = r' + J' k_i, where r' is the
 //! right-hand side of the stage with tangents in place of states. One factorisation serves all of them.
 
-use super::{axpy, Effort, Linearisation, Method, Point, Target};
+use super::{add_combination, Effort, Linearisation, Method, Point, Target};
 use crate::system::System;
 
 const STAGES: usize = 8;
@@ -121,32 +121,40 @@ const H: [[f64; STAGES]; 3] = [
     ],
 ];
 
+/// Weights of the increments in the new state: the last argument's, and one for each increment after it.
+const WEIGHTS: [f64; STAGES] = {
+    let mut weights = [1.0; STAGES];
+    let mut j = 0;
+    while j < A[5].len() {
+        weights[j] = A[5][j];
+        j += 1;
+    }
+    weights
+};
+
 pub struct Rodas5p {
-    /// States, with their tangents, and quadratures.
-    n: usize,
-    m: usize,
     linearisation: Linearisation,
     time_derivative: Vec<f64>,
     /// Increments of states and quadratures, stage by stage.
     k: [Vec<f64>; STAGES],
     kappa: [Vec<f64>; STAGES],
     argument: Vec<f64>,
-    /// Interpolant: start, end and three terms, over states then quadratures.
-    dense: [Vec<f64>; 5],
+    /// Ends of the last accepted step, whose increments are kept until the next attempt.
+    start: Target,
+    end: Target,
     effort: Effort,
 }
 
 impl Rodas5p {
     pub fn new(n: usize, m: usize) -> Self {
         Rodas5p {
-            n,
-            m,
             linearisation: Linearisation::new(n, m),
             time_derivative: vec![0.0; n],
             k: std::array::from_fn(|_| vec![0.0; n]),
             kappa: std::array::from_fn(|_| vec![0.0; m]),
             argument: vec![0.0; n],
-            dense: std::array::from_fn(|_| vec![0.0; n + m]),
+            start: Target::new(n, m),
+            end: Target::new(n, m),
             effort: Effort::default(),
         }
     }
@@ -155,11 +163,9 @@ impl Rodas5p {
     fn set_argument(&mut self, i: usize, x: &[f64]) {
         if i < A.len() {
             self.argument.copy_from_slice(x);
-            for (a, k) in A[i].iter().zip(&self.k) {
-                axpy(&mut self.argument, *a, k);
-            }
+            add_combination(&mut self.argument, 1.0, A[i], &self.k);
         } else {
-            axpy(&mut self.argument, 1.0, &self.k[i - 1]);
+            add_combination(&mut self.argument, 1.0, &[1.0], &self.k[i - 1..]);
         }
     }
 
@@ -174,12 +180,10 @@ impl Rodas5p {
             system.derivative(t + NODES[i] * h, &self.argument, k, kappa);
             self.effort.derivatives += 1;
         }
-        for (j, c) in C[i].iter().enumerate() {
-            axpy(k, c / h, &done[j]);
-            axpy(kappa, c / h, &quadratures_done[j]);
-        }
+        add_combination(k, 1.0 / h, C[i], done);
+        add_combination(kappa, 1.0 / h, C[i], quadratures_done);
         if D[i] != 0.0 {
-            axpy(k, h * D[i], &self.time_derivative);
+            add_combination(k, h, &D[i..=i], std::slice::from_ref(&self.time_derivative));
         }
         self.linearisation.solve(k);
         self.linearisation.add_quadrature_slopes(k, kappa);
@@ -208,40 +212,29 @@ impl Method for Rodas5p {
             self.stage(system, i, t, h);
         }
         to.x.copy_from_slice(&self.argument);
-        axpy(&mut to.x, 1.0, &self.k[STAGES - 1]);
+        add_combination(&mut to.x, 1.0, &[1.0], &self.k[STAGES - 1..]);
         to.error.copy_from_slice(&self.k[STAGES - 1]);
         to.w.copy_from_slice(from.w);
-        for (a, kappa) in A[5].iter().chain(&[1.0; 3]).zip(&self.kappa) {
-            axpy(&mut to.w, *a, kappa);
-        }
+        add_combination(&mut to.w, 1.0, &WEIGHTS, &self.kappa);
         true
     }
 
     fn accept(&mut self, from: Point, to: Point) {
-        let [start, end, terms @ ..] = &mut self.dense;
-        for (out, p) in [(start, from), (end, to)] {
-            out[..self.n].copy_from_slice(p.x);
-            out[self.n..].copy_from_slice(p.w);
-        }
-        for (term, weights) in terms.iter_mut().zip(&H) {
-            term.fill(0.0);
-            let (states, quadratures) = term.split_at_mut(self.n);
-            for (i, weight) in weights.iter().enumerate() {
-                axpy(states, *weight, &self.k[i]);
-                axpy(quadratures, *weight, &self.kappa[i]);
-            }
+        for (end, p) in [(&mut self.start, from), (&mut self.end, to)] {
+            end.x.copy_from_slice(p.x);
+            end.w.copy_from_slice(p.w);
         }
     }
 
     fn interpolate(&self, theta: f64, x: &mut [f64], w: &mut [f64]) {
-        let [start, end, t1, t2, t3] = &self.dense;
         let rest = 1.0 - theta;
-        let at = |i: usize| {
-            let inner = t1[i] + theta * (t2[i] + theta * t3[i]);
-            rest * start[i] + theta * (end[i] + rest * inner)
-        };
-        (0..self.n).for_each(|i| x[i] = at(i));
-        (0..self.m).for_each(|i| w[i] = at(self.n + i));
+        let weights: [f64; STAGES] = std::array::from_fn(|i| H[0][i] + theta * (H[1][i] + theta * H[2][i]));
+        for (out, start, end, k) in
+            [(x, &self.start.x, &self.end.x, &self.k), (w, &self.start.w, &self.end.w, &self.kappa)]
+        {
+            out.iter_mut().zip(start.iter().zip(end)).for_each(|(out, (a, b))| *out = rest * a + theta * b);
+            add_combination(out, theta * rest, &weights, k);
+        }
     }
 
     fn effort(&self) -> Effort {

@@ -44,13 +44,14 @@ pub struct Stepper {
     from: f64,
     target: Target,
     begun: bool,
+    /// Size and error norm of the last accepted step under the same right-hand side.
+    last: Option<(f64, f64)>,
     pub accepted: u64,
     pub rejected: u64,
 }
 
 impl Stepper {
     pub fn new(method: Box<dyn Method>, tolerances: Tolerances, t: f64, x: &[f64], quadratures: usize) -> Self {
-        let n = x.len();
         Stepper {
             method,
             tolerances,
@@ -59,8 +60,9 @@ impl Stepper {
             w: vec![0.0; quadratures],
             h: 0.0,
             from: t,
-            target: Target { x: vec![0.0; n], w: vec![0.0; quadratures], error: vec![0.0; n] },
+            target: Target::new(x.len(), quadratures),
             begun: false,
+            last: None,
             accepted: 0,
             rejected: 0,
         }
@@ -70,11 +72,13 @@ impl Stepper {
     pub fn restart(&mut self) {
         self.begun = false;
         self.h = 0.0;
+        self.last = None;
     }
 
     /// Tells that the right-hand side has changed a little: the step size is kept as a first guess.
     pub fn refresh(&mut self) {
         self.begun = false;
+        self.last = None;
     }
 
     /// One accepted step, at most to `limit`.
@@ -104,19 +108,36 @@ impl Stepper {
                 return Err(failure);
             }
             let norm = self.attempt(system, h, &mut failure);
-            let factor = SAFETY * norm.powf(-1.0 / f64::from(self.method.order()));
             if norm <= 1.0 {
-                self.take(h, limit);
                 let most = if rejected_before { 1.0 } else { GROW };
-                let next = h * factor.clamp(SHRINK, most);
+                let next = h * self.growth(h, norm).clamp(SHRINK, most);
+                self.last = Some((h, norm));
+                self.take(h, limit);
                 // A step cut short by the limit does not disprove the size that was wanted.
                 self.h = if h < wanted { next.max(wanted) } else { next };
-                self.method.begin(system, self.t, &self.x);
+                self.begun = false;
                 return Ok(());
             }
             rejected_before = true;
             self.rejected += 1;
+            let factor = SAFETY * norm.powf(-1.0 / self.order());
             self.h = h * if norm.is_finite() { factor.clamp(SHRINK, 1.0) } else { SHRINK };
+        }
+    }
+
+    fn order(&self) -> f64 {
+        f64::from(self.method.order())
+    }
+
+    /// Change of step size after an accepted step: the filter H211b (b = 4) of G. Soderlind, Digital filters in adaptive
+    /// time-stepping, ACM Trans. Math. Softw. 29 (2003) 1-26, doi 10.1145/641876.641877. It looks at the last two errors and
+    /// steps: errors that swing with the crane would have every other step rejected if each were answered at once.
+    fn growth(&self, h: f64, norm: f64) -> f64 {
+        match self.last {
+            Some((last_h, last_norm)) => {
+                SAFETY * ((norm * last_norm).powf(-1.0 / self.order()) * last_h / h).powf(0.25)
+            }
+            None => SAFETY * norm.powf(-1.0 / self.order()),
         }
     }
 
@@ -182,7 +203,7 @@ impl Stepper {
         system.derivative(self.t + probe, &ahead, &mut f1, &mut w);
         let bend: Vec<f64> = f1.iter().zip(&f0).map(|(a, b)| (a - b) / probe).collect();
         let curvature = self.norm(system, &bend);
-        let order = f64::from(self.method.order());
+        let order = self.order();
         let second = (0.01 / slope.max(curvature)).powf(1.0 / order).max(1e-9);
         let h = (100.0 * probe).min(second).min(self.tolerances.max_step);
         if h.is_finite() {

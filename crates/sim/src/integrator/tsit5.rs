@@ -5,7 +5,7 @@
 
 #![allow(clippy::excessive_precision)] // coefficients as published
 
-use super::{axpy, Effort, Method, Point, Target};
+use super::{add_combination, Effort, Method, Point, Target};
 use crate::system::System;
 
 const STAGES: usize = 7;
@@ -88,21 +88,15 @@ impl Method for Tsit5 {
     fn attempt(&mut self, system: &dyn System, t: f64, h: f64, from: Point, to: &mut Target) -> bool {
         for i in 1..STAGES {
             self.argument.copy_from_slice(from.x);
-            for (a, k) in A[i].iter().zip(&self.k) {
-                axpy(&mut self.argument, h * a, k);
-            }
+            add_combination(&mut self.argument, h, A[i], &self.k);
             system.derivative(t + NODES[i] * h, &self.argument, &mut self.k[i], &mut self.kappa[i]);
         }
         self.effort.derivatives += STAGES as u64 - 1;
         to.x.copy_from_slice(&self.argument);
         to.w.copy_from_slice(from.w);
-        for (b, kappa) in A[STAGES - 1].iter().zip(&self.kappa) {
-            axpy(&mut to.w, h * b, kappa);
-        }
+        add_combination(&mut to.w, h, A[STAGES - 1], &self.kappa);
         to.error.fill(0.0);
-        for (e, k) in ERROR.iter().zip(&self.k) {
-            axpy(&mut to.error, h * e, k);
-        }
+        add_combination(&mut to.error, h, &ERROR, &self.k);
         self.step = h;
         true
     }

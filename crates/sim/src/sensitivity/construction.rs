@@ -59,11 +59,12 @@ impl<T: Copy, const N: usize> Inputs<T, N> {
     }
 }
 
-/// The short cut for exponents of two does not see them, so it is no way to differentiate by them.
+/// The short cuts for usual exponents do not see them, so they are no way to differentiate by them.
 fn allow_other_exponents(friction: &mut FrictionLaw<Dual<f64, WIDTH>>) {
     let (FrictionLaw::Static { map, .. } | FrictionLaw::Printed { map } | FrictionLaw::LuGre { map, .. }) = friction;
-    let exponents = [map.stribeck_exponent_extending, map.stribeck_exponent_retracting];
-    map.gaussian &= exponents.iter().all(|exponent| exponent.derivative == [0.0; WIDTH]);
+    let fixed = |exponents: [Dual<f64, WIDTH>; 2]| exponents.iter().all(|e| e.derivative == [0.0; WIDTH]);
+    map.gaussian &= fixed([map.stribeck_exponent_extending, map.stribeck_exponent_retracting]);
+    map.three_halves &= fixed([map.viscous_exponent_extending, map.viscous_exponent_retracting]);
 }
 
 /// Derivatives of all numbers of the inputs by each key, at the `values` of the keys.
