@@ -28,6 +28,8 @@ const LEAST_STEP: f64 = 1e-13;
 const SHRINK: f64 = 0.2;
 const GROW: f64 = 6.0;
 const SAFETY: f64 = 0.9;
+/// Growth beyond which errors do not swing about the tolerance but are far below it.
+const DOUBLE: f64 = 2.0;
 /// States smaller than this relative to their scale are zero: decaying spools would end in subnormals.
 const FLUSH: f64 = 1e-30;
 
@@ -132,12 +134,14 @@ impl Stepper {
     /// Change of step size after an accepted step: the filter H211b (b = 4) of G. Soderlind, Digital filters in adaptive
     /// time-stepping, ACM Trans. Math. Softw. 29 (2003) 1-26, doi 10.1145/641876.641877. It looks at the last two errors and
     /// steps: errors that swing with the crane would have every other step rejected if each were answered at once.
+    /// An error so small that it asks for twice the step is answered at once.
     fn growth(&self, h: f64, norm: f64) -> f64 {
+        let direct = SAFETY * norm.powf(-1.0 / self.order());
         match self.last {
-            Some((last_h, last_norm)) => {
+            Some((last_h, last_norm)) if direct < DOUBLE => {
                 SAFETY * ((norm * last_norm).powf(-1.0 / self.order()) * last_h / h).powf(0.25)
             }
-            None => SAFETY * norm.powf(-1.0 / self.order()),
+            _ => direct,
         }
     }
 
