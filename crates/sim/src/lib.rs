@@ -27,6 +27,7 @@ mod sensing;
 mod simulator;
 mod stick;
 pub mod system;
+mod tip_rates;
 mod valve_line;
 mod workspace;
 
@@ -50,3 +51,4 @@ pub use sampled::{simulate_sampled, Event, SampledPlan, SampledRun, Samples, FAI
 pub use sensing::{FaultKind, SensorFault, SensorMode, Sensors};
 pub use simulator::Simulator;
 pub use stick::{StickKind, Sticks};
+pub use tip_rates::{resolve_rates, RateWish};

@@ -51,6 +51,8 @@ pub trait Model: Send + Sync {
     fn equations(&self, q: &[f64], qd: &[f64], payload: f64, mass: &mut [f64], bias: &mut [f64]);
     fn forward_dynamics(&self, q: &[f64], qd: &[f64], force: &[f64], payload: f64, qdd: &mut [f64]);
     fn static_force(&self, q: &[f64], payload: f64, force: &mut [f64]);
+    /// Lowest and highest steady piston speed per cylinder at full spool stroke under the load at rest, in pairs.
+    fn piston_speeds(&self, q: &[f64], payload: f64, speeds: &mut [f64]);
     /// (kinetic, potential), J.
     fn energies(&self, q: &[f64], qd: &[f64], payload: f64) -> (f64, f64);
 
