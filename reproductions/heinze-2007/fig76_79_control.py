@@ -107,7 +107,7 @@ def compute() -> dict[str, float]:
 def draw() -> None:
     fig, axes = figure(2, 2, (10.0, 7.5))
     (levers, stick), (points, pid) = axes
-    for i, ((name, side), way) in enumerate(lever_runs().items()):
+    for i, way in enumerate(lever_runs().values()):
         for j in range(3):
             levers.bar(i + 0.25 * (j - 1), way[j] * 1e3, 0.25, color=f"C{j}")
     labels = [f"{name}\n{'push' if side > 0 else 'pull'}" for name, side in lever_runs()]

@@ -38,7 +38,7 @@ def sampled_heights(machine: str, task: str) -> list[float]:
     plan = hc.Scenario(
         machine=machine,
         joints={"boom": np.deg2rad(100.0), "jib": np.deg2rad(100.0), "extension": 0.0},
-        pressures={cylinder: (0.0, 0.0) for cylinder in ("lift", "jib", "extension")},
+        pressures=dict.fromkeys(("lift", "jib", "extension"), (0.0, 0.0)),
         duration=INSTANTS[-1],
         overrides={"control.heinze-pid.set-point-interval": 5.0},
         controller="heinze-pid",
