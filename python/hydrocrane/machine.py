@@ -343,6 +343,13 @@ class Machine:
         """Net cylinder forces (..., n_cyl) that hold the crane at rest, N."""
         return self._over(self.core.static_cylinder_force, self._joints(q), payload=payload)
 
+    def piston_speeds(self, q: ArrayLike, *, payload: float | None = None) -> Array:
+        """Lowest and highest steady piston speed (..., n_cyl, 2) at full spool stroke under the load at rest, m/s.
+
+        Negative retracts. Zero where the supply cannot move the load.
+        """
+        return self._over(self.core.piston_speeds, self._joints(q), payload=payload)
+
     def kinetic_energy(self, q: ArrayLike, qd: ArrayLike, *, payload: float | None = None) -> Array:
         """Kinetic energy (...), J   (45)."""
         return self._over(self.core.kinetic_energy, self._joints(q), self._joints(qd, "qd"), payload=payload)

@@ -291,6 +291,10 @@ impl Machine {
         let n = self.n();
         matrix(py, self.over_q(py, &q, n, |m, q, out| m.static_force(q, payload, out))?, n)
     }
+    fn piston_speeds<'py>(&self, py: Python<'py>, q: Rows<'py>, payload: f64) -> Tensor<'py> {
+        let n = self.n();
+        tensor(py, self.over_q(py, &q, 2 * n, |m, q, out| m.piston_speeds(q, payload, out))?, (n, 2))
+    }
     fn kinetic_energy<'py>(&self, py: Python<'py>, q: Rows<'py>, qd: Rows<'py>, payload: f64) -> Vector<'py> {
         let energy = |m: &dyn Model, q: &[f64], qd: &[f64], out: &mut [f64]| out[0] = m.energies(q, qd, payload).0;
         Ok(vector(py, self.over_q_and(py, &q, (&qd, "qd"), 1, energy)?))

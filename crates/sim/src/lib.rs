@@ -31,6 +31,7 @@ mod simulator;
 mod steady_friction;
 mod stick;
 pub mod system;
+mod tip_rates;
 mod valve_line;
 mod workspace;
 
@@ -57,3 +58,4 @@ pub use sensing::{FaultKind, SensorFault, SensorMode, Sensors};
 pub use simulator::Simulator;
 pub use steady_friction::{map_point, MapPoint, MAP_PARAMETERS};
 pub use stick::{StickKind, Sticks};
+pub use tip_rates::{resolve_rates, RateWish};

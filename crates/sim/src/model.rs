@@ -55,6 +55,8 @@ pub trait Model: Send + Sync {
     fn tip_velocity(&self, q: &[f64], qd: &[f64]) -> [f64; 2];
     /// The tip with `payload` takes up `load` (kg) that lies still: writes the joint rates after it, tells the loss (J).
     fn attach(&self, q: &[f64], qd: &[f64], payload: f64, load: f64, rates: &mut [f64]) -> f64;
+    /// Lowest and highest steady piston speed per cylinder at full spool stroke under the load at rest, in pairs.
+    fn piston_speeds(&self, q: &[f64], payload: f64, speeds: &mut [f64]);
     /// (kinetic, potential), J.
     fn energies(&self, q: &[f64], qd: &[f64], payload: f64) -> (f64, f64);
 
