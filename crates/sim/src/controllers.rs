@@ -256,6 +256,7 @@ mod tests {
         for (name, key) in gains.chain(weights) {
             assert_ne!(settings(name, key, 1.2), settings(name, key, 2.4), "{name}.{key}");
         }
+        let (_, keys) = IN_FILES[0];
         assert!(TIP_GAINS.iter().all(|(key, _)| keys.iter().any(|(known, _)| known == key)));
         assert_eq!((tip_gain_unit("damping"), tip_gain_unit("reserve")), ("1/s", ""));
     }
