@@ -1,7 +1,7 @@
 """Straight lines that a machine can drive, found from its own limits: what tuning needs of a crane nobody has seen.
 
 A line is walked at the highest speed that the pistons can give under the load at rest, with the redundancy resolved as
-the controller ``tip`` does it; the walk ends where the machine becomes slower than ``SLOWEST``.
+the controller ``tip`` does it; the walk ends where the machine becomes slower than ``SLOWEST`` or near a keep-out region.
 """
 
 from __future__ import annotations
@@ -26,6 +26,8 @@ SLOWEST = SPEEDS[0]
 BEYOND = 20.0
 # Shares of its range between which each joint is tried, and about how many poses are tried in all.
 INNER, POSES = (0.15, 0.85), 250
+# Room that a line leaves before a keep-out region's margin, m: the slow-down there is no matter of gains.
+ROOM = 0.1
 # Lines shorter than this say nothing, m.
 SHORTEST = 0.1
 # Of the feasible speed: slow lines, and one that asks for more than there is.
@@ -69,7 +71,7 @@ def walk(crane: Machine, q: Array, direction: Array, length: float = LINE) -> Wa
     for i in range(round(length / STEP) + 1):
         lost = start + i * STEP * direction - crane.tip(q)
         rates, share = fastest_rates(crane, q, BEYOND * direction, gains["path-rate"] * lost, gains["limit-rate"])
-        if share * BEYOND < SLOWEST:
+        if share * BEYOND < SLOWEST or crane.clearance(crane.tip(q)) < gains["keep-out-margin"] + ROOM:
             break
         poses.append(q.copy())
         speeds.append(share * BEYOND)

@@ -233,6 +233,11 @@ class Machine:
         """Regions that controllers keep the tip out of, by name: corners (k, 2) in the inertial frame, m."""
         return dict(self.core.keep_out)
 
+    def clearance(self, place: ArrayLike) -> Array:
+        """Distance of places (..., 2) from the nearest region of :attr:`keep_out`, m: negative inside, infinite without."""
+        lead, (points,) = rows(vectors(place, "place", ("x", "z")))
+        return self.core.clearance(points).reshape(lead)
+
     @cached_property
     def home(self) -> Array:
         """(n,) pose in the middle of the joint limits."""

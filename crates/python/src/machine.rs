@@ -135,6 +135,10 @@ impl Machine {
         let regions = self.model.machine().keep_out.iter();
         regions.map(|(name, corners)| Ok((name.clone(), matrix(py, corners.concat(), 2)?))).collect()
     }
+    fn clearance<'py>(&self, py: Python<'py>, places: Rows<'py>) -> Vector<'py> {
+        let places = rows(&places, 2, "places")?;
+        Ok(vector(py, places.chunks_exact(2).map(|p| self.model.clearance([p[0], p[1]])).collect()))
+    }
     #[getter]
     fn supply_pressure(&self) -> f64 {
         self.model.machine().supply.pressure
