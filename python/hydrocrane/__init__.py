@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from hydrocrane.joystick import Joystick, Stick
     from hydrocrane.linear import LoadChart, Modes, load_chart, mode_map, modes
     from hydrocrane.logs import Log, read_log
-    from hydrocrane.machine import Machine, bundled_machines, load_machine
     from hydrocrane.machine import Machine, Value, bundled_machines, load_machine
     from hydrocrane.payload import PayloadChange
     from hydrocrane.result import Event, Outcome, Run, load_run
