@@ -163,6 +163,7 @@ def test_a_run_less_another_at_equal_times(run):
 def test_runs_that_cannot_be_laid_over_each_other(run):
     for call, message in (
         (lambda: plots.overlay({}, "tip.z"), "no run to draw"),
+        (lambda: plots.overlay([run], "tip.z"), "mapping from label to run"),
         (lambda: plots.overlay({"a": run}, "tip.y"), "signal of run `a`"),
         (lambda: plots.overlay({"a": run}, "tip.z", relative_to="b"), "`b`"),
         (lambda: plots.overlay({"a": run}, "tip.z", relative_to="a"), "no run to draw"),

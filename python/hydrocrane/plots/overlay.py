@@ -69,6 +69,8 @@ def _look(number: int) -> dict[str, Any]:
 
 
 def _check(runs: Mapping[str, Run], names: Sequence[str], against: str, relative_to: str | None) -> None:
+    if not isinstance(runs, Mapping):
+        raise InputError(f'runs must be a mapping from label to run, {{"label": run}}; got {type(runs).__name__}')
     if relative_to is not None and relative_to not in runs:
         raise unknown("run", relative_to, list(runs))
     if len(runs) < (1 if relative_to is None else 2):
