@@ -31,10 +31,12 @@ docs: $(VENV)/.tested
 	$(BIN)/python docs/validation/static_identification.py
 	$(BIN)/python docs/validation/redundancy.py
 	$(BIN)/python docs/reference/front_page.py
+	$(BIN)/python docs/reference/sensitivities.py
 	$(BIN)/python docs/pictures/make.py
 
 bench: $(VENV)/.tested
 	$(BIN)/python benches/run.py
+	$(BIN)/python benches/sensitivities.py
 
 lint: $(VENV)/.tested
 	$(CARGO) fmt --check

@@ -102,7 +102,10 @@ def tune(
             progress(count - 1, trials)
         own = {f"control.tip.{name}": value for name, value in values.items()}
         crane = load_machine(machine.source, {**machine.overrides, **own})
-        return sum(_price(run_case(crane, "tip", case, seed=seed)) for case in chosen) / len(chosen)
+        results = [run_case(crane, "tip", case, seed=seed) for case in chosen]
+        if count == 1:
+            _check_start(machine, results)
+        return sum(_price(result) for result in results) / len(chosen)
 
     cost_before = least = cost(before)
     best, factor = dict(before), FIRST_FACTOR
@@ -122,6 +125,16 @@ def tune(
         if not improved:
             factor = math.sqrt(factor)
     return Tuning(before, best, cost_before, least, count, machine.name, trials, seed)
+
+
+def _check_start(machine: Machine, results: Sequence[Result]) -> None:
+    """There is nothing to improve where the machine's own gains bring no run to its end."""
+    for result in results:
+        if _price(result) == math.inf:
+            raise InputError(
+                f"the task {result.case.task.name} ({result.case.condition}) does not come to its end with the gains "
+                f"of {machine.name}, so that there is nothing to improve: {result.outcome}, {result.message}"
+            )
 
 
 def _price(result: Result) -> float:

@@ -39,3 +39,5 @@ def test_wrong_wishes_are_named():
         tuning.tune(crane, gains=["dampin"])
     with pytest.raises(hc.HydrocraneError, match="trials"):
         tuning.tune(crane, trials=0)
+    with pytest.raises(hc.InputError, match="nothing to improve: refused"):
+        tuning.tune(hc.load_machine("rig-rottne"), trials=2)

@@ -161,9 +161,10 @@ def identify_static(
     source : iterable of str
         Names of the logs, for the report and the block.
     rejected_windows : iterable
-        Windows with start, end, reason, for the report.
+        Windows with start, end, reason, for the report; by default those that `windows` itself names.
     """
     points = windows if isinstance(windows, FrictionPoints) else FrictionPoints.from_windows(windows, source=source)
     fit = fit_static(points, exponents=exponents, bias=bias, symmetric=symmetric, loss=loss)
     held = {name: value for name in EXPONENTS if np.isfinite(value := float(np.nanmean(fit.params[name])))}
-    return StaticIdentification(points, graphical(points, exponents=held), fit, tuple(rejected_windows))
+    rejected = tuple(rejected_windows) or tuple(getattr(windows, "rejected", ()))
+    return StaticIdentification(points, graphical(points, exponents=held), fit, rejected)
