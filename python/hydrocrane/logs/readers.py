@@ -10,7 +10,7 @@ import xarray as xr
 
 from hydrocrane.errors import ResultFileError, nearest
 from hydrocrane.logs.flags import Flag
-from hydrocrane.logs.table import Table, as_column
+from hydrocrane.logs.table import Table, as_column, plain_facts
 
 
 def read_table(path: Path) -> Table:
@@ -44,6 +44,7 @@ def table_of_dataset(data: xr.Dataset) -> Table:
         if column is not None and column.ndim == 1:
             table.columns[str(name)] = column
             table.units[str(name)] = str(data[name].attrs.get("units", ""))
+    table.about = plain_facts(data.attrs)
     return table
 
 
