@@ -21,6 +21,8 @@ def read_table(path: Path) -> Table:
     ResultFileError
         Where there is no such file, or it is not what its suffix says.
     """
+    if path.is_dir():
+        raise ResultFileError(f"{path} is a folder; name a log in it")
     suffix = path.suffix.lower()
     if suffix not in _READERS:
         raise ResultFileError(f"cannot read `{path.name}`: unknown suffix `{suffix}`{nearest(suffix, _READERS)}")

@@ -130,7 +130,8 @@ def _columns(lines: list[str], delimiter: str, names: list[str], notes: list[Fla
         cells = [row[i] if i < len(row) else "" for row in rows]
         values = np.array([_value(cell) for cell in cells])
         bad = [cell for cell, value in zip(cells, values) if np.isnan(value) and cell.lower() not in _MISSING]
-        if len(bad) * 2 > len(cells) or not any(cells):
+        # Delimiters at the ends of the lines make columns that nobody named.
+        if len(bad) * 2 > len(cells) or (not any(cells) and name == f"column {i + 1}"):
             continue
         if bad:
             message = f"{len(bad)} cells of `{name}` are no numbers, the first is `{bad[0]}`; they count as missing"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -37,9 +38,14 @@ def _csv(data: xr.Dataset, path: Path) -> None:
     table = frame(data)
     units = [table.attrs["units"][name] or "-" for name in table.columns]
     with path.open("w", encoding="utf-8", newline="\n") as stream:
-        stream.writelines(f"# {json.dumps(name)} = {json.dumps(value)}\n" for name, value in data.attrs.items())
+        stream.writelines(f"# {_key(str(name))} = {json.dumps(value)}\n" for name, value in data.attrs.items())
         stream.write(",".join(map(str, table.columns)) + "\n" + ",".join(units) + "\n")
         table.to_csv(stream, index=False, header=False, lineterminator="\n")
+
+
+def _key(name: str) -> str:
+    """A key of TOML: bare where it can be."""
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else json.dumps(name)
 
 
 def _hdf5(data: xr.Dataset, path: Path) -> None:
