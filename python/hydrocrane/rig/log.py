@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
@@ -61,6 +62,32 @@ class RigLog:
         """The samples of one segment."""
         data = self.truth if truth else self.data
         return data.sel(time=slice(segment.start, segment.end))
+
+    def reread(
+        self,
+        seed: int,
+        *,
+        sensors: str | None = None,
+        bits: int | None = None,
+        load_cell: bool | None = None,
+        calibration: float | None = None,
+        overrides: Mapping[str, Any] | None = None,
+    ) -> RigLog:
+        """The same motion, read by other sensors: nothing is simulated again.
+
+        Parameters
+        ----------
+        seed : int
+            Draws the errors of the sensors.
+        sensors, load_cell, calibration : optional
+            As for :func:`hydrocrane.rig.run`; by default as in this log.
+        bits : int, optional
+        overrides : mapping, optional
+            Keys of the machine's ``[sensor]`` blocks to change: ``{"sensor.p1.accuracy": "0.1 %"}``.
+        """
+        from hydrocrane.rig.reading import read_again
+
+        return read_again(self, seed, sensors, bits, load_cell, calibration, overrides)
 
     def save(self, path: str | PathLike[str]) -> Path:
         """Write the readings; the suffix decides: ``.csv``, ``.mat``, ``.nc``, ``.h5`` or ``.mf4``."""
