@@ -13,11 +13,11 @@ import numpy as np
 from hydrocrane.errors import InputError
 from hydrocrane.identification.campaign_result import Identification, LeftOut, Stage
 from hydrocrane.identification.comparison import FrictionComparison, compare_friction
-from hydrocrane.identification.dynamic import DynamicFit, fit_dynamic
-from hydrocrane.identification.least_squares import OffsetPrior
+from hydrocrane.identification.dynamic import fit_dynamic
+from hydrocrane.identification.dynamic_result import DynamicFit
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.records import RAMP, STEADY, STEP, Reading, Record
-from hydrocrane.identification.sensors import analogue_error, offset_prior
+from hydrocrane.identification.sensors import PRESSURES, bias_without_zero, largest_error, slope_error, span_error
 from hydrocrane.identification.setup import Exponents
 from hydrocrane.identification.static_stage import StaticIdentification, identify_static
 from hydrocrane.machine import Machine, load_machine
@@ -38,7 +38,6 @@ LOGS, WINDOWS, STATIC, COMPARISON, BRISTLES = (
 MARGIN = 0.1
 # Errors of the sensors are not held responsible beyond this many standard deviations.
 CLEAR = 3.0
-EVER = [(-np.inf, np.inf)]
 
 
 def identify_friction(
@@ -173,20 +172,25 @@ class _Campaign:
 
     def _warn_of_zeros(self) -> None:
         rig = self.found.rig
-        if analogue_error(rig, "p1") is None or analogue_error(rig, "p2") is None:
+        if any(largest_error(rig, name) is None for name in PRESSURES):
             self.found.warnings.append(
                 f"the file of {rig.name} has no sensors of p1 and p2: intervals know nothing of their bias and span"
             )
-            return
         lacking = [record for record in self.usable if record.zero is None]
-        if lacking:
-            parameters = self._parameters(lacking[0])
-            prior = offset_prior(rig, parameters, lacking[0].log, EVER, calibrated=False, load_cell=self.load_cell)
+        bias = max((self._bias(record) for record in lacking), default=0.0)
+        if bias:
             self.found.warnings.append(
                 f"no zero calibration in {', '.join(record.name for record in lacking)}: by their data sheets the "
-                f"sensors may add a constant {prior.deviation:.0f} N (standard deviation) to the friction; `zero` says "
-                "where a log has one"
+                f"sensors may add a constant {bias:.0f} N (standard deviation) to the friction; `zero` says where a "
+                "log has one"
             )
+
+    def _bias(self, record: Record) -> float:
+        """Standard deviation of the constant error of a log's friction, N."""
+        parameters = self._parameters(record)
+        if record.zero is None:
+            return bias_without_zero(self.found.rig, parameters, load_cell=self.load_cell)
+        return record.zero.force_error(parameters, load_cell=self.load_cell)
 
     def _parameters(self, record: Record) -> RigParameters:
         return RigParameters.of(self.found.rig, payload=record.payload, rod_mass=self.rod_mass)
@@ -200,7 +204,8 @@ class _Campaign:
             self.tell(f"looking for steady motion in {record.name}")
             windows = steady_windows(record.log, self._parameters(record), load_cell=self.load_cell)
             known = {flag.message for flag in record.log.flags}
-            reason = _why(windows) if not len(windows) else _driving(windows, self._prior(record, windows).deviation)
+            span = span_error(self.found.rig)
+            reason = _driving(windows, self._bias(record), span) if len(windows) else _why(windows)
             if reason:
                 reasons.append(f"{record.name}: {reason}")
                 continue
@@ -210,27 +215,26 @@ class _Campaign:
         if reasons:
             raise InputError("; ".join(reasons))
 
-    def _prior(self, record: Record, windows: SteadyWindows) -> OffsetPrior:
-        stretches = [(w.start, w.end) for w in windows]
-        calibrated = record.zero is not None
-        return offset_prior(
-            self.found.rig, windows.rig, windows.log, stretches, calibrated=calibrated, load_cell=self.load_cell
-        )
-
     def _points(self, chosen: Iterable[int]) -> FrictionPoints:
         """Points of some of the steady logs, by number."""
         numbers = list(chosen)
         windows = [w for i in numbers for w in self.found.windows[i]]
-        return FrictionPoints.from_windows(windows, source=[self.steady[i].name for i in numbers])
+        shares = [slope_error(self.found.rig, self.found.windows[i]) for i in numbers]
+        names = [self.steady[i].name for i in numbers]
+        return FrictionPoints.from_windows(windows, source=names, velocity_share=np.concatenate(shares))
 
     def _static(self) -> StaticIdentification:
         self.tell("fitting the static map")
         pairs = list(zip(self.steady, self.found.windows, strict=True))
         left_out = [LeftOut(r.start, r.end, f"{log.name}: {r.reason}") for log, found in pairs for r in found.rejected]
-        # One offset stands for all logs: that of the worst.
-        worst = max((self._prior(*pair) for pair in pairs), key=lambda prior: prior.deviation)
-        points = self._points(range(len(pairs)))
-        return identify_static(points, rejected_windows=left_out, exponents=self.exponents, bias=worst)
+        return identify_static(
+            self._points(range(len(pairs))),
+            rejected_windows=left_out,
+            exponents=self.exponents,
+            # One offset stands for all logs: that of the worst.
+            bias=max(self._bias(record) for record in self.steady),
+            span=span_error(self.found.rig),
+        )
 
     def _groups(self) -> dict[str, list[int]]:
         """Numbers of the steady logs by load, by pressure, or by both, where they differ."""
@@ -307,11 +311,13 @@ def _why(windows: SteadyWindows) -> str:
     )
 
 
-def _driving(windows: SteadyWindows, deviation: float) -> str:
+def _driving(windows: SteadyWindows, bias: float, span: float) -> str:
     """What is wrong where friction drives the piston by more than its sensors explain; empty where it does not."""
     for sign, name in zip((1, -1), DIRECTIONS, strict=True):
         here = [w for w in windows if w.direction == sign]
-        driving = [w for w in here if w.force * sign < -CLEAR * np.hypot(w.force_error, deviation)]
+        chambers = [span * np.hypot(*w.chambers) if w.chambers else 0.0 for w in here]
+        errors = [np.linalg.norm([w.force_error, bias, error]) for w, error in zip(here, chambers, strict=True)]
+        driving = [w for w, error in zip(here, errors, strict=True) if w.force * sign < -CLEAR * error]
         if 2 * len(driving) > len(here):
             push = -sign * float(np.median([w.force for w in here]))
             return (

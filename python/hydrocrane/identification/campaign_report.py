@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrocrane.identification.dynamic import DYNAMIC, UNITS, DynamicFit
+from hydrocrane.identification.dynamic_result import DYNAMIC, UNITS
 from hydrocrane.identification.records import Record, name_of
 from hydrocrane.identification.report import Report, Section, Table
-from hydrocrane.identification.result import OFFSET
+from hydrocrane.identification.result import OF_SENSORS
+from hydrocrane.identification.sensors import PRESSURES
 from hydrocrane.identification.static_map import unit_of
 
 if TYPE_CHECKING:
@@ -35,8 +36,10 @@ def campaign_report(found: Identification) -> Report:
     if found.comparison is not None:
         report.stage("Load and pressure", lambda: _comparison(found))
     if found.dynamic is not None:
-        fit = found.dynamic
-        report.stage("Bristles", lambda: _dynamic(fit))
+        # Of a fit that did not end there are first readings alone.
+        ended = found.dynamic.estimate is not None
+        for name, make in found.dynamic.stages()[: -1 if ended else 1]:
+            report.stage(name, make)
     for stage in found.failures:
         report.add(Section(stage.name.capitalize(), failure=stage.message))
     report.stage("Block for the machine file", lambda: Section("Block for the machine file", code=found.toml()))
@@ -58,7 +61,7 @@ def _parameters(found: Identification) -> list[tuple[str, ...]]:
     if found.static is not None:
         fit = found.static.fit
         for label, (low, high) in fit.intervals(0.95).items():
-            if label == OFFSET:
+            if label in OF_SENSORS:
                 continue
             power = None
             if label.startswith("viscous."):
@@ -90,7 +93,7 @@ def _logs(found: Identification) -> Section:
 def _log(record: Record) -> tuple[str, ...]:
     time, zero = record.log.time, record.zero
     length = f"{time[-1] - time[0]:.4g}" if time.size else "0"
-    shown = "none" if zero is None else f"{zero.p1 * 1e-5:+.3f}, {zero.p2 * 1e-5:+.3f}"
+    shown = "none" if zero is None else ", ".join(f"{zero.zeros[name] * 1e-5:+.3f}" for name in PRESSURES)
     role = record.role or "not used"
     role = "left out: " + "; ".join(f.message for f in record.log.fatal) if record.log.fatal else role
     return (record.name, role, str(time.size), length, f"{record.payload:g}", f"{record.supply * 1e-5:g}", shown)
@@ -99,18 +102,6 @@ def _log(record: Record) -> tuple[str, ...]:
 def _comparison(found: Identification) -> Section:
     assert found.comparison is not None
     return Section("Load and pressure", found.comparison.sentence, figure=found.comparison.plot())
-
-
-def _dynamic(fit: DynamicFit) -> Section:
-    rows = [
-        (name, log, f"{reading.value:.4g}", "", "") for name in DYNAMIC for log, reading in fit.readings[name].items()
-    ]
-    if fit.estimate is not None:
-        ends = fit.intervals(0.95)
-        rows += [(n, "all", f"{fit.params[n]:.4g}", f"{ends[n][0]:.4g}", f"{ends[n][1]:.4g}") for n in DYNAMIC]
-    heads = ("parameter", "from", "value [N/m, N s/m]", "95 % from", "to")
-    text = "First readings of each log (123)-(127), then the fit of the simulated rig to all of them."
-    return Section("Bristles", text, Table(heads, tuple(rows)), warnings=fit.warnings)
 
 
 def summary(found: Identification) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from hydrocrane.errors import ResultFileError
 from hydrocrane.identification.comparison import FrictionComparison
-from hydrocrane.identification.dynamic import DynamicFit
+from hydrocrane.identification.dynamic_result import DynamicFit
 from hydrocrane.identification.records import Record
 from hydrocrane.identification.static_stage import StaticIdentification
 from hydrocrane.machine import Machine

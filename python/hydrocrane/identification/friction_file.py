@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrocrane.errors import InputError
 from hydrocrane.identification.block import friction_block, head, signature
-from hydrocrane.identification.dynamic import DYNAMIC, UNITS
+from hydrocrane.identification.dynamic_result import DYNAMIC, UNITS
 from hydrocrane.identification.records import STEADY
 
 if TYPE_CHECKING:

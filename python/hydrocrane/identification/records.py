@@ -7,14 +7,15 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from hydrocrane.errors import InputError
-from hydrocrane.identification.sensors import analogue_error
+from hydrocrane.identification.sensors import PRESSURES, largest_error
 from hydrocrane.logs import Log, read_log
 from hydrocrane.machine import Machine
+from hydrocrane.signals import ZeroCalibrated, zero_calibrated
 
 STEADY, RAMP, STEP = "steady", "ramp", "step"
 # What a log that names its experiment is for; empty: no stage uses it.
@@ -30,18 +31,6 @@ ROLES = {
 }
 # With open chambers no pressure differs from zero by more than this many bounds of the data sheet.
 MOST_ZERO = 3.0
-# Samples that a zero is read from, at least.
-LEAST_ZERO = 10
-
-
-class Zero(NamedTuple):
-    """What the sensors read at zero pressure, from `start` to `end`, s: Pa, Pa, N (NaN without a load cell)."""
-
-    start: float
-    end: float
-    p1: float
-    p2: float
-    force: float
 
 
 @dataclass(frozen=True)
@@ -58,8 +47,8 @@ class Record:
         kg.
     supply : float
         Pa.
-    zero : Zero or None
-        What was taken off.
+    zero : ZeroCalibrated or None
+        What was taken off, and how well it is known.
     notes : tuple of str
         What was assumed.
     """
@@ -68,7 +57,7 @@ class Record:
     role: str
     payload: float
     supply: float
-    zero: Zero | None = None
+    zero: ZeroCalibrated | None = None
     notes: tuple[str, ...] = ()
 
     @property
@@ -139,44 +128,24 @@ class Reading:
             if log.time[0] > 0.5 * stated:
                 note = f"states a calibration in its first {stated:g} s, but begins at {log.time[0]:.6g} s"
                 return replace(record, notes=(*record.notes, note))
-            stretch = (0.0, float(stated) - 0.5 * float(np.median(np.diff(log.time))))
+            stretch = (0.0, float(stated))
         if stretch is None:
             return record
-        zero = self._zero(log, *stretch)
-        rest = log.between(np.nextafter(zero.end, np.inf), np.inf)
-        data = rest.data.copy()
-        for name in ("p1", "p2", *(["force"] if np.isfinite(zero.force) else [])):
-            data[name] = data[name] - getattr(zero, name)
-            data[name].attrs = rest.data[name].attrs
-        return replace(record, log=replace(rest, data=data), zero=zero)
+        self._check_zero(log, *stretch)
+        signals = ("p1", "p2", *(["force"] if self.load_cell else []))
+        zero = zero_calibrated(log, stretch[1], start=stretch[0], signals=signals)
+        return replace(record, log=zero.log, zero=zero)
 
-    def _zero(self, log: Log, start: float, end: float) -> Zero:
-        inside = (log.time >= start) & (log.time <= end)
-        if not start < end or inside.sum() < LEAST_ZERO:
-            raise InputError(
-                f"{log.source}: the zero from {start:g} to {end:g} s holds {int(inside.sum())} samples, and"
-                f" {LEAST_ZERO} are needed; the log goes from {log.time[0]:g} to {log.time[-1]:g} s"
-            )
-        if not (log.time > end).any():
-            raise InputError(f"{log.source}: nothing is left after the zero, which ends at {end:g} s")
-        means = {name: self._mean(log, name, inside) for name in ("p1", "p2")}
-        force = self._mean(log, "force", inside) if self.load_cell else float("nan")
-        return Zero(start, end, means["p1"], means["p2"], force)
-
-    def _mean(self, log: Log, name: str, inside: np.ndarray) -> float:
-        """Mean reading at zero pressure, checked to be one."""
-        values = log[name][inside]
-        if not np.isfinite(values).any():
-            raise InputError(f"{log.source}: `{name}` misses every value of the zero")
-        mean = float(np.nanmean(values))
-        known = analogue_error(self.rig, name)
-        if known is not None and abs(mean) > MOST_ZERO * known.bound:
-            factor, unit = (1.0, "N") if name == "force" else (1e-5, "bar")
-            raise InputError(
-                f"{log.source}: `{name}` reads {mean * factor:.4g} {unit} in its zero, where the data sheet allows"
-                f" {known.bound * factor:.3g} {unit}; were the chambers open to the tank, the load supported?"
-            )
-        return mean
+    def _check_zero(self, log: Log, start: float, end: float) -> None:
+        """With open chambers no pressure differs from zero by more than its sensor may be off."""
+        inside = (log.time >= start) & (log.time < end)
+        for name in PRESSURES if inside.any() else ():
+            mean, bound = float(np.nanmean(log[name][inside])), largest_error(self.rig, name)
+            if bound is not None and abs(mean) > MOST_ZERO * bound:
+                raise InputError(
+                    f"{log.source}: `{name}` reads {mean * 1e-5:.4g} bar in its zero, where the data sheet allows "
+                    f"{bound * 1e-5:.3g} bar; were both chambers open to the tank?"
+                )
 
 
 def _cut_off(log: Log) -> list[str]:

@@ -2,61 +2,52 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from hydrocrane.arrays import Array
-from hydrocrane.identification.least_squares import OffsetPrior
-from hydrocrane.logs import Log
 from hydrocrane.machine import Machine
-from hydrocrane.signals import RigParameters
+from hydrocrane.signals import RigParameters, SteadyWindows
 
-# Standard deviation of an error that is evenly likely within its bound, as a share of the bound.
-UNIFORM = 1.0 / np.sqrt(3.0)
-ENDINGS = {"p1": ".p1", "p2": ".p2", "force": ".force"}
-
-
-class AnalogueError(NamedTuple):
-    """Bound of a sensor's error in its unit, and the same as a share of its range."""
-
-    bound: float
-    share: float
-
-    def deviation(self, reading: Array, calibrated: bool) -> float:
-        """Standard deviation of the constant error at usual readings: once the zero is off, only that of the span,
-        which grows with the reading, is left."""
-        if not calibrated:
-            return self.bound * UNIFORM
-        return self.share * UNIFORM * float(np.median(np.abs(reading)))
+# Standard deviations of an error that is evenly likely within its bound, and of the error at zero (zero point and half
+# of the span, each up to half of the accuracy), as shares of the accuracy: docs/theory/sensor/analogue.md.
+UNIFORM, AT_ZERO = 1 / np.sqrt(3.0), 1 / np.sqrt(6.0)
+PRESSURES = ("p1", "p2")
+ENDINGS = {"p1": ".p1", "p2": ".p2", "force": ".force", "x": ".q"}
 
 
-def analogue_error(rig: Machine, signal: str) -> AnalogueError | None:
-    """What the rig's file says of the sensor of ``p1``, ``p2`` or ``force``; None where it has none."""
+def stated(rig: Machine, signal: str, key: str) -> float | None:
+    """A number of the sensor of ``x``, ``p1``, ``p2`` or ``force``; None where the rig's file has none."""
     for name, measured in rig.sensors.items():
-        key = f"sensor.{name}.accuracy"
-        if measured.endswith(ENDINGS[signal]) and key in rig.keys:
-            share = float(rig.value(key).si)
-            return AnalogueError(share * float(rig.value(f"sensor.{name}.range").si), share)
+        full = f"sensor.{name}.{key}"
+        if measured.endswith(ENDINGS[signal]) and full in rig.keys:
+            return float(rig.value(full).si)
     return None
 
 
-def offset_prior(
-    rig: Machine,
-    parameters: RigParameters,
-    log: Log,
-    stretches: list[tuple[float, float]],
-    *,
-    calibrated: bool,
-    load_cell: bool,
-) -> OffsetPrior:
-    """What the sensors may add to the friction of a log, the worst of its `stretches` of steady motion counting: the
-    pressures of the two directions differ, and with them the error of the span. A sensor not stated has none."""
+def largest_error(rig: Machine, signal: str) -> float | None:
+    """Bound of a sensor's error, Pa or N; None where the rig's file has none."""
+    share, full = stated(rig, signal, "accuracy"), stated(rig, signal, "range")
+    return None if share is None or full is None else share * full
+
+
+def bias_without_zero(rig: Machine, parameters: RigParameters, *, load_cell: bool) -> float:
+    """Standard deviation of the constant error of the friction without a zero calibration, N."""
     factors = {"p1": parameters.piston_area, "p2": parameters.rod_area} | ({"force": 1.0} if load_cell else {})
-    known = {name: error for name in factors if (error := analogue_error(rig, name)) is not None}
-    deviations = []
-    for start, end in stretches:
-        inside = (log.time >= start) & (log.time <= end)
-        parts = [factors[name] * e.deviation(log[name][inside], calibrated) for name, e in known.items()]
-        deviations.append(float(np.linalg.norm(parts)))
-    return OffsetPrior(max(deviations, default=0.0))
+    return float(np.linalg.norm([(largest_error(rig, name) or 0.0) * AT_ZERO * f for name, f in factors.items()]))
+
+
+def span_error(rig: Machine) -> float:
+    """Standard deviation of the transmitters' spans, as a share of the reading."""
+    return max(stated(rig, name, "accuracy") or 0.0 for name in PRESSURES) * UNIFORM
+
+
+def slope_error(rig: Machine, windows: SteadyWindows) -> Array:
+    """(n,) standard deviation of the slope of the position sensor at each window, as a share of the velocity.
+
+    The sensor's deviation is a parabola whose height, twice the linearity at most, is evenly likely; its slope grows
+    from the middle of the range on.
+    """
+    linearity, full = stated(rig, "x", "linearity"), stated(rig, "x", "range")
+    middle = [0.5 * (w.start + w.end) for w in windows]
+    place = np.abs(np.interp(middle, windows.log.time, windows.log["x"]))
+    return np.zeros(len(windows)) if not (linearity and full) else 16.0 * linearity * UNIFORM * place / full
