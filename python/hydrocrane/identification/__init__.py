@@ -1,5 +1,7 @@
 """Identification of friction from measurements: the steady map, comparisons between maps, and the report."""
 
+from hydrocrane.identification.campaign import identify_friction
+from hydrocrane.identification.campaign_result import Identification, Stage
 from hydrocrane.identification.comparison import FrictionComparison, compare_friction
 from hydrocrane.identification.graphical import graphical
 from hydrocrane.identification.least_squares import OffsetPrior
@@ -14,9 +16,11 @@ from hydrocrane.identification.synthetic import synthetic_points
 __all__ = [
     "FrictionComparison",
     "FrictionPoints",
+    "Identification",
     "OffsetPrior",
     "Report",
     "Section",
+    "Stage",
     "StaticFit",
     "StaticIdentification",
     "StaticMap",
@@ -24,6 +28,7 @@ __all__ = [
     "compare_friction",
     "fit_static",
     "graphical",
+    "identify_friction",
     "identify_static",
     "synthetic_points",
 ]

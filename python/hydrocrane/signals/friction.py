@@ -57,7 +57,7 @@ class RigParameters:
         if len(machine.cylinder_names) != 1:
             raise InputError(
                 f"a friction rig has one cylinder; {machine.name} has {', '.join(machine.cylinder_names)}. "
-                f"Take `single-cylinder`, or give RigParameters of the cylinder alone"
+                f"Take a machine like rig-rottne that has the cylinder alone, or give RigParameters"
             )
         low, high = machine.joint_limits[0]
         q = np.linspace(low, high, 5)[:, np.newaxis]

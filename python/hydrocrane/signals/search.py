@@ -209,7 +209,15 @@ class _Reader:
             return f"velocity swings by {share:.0%} at {frequency:.3g} Hz, so that friction is no single value"
         readings = [(self.log[name][a:b], noise.step, factor) for name, (noise, factor) in self.noises.items()]
         force, error, effective = mean_force(time, self.friction[a:b], readings)
-        direction = 1 if motion.velocity > 0 else -1
         return Window(
-            float(time[0]), float(time[-1]), motion.velocity, motion.error, force, error, direction, b - a, effective
+            start=float(time[0]),
+            end=float(time[-1]),
+            velocity=motion.velocity,
+            velocity_error=motion.error,
+            force=force,
+            force_error=error,
+            direction=1 if motion.velocity > 0 else -1,
+            samples=b - a,
+            effective_samples=effective,
+            chambers=(float(self.parts[0][a:b].mean()), float(self.parts[1][a:b].mean())),
         )
