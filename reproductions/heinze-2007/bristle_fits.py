@@ -15,7 +15,7 @@ STEP = {"shares": (0.3, 0.5), "seconds": 0.1}
 
 @cache
 def fit(cylinder: str) -> DynamicFit:
-    """sigma_0 and sigma_1 by output error from an extending ramp and steps, static map and valve left to their priors."""
+    """sigma_0 and sigma_1 by output error from an extending ramp and steps; static map and valve have priors."""
     slow, fine = INTERVALS[cylinder]
     ramp = experiment("ramp", cylinder, interval=slow)
     end = ramp.segments[0].end - slow

@@ -20,7 +20,7 @@ def response() -> dict[str, np.ndarray]:
 
 
 def half_periods() -> list[dict[str, np.ndarray]]:
-    """The signals between two turns, positive while extending; the first period, which starts from rest, is left out."""
+    """The signals between two turns, positive while extending; the first period, from rest, is left out."""
     found, half = response(), 0.5 / SINE["frequency"]
     pieces = []
     for k in range(2, 2 * SINE["cycles"]):

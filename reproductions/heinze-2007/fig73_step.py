@@ -1,8 +1,8 @@
 """Figure 73 and Table 5: steps within the bristles' reach, and the damping that (127) reads from them.
 
-With the velocity and acceleration taken as differences of the unfiltered position, noise decides alone: the position's
-noise n gives the velocity (n_k - n_k-1)/h and the acceleration (n_k - 2 n_k-1 + n_k-2)/h^2, whose regression is 3/(2 h),
-so that (127) gives sigma_1 = -(3 m/(2 h) + alpha_2) whatever the seal is.
+With the velocity and acceleration taken as differences of the unfiltered position, noise decides alone: the noise n
+gives the velocity (n_k - n_k-1)/h and the acceleration (n_k - 2 n_k-1 + n_k-2)/h^2, whose regression is 3/(2 h), so
+that (127) gives sigma_1 = -(3 m/(2 h) + alpha_2) whatever the seal is.
 """
 
 from __future__ import annotations
@@ -31,20 +31,24 @@ AVERAGED = 0.02
 def printed_way(cylinder: str, damping: float | None = None) -> float:
     """sigma_1 by (127) from the first step, backward differences, N s/m; `damping` replaces that of the rig."""
     overrides = None if damping is None else {"friction.test.bristle-damping": damping}
-    log = experiment(
-        "step", cylinder, payload=LOAD[cylinder], interval=INTERVAL, overrides=overrides, **STEP
-    )
+    log = experiment("step", cylinder, payload=LOAD[cylinder], interval=INTERVAL, overrides=overrides, **STEP)
     readings, rig = calibrated(log), parameters(log)
     resting = readings.time < log.segments[0].start
     x, force = readings["x"], steady_friction(readings, rig)
     x, force = x - x[resting].mean(), force - force[resting].mean()
-    velocity = np.diff(x, prepend=x[0]) / INTERVAL
-    acceleration = np.diff(velocity, prepend=0.0) / INTERVAL
-    here = (readings.time >= log.segments[0].start) & (readings.time < log.segments[0].end)
     stiffness = float(log.run.machine.value("friction.test.bristle-stiffness").si)
-    left = (force - rig.mass * acceleration - stiffness * x)[here]
-    slope = float(left @ velocity[here] / (velocity[here] @ velocity[here]))
+    # The differences reach two samples back.
+    first = int(np.argmax(readings.time >= log.segments[0].start))
+    here = slice(first - 2, int(np.argmax(readings.time >= log.segments[0].end)))
+    slope = damped_slope(x[here], force[here], rig.mass, stiffness, INTERVAL)
     return slope - truth(cylinder, 0).pairs["viscous"][0]
+
+
+def damped_slope(x: np.ndarray, force: np.ndarray, mass: float, stiffness: float, interval: float) -> float:
+    """sigma_1 + alpha_2 of (127), N s/m: regression of F - m x'' - sigma_0 x over x', both backward differences."""
+    velocity = np.diff(x)[1:] / interval
+    left = force[2:] - mass * np.diff(x, 2) / interval**2 - stiffness * x[2:]
+    return float(left @ velocity / (velocity @ velocity))
 
 
 def damping_of(cylinder: str) -> float:
@@ -97,7 +101,9 @@ def report(numbers: dict[str, float]) -> list[str]:
     for key, title in titles.items():
         lines.append(f"| {title} | " + " | ".join(f"{numbers[f'{c}_{key}']:.0f}" for c in RIGS) + " |")
     fits = (tuple(numbers[f"{c}_fit{end}"] for end in ("", "_low", "_high")) for c in RIGS)
-    lines.append("| fit, 0 kg, 95 % interval | " + " | ".join(f"{v:.0f}, {a:.0f} to {b:.0f}" for v, a, b in fits) + " |")
+    lines.append(
+        "| fit, 0 kg, 95 % interval | " + " | ".join(f"{v:.0f}, {a:.0f} to {b:.0f}" for v, a, b in fits) + " |"
+    )
     return [*lines, "| in the rig | " + " | ".join(f"{damping_of(c):.0f}" for c in RIGS) + " |"]
 
 

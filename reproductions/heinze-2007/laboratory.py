@@ -57,7 +57,8 @@ def smooth(values: np.ndarray, width: int) -> np.ndarray:
 @cache
 def motion(name: str, cylinder: str, segment: int, average: float, /, **settings) -> dict[str, np.ndarray]:
     """Time from the start of a segment (s), position (m), velocity (m/s) and friction force (N) as the sensors give
-    them, averaged over `average` seconds; `z` is the bristle deflection that was, and `raw` holds position and friction as read.
+    them, averaged over `average` seconds; `z` is the bristle deflection that was, and `raw_x` and `raw_friction` are
+    as read.
     """
     log = experiment(name, cylinder, **settings)
     piece = log.segments[segment]

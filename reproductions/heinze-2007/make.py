@@ -186,9 +186,10 @@ def page(numbers: dict[str, dict[str, float]]) -> str:
             "explained in [ERRATA.md](../../reproductions/heinze-2007/ERRATA.md), the values the thesis does not give "
             "in [ASSUMPTIONS.md](../../reproductions/heinze-2007/ASSUMPTIONS.md).",
             "",
-            "Figures and tables of chapter 5 from 54 on were measured. Their logs are not available, so their counterparts "
-            "come from the virtual rig with the friction of the thesis's own tables: *qualitative* there means that the "
-            "statements of the text hold for it, which verifies the chain from rig to parameters and validates nothing.",
+            "Figures and tables of chapter 5 from 54 on were measured. Their logs are not available, so their "
+            "counterparts come from the virtual rig with the friction of the thesis's own tables: *qualitative* there "
+            "means that the statements of the text hold for it, which verifies the chain from rig to parameters and "
+            "validates nothing.",
             "",
             "## Judged, failures first",
             "",
