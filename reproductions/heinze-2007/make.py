@@ -117,13 +117,15 @@ def judged_rows(entries: list[dict], numbers: dict[str, dict[str, float]]) -> li
     return rows
 
 
-def notes(entries: list[dict]) -> list[str]:
-    """Pictures and notes of the judged entries, script by script."""
+def notes(entries: list[dict], numbers: dict[str, dict[str, float]]) -> list[str]:
+    """Pictures, tables and notes of the judged entries, script by script."""
     lines: list[str] = []
     for script in dict.fromkeys(e["script"] for e in ordered(entries) if "script" in e):
         group = [e for e in entries if e.get("script") == script]
         lines += ["", f"### {', '.join(label(e) for e in group)}", ""]
         lines += [f"![{p.stem}](heinze-2007/{p.name})" for p in sorted(PICTURES.glob(f"{Path(script).stem}*.png"))]
+        if hasattr(module := importlib.import_module(Path(script).stem), "report"):
+            lines += ["", *module.report(numbers[Path(script).stem])]
         by_note: dict[str, list[dict]] = {}
         for e in group:
             by_note.setdefault(e["note"], []).append(e)
@@ -203,12 +205,17 @@ def page(numbers: dict[str, dict[str, float]]) -> str:
             "explained in [ERRATA.md](../../reproductions/heinze-2007/ERRATA.md), the values the thesis does not give "
             "in [ASSUMPTIONS.md](../../reproductions/heinze-2007/ASSUMPTIONS.md).",
             "",
+            "Figures and tables of chapter 5 from 54 on were measured. Their logs are not available, so their "
+            "counterparts come from the virtual rig with the friction of the thesis's own tables: *qualitative* there "
+            "means that the statements of the text hold for it, which verifies the chain from rig to parameters and "
+            "validates nothing.",
+            "",
             "## Judged, failures first",
             "",
             *judged_rows(entries, numbers),
             "",
             "## Pictures and notes",
-            *notes(entries),
+            *notes(entries, numbers),
             "",
             "## Figures 80 to 85 in heights, model by model",
             "",
