@@ -120,8 +120,8 @@ def _zero(log: Log, name: str, inside: np.ndarray, start: float, until: float) -
     if drifts or spread > WANDER * noise.total + noise.step:
         unit = log.data[name].attrs.get("units", "")
         raise InputError(
-            f"{log.source}: {name} changes by {np.ptp(values):.3g} {unit} between {start:g} and {until:g} s; the rig was not"
-            f" at rest with nothing pushing. Wait until it is, or state the right stretch"
+            f"{log.source}: {name} changes by {np.ptp(values):.3g} {unit} between {start:g} and {until:g} s; the rig"
+            f" was not at rest with nothing pushing. Wait until it is, or state the right stretch"
         )
     before = float(np.sqrt(max(spread**2 - noise.step**2 / 12.0, 0.0)))
     return line.mean, float(np.hypot(line.mean_error, rounding_bias(before, noise.step)))
