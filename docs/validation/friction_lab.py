@@ -128,15 +128,15 @@ def windows(name: str, case: Case, seed: int) -> list[tuple[SteadyWindows, float
     return found
 
 
-def slope_error(crane: hc.Machine, case: Case, steady: SteadyWindows) -> np.ndarray:
-    """(n_windows,) standard deviation of the slope of the position sensor, whose deviation is a parabola.
+def slope_error(crane: hc.Machine, case: Case, steady: SteadyWindows) -> float:
+    """Standard deviation of the slope of the position sensor, whose deviation is a parabola, where it is worst.
 
     Its height, twice the linearity at most, is evenly likely; its slope grows from the middle of the range on.
     """
     key, span = "sensor.position.linearity", crane.value("sensor.position.range").si
     height = 2.0 * float(case.sensors.get(key, crane.value(key).si)) * span * OF_SPAN
     place = np.interp([0.5 * (w.start + w.end) for w in steady], steady.log.time, steady.log["x"])
-    return np.asarray(8.0 * height * np.abs(place) / span**2)
+    return float(8.0 * height * np.abs(place).max() / span**2)
 
 
 def accuracy(crane: hc.Machine, case: Case, sensor: str) -> float:
@@ -150,15 +150,13 @@ def identified(name: str, case: Case, seed: int) -> StaticFit:
     found = windows(name, case, seed)
     crane = motion(name, case.supplies[0], case.course).run.machine
     held = float(crane.value("friction.test.viscous-exponent").si[0])
-    points = FrictionPoints.from_windows(
-        [window for steady, _ in found for window in steady],
-        velocity_share=np.concatenate([slope_error(crane, case, steady) for steady, _ in found]),
-    )
+    points = FrictionPoints.from_windows(window for steady, _ in found for window in steady)
     return fit_static(
         points,
         exponents={"viscous-exponent": held},
         bias=OffsetPrior(max(bias for _, bias in found)) if "zero" in case.told else None,
         span=accuracy(crane, case, "p1") * OF_SPAN if "span" in case.told else 0.0,
+        velocity_share=slope_error(crane, case, found[0][0]) if "span" in case.told else 0.0,
     )
 
 

@@ -120,14 +120,10 @@ class FrictionPoints:
         return cls(v, f, of_v, of_f, np.where(sign > 0, EXTENDING, RETRACTING), tuple(source), pushed)
 
     @classmethod
-    def from_windows(
-        cls, windows: Iterable[SteadyWindow], *, source: Iterable[str] = (), velocity_share: ArrayLike = 0.0
-    ) -> FrictionPoints:
+    def from_windows(cls, windows: Iterable[SteadyWindow], *, source: Iterable[str] = ()) -> FrictionPoints:
         """Points from accepted steady windows: anything with velocity, force and their errors as attributes.
 
         Windows of several logs may stand in one row; `chambers` (p1 A1, p2 A2) are taken where every window has them.
-        `velocity_share` is the standard deviation of what a window cannot know of its velocity, as a share of it: the
-        slope of a position sensor that is not quite linear; one number, or one per window.
         """
         given = list(windows)
         table = [(w.velocity, w.force, w.velocity_error, w.force_error) for w in given]
@@ -136,7 +132,7 @@ class FrictionPoints:
         return cls.of(
             columns[0],
             columns[1],
-            velocity_error=np.hypot(columns[2], real_array(velocity_share, "velocity_share") * columns[0]),
+            velocity_error=columns[2],
             force_error=columns[3],
             source=source,
             chambers=pushed if pushed and all(p is not None for p in pushed) else None,

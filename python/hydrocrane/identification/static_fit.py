@@ -9,6 +9,7 @@ import numpy as np
 from scipy.optimize import OptimizeResult, brentq
 
 from hydrocrane.arrays import Array
+from hydrocrane.errors import InputError
 from hydrocrane.identification import advice
 from hydrocrane.identification.least_squares import Loss, OffsetPrior, Problem, Scatter, invert, scatter
 from hydrocrane.identification.points import FrictionPoints
@@ -32,6 +33,7 @@ def fit_static(
     exponents: Exponents = "fixed",
     bias: OffsetPrior | float | None = None,
     span: float = 0.0,
+    velocity_share: float = 0.0,
     symmetric: bool = False,
     loss: Loss = "soft_l1",
     floor: float | None = None,
@@ -51,6 +53,9 @@ def fit_static(
         Standard deviation of the relative error of each pressure transmitter's span, as 0.003/sqrt(3) for a bound of
         0.3 %. Levels at different pressures and equal friction tell the spans apart; logs at another supply pressure
         do so best. The points need `chambers`.
+    velocity_share : float
+        Standard deviation of an error that all velocities share, relative: the slope of a position sensor that is not
+        quite linear. It is not seen in the scatter; Stribeck velocity and viscous coefficient carry it.
     symmetric : bool
         Coulomb and break-away force are the same in both directions. Then, and only then, the points tell the offset.
     loss : str
@@ -64,12 +69,14 @@ def fit_static(
     -------
     StaticFit
     """
+    if not (np.isfinite(velocity_share) and velocity_share >= 0.0):
+        raise InputError(f"velocity_share needs a standard deviation of zero or more, relative, got {velocity_share}")
     problem, rejected = problem_of(points, exponents, bias, span, symmetric, loss, floor)
     robust, scale = _robust(problem, loss)
     sigma = problem.standard_deviation(problem.theta(robust.x))
     kept, stray = _without_outliers(problem, robust, sigma * scale, loss)
     kept, solution, sigma = _refine(kept, robust.x, floor is None)
-    return _result(points, kept, solution, sigma, rejected + _numbered(problem, stray, points))
+    return _result(points, kept, solution, sigma, rejected + _numbered(problem, stray, points), velocity_share)
 
 
 def _robust(problem: Problem, loss: Loss) -> tuple[OptimizeResult, float]:
@@ -169,13 +176,18 @@ def _scale(found: Scatter) -> tuple[float, float]:
 
 
 def _result(
-    points: FrictionPoints, problem: Problem, found: OptimizeResult, sigma: Array, rejected: list[Rejected]
+    points: FrictionPoints,
+    problem: Problem,
+    found: OptimizeResult,
+    sigma: Array,
+    rejected: list[Rejected],
+    share: float,
 ) -> StaticFit:
     theta = problem.theta(found.x)
     misfit, slopes = problem.misfit(found.x)
     of_levels = scatter(problem.points, misfit, sigma, problem.unknowns)
     scale, freedom = _scale(of_levels)
-    spread = _spread(problem, theta, slopes / (sigma[:, None] * max(scale, 1e-9)), scale, freedom)
+    spread = _spread(problem, theta, slopes / (sigma[:, None] * max(scale, 1e-9)), scale, freedom, share)
     values = problem.coordinates.to_map(theta).values.reshape(-1, 2).copy()
     for side in (0, 1):
         if not (points.direction == side).any():
@@ -194,7 +206,7 @@ def _result(
     return StaticFit(points=points, warnings=advice.on_fit(draft, of_levels, bool(problem.priors)), **details)
 
 
-def _spread(problem: Problem, theta: Array, jacobian: Array, scale: float, freedom: float) -> Spread:
+def _spread(problem: Problem, theta: Array, jacobian: Array, scale: float, freedom: float, share: float) -> Spread:
     """Covariance of the free parameters, by label."""
     inverse = invert(jacobian, np.array([prior.deviation for prior in problem.priors.values()]))
     size = problem.unknowns + len(problem.priors)
@@ -205,9 +217,12 @@ def _spread(problem: Problem, theta: Array, jacobian: Array, scale: float, freed
     free = (to_parameters != 0.0).any(axis=1)
     labels = [label for i, label in enumerate(LABELS) if free[i] or label in problem.untold]
     rows = to_parameters[[LABELS.index(label) for label in labels]]
+    stretched = share * problem.coordinates.to_map(theta).stretched[[LABELS.index(label) for label in labels]]
+    stretched = np.append(stretched, np.zeros(len(problem.priors)))
     labels += problem.priors
     rows = np.vstack([rows, np.eye(size)[problem.unknowns :]])
-    data, prior = rows @ inverse.from_data @ rows.T, rows @ inverse.from_prior @ rows.T
+    data = rows @ inverse.from_data @ rows.T
+    prior = rows @ inverse.from_prior @ rows.T + np.outer(stretched, stretched)
     blind = (np.abs(rows[:, inverse.undetermined]) > 0.0).any(axis=1)
     unknown_rows = blind | np.isin(labels, problem.untold)
     data[unknown_rows, unknown_rows] = np.inf

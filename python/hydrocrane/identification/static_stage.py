@@ -151,6 +151,7 @@ def identify_static(
     exponents: Exponents = "fixed",
     bias: OffsetPrior | float | None = None,
     span: float = 0.0,
+    velocity_share: float = 0.0,
     symmetric: bool = False,
     loss: Loss = "soft_l1",
 ) -> StaticIdentification:
@@ -166,6 +167,14 @@ def identify_static(
         Windows with start, end, reason, for the report.
     """
     points = windows if isinstance(windows, FrictionPoints) else FrictionPoints.from_windows(windows, source=source)
-    fit = fit_static(points, exponents=exponents, bias=bias, span=span, symmetric=symmetric, loss=loss)
+    fit = fit_static(
+        points,
+        exponents=exponents,
+        bias=bias,
+        span=span,
+        velocity_share=velocity_share,
+        symmetric=symmetric,
+        loss=loss,
+    )
     held = {name: value for name in EXPONENTS if np.isfinite(value := float(np.nanmean(fit.params[name])))}
     return StaticIdentification(points, graphical(points, exponents=held), fit, tuple(rejected_windows))

@@ -158,7 +158,7 @@ def _least_marginal_error(values: Array) -> int:
     spread = np.cumsum(centred**2) - np.cumsum(centred) ** 2 / size
     # Fewer than a quarter of the batches say too little about their own spread.
     lowest = max(count // 4, 1)
-    error = spread[lowest - 1 :] / size[lowest - 1 :] ** 2
+    error = np.maximum(spread[lowest - 1 :], 0.0) / size[lowest - 1 :] ** 2
     # Where several starts are as good the first is taken: the least of many estimated errors is one by chance.
     kept = lowest + int(np.flatnonzero(error <= WORTH * error.min())[-1])
     return values.size - kept * batch if kept < count else 0

@@ -20,6 +20,8 @@ SIGNALS = ("p1", "p2", "force")
 LEAST_SAMPLES = 20
 # A reading at rest may wander by this many standard errors of its drift.
 STEADY_ERRORS = 4.0
+# Its scatter may exceed that of neighbouring samples so many times.
+WANDER = 3.0
 
 
 @dataclass(frozen=True)
@@ -113,12 +115,13 @@ def _zero(log: Log, name: str, inside: np.ndarray, start: float, until: float) -
     values: Array = log[name][inside]
     line, noise = fitted_line(log.time[inside], values), noise_of(values)
     drift = line.slope * (until - start)
-    if abs(drift) > max(STEADY_ERRORS * line.slope_error * (until - start), noise.step):
+    spread = float(np.std(values))
+    drifts = abs(drift) > max(STEADY_ERRORS * line.slope_error * (until - start), noise.step)
+    if drifts or spread > WANDER * noise.total + noise.step:
         unit = log.data[name].attrs.get("units", "")
         raise InputError(
-            f"{log.source}: {name} drifts by {drift:.3g} {unit} between {start:g} and {until:g} s; the rig was not at"
-            f" rest with nothing pushing. Wait until it is, or state the right stretch"
+            f"{log.source}: {name} changes by {np.ptp(values):.3g} {unit} between {start:g} and {until:g} s; the rig"
+            f" was not at rest with nothing pushing. Wait until it is, or state the right stretch"
         )
-    spread = float(np.std(values))
     before = float(np.sqrt(max(spread**2 - noise.step**2 / 12.0, 0.0)))
     return line.mean, float(np.hypot(line.mean_error, rounding_bias(before, noise.step)))
