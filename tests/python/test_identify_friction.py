@@ -99,9 +99,9 @@ def test_the_stages_do_what_the_functions_do(found):
     """The chain by hand gives the same map."""
     record = found.records[0]
     windows = steady_windows(record.log, found.windows[0].rig)
-    share = slope_error(TRUTH, windows)
-    points = FrictionPoints.from_windows(windows, velocity_share=share)
-    by_hand = fit_static(points, bias=record.zero.force_error(windows.rig), span=0.003 / np.sqrt(3))
+    points, bias = FrictionPoints.from_windows(windows), record.zero.force_error(windows.rig)
+    by_hand = fit_static(points, bias=bias, span=0.003 / np.sqrt(3), velocity_share=slope_error(TRUTH, windows))
+    assert by_hand.covariance.values == pytest.approx(found.static.fit.covariance.values, rel=1e-6)
     assert by_hand.law.values == pytest.approx(found.static.fit.law.values, rel=1e-9)
 
 

@@ -219,9 +219,7 @@ class _Campaign:
         """Points of some of the steady logs, by number."""
         numbers = list(chosen)
         windows = [w for i in numbers for w in self.found.windows[i]]
-        shares = [slope_error(self.found.rig, self.found.windows[i]) for i in numbers]
-        names = [self.steady[i].name for i in numbers]
-        return FrictionPoints.from_windows(windows, source=names, velocity_share=np.concatenate(shares))
+        return FrictionPoints.from_windows(windows, source=[self.steady[i].name for i in numbers])
 
     def _static(self) -> StaticIdentification:
         self.tell("fitting the static map")
@@ -234,6 +232,7 @@ class _Campaign:
             # One offset stands for all logs: that of the worst.
             bias=max(self._bias(record) for record in self.steady),
             span=span_error(self.found.rig),
+            velocity_share=max(slope_error(self.found.rig, windows) for windows in self.found.windows),
         )
 
     def _groups(self) -> dict[str, list[int]]:

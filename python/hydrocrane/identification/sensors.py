@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydrocrane.arrays import Array
 from hydrocrane.machine import Machine
 from hydrocrane.signals import RigParameters, SteadyWindows
 
@@ -41,13 +40,13 @@ def span_error(rig: Machine) -> float:
     return max(stated(rig, name, "accuracy") or 0.0 for name in PRESSURES) * UNIFORM
 
 
-def slope_error(rig: Machine, windows: SteadyWindows) -> Array:
-    """(n,) standard deviation of the slope of the position sensor at each window, as a share of the velocity.
+def slope_error(rig: Machine, windows: SteadyWindows) -> float:
+    """Standard deviation of the slope of the position sensor, as a share, at the window where it is largest.
 
     The sensor's deviation is a parabola whose height, twice the linearity at most, is evenly likely; its slope grows
     from the middle of the range on.
     """
     linearity, full = stated(rig, "x", "linearity"), stated(rig, "x", "range")
     middle = [0.5 * (w.start + w.end) for w in windows]
-    place = np.abs(np.interp(middle, windows.log.time, windows.log["x"]))
-    return np.zeros(len(windows)) if not (linearity and full) else 16.0 * linearity * UNIFORM * place / full
+    place = float(np.abs(np.interp(middle, windows.log.time, windows.log["x"])).max(initial=0.0))
+    return 16.0 * linearity * UNIFORM * place / full if linearity and full else 0.0
