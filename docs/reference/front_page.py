@@ -55,7 +55,7 @@ def tip_control() -> str:
     return (
         f"* Tip control in simulation, worst distance from the path over the benchmark's {len(rows) // 2} cases: "
         f"{worst('tip', 'ideal', False):.1f} mm with ideal sensors, {worst('tip', 'data-sheet', False):.1f} mm "
-        f"with those of the data sheets, {worst('tip', 'ideal', True):.0f} mm while a log of unknown weight is taken up; "
+        f"with those of the data sheets, {worst('tip', 'ideal', True):.0f} mm while an unknown log is taken up; "
         f"the thesis's controller {worst('heinze-pid', 'ideal', False):.0f} mm. "
         "[Details](docs/validation/tip-control.md)"
     )

@@ -1,7 +1,8 @@
 """Straight lines that a machine can drive, found from its own limits: what tuning needs of a crane nobody has seen.
 
 A line is walked at the highest speed that the pistons can give under the load at rest, with the redundancy resolved as
-the controller ``tip`` does it; the walk ends where the machine becomes slower than ``SLOWEST`` or near a keep-out region.
+the controller ``tip`` does it; the walk ends where the machine becomes slower than ``SLOWEST``, or near a keep-out
+region.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ import hydrocrane as hc
 from hydrocrane import rig
 from hydrocrane.errors import InputError
 from hydrocrane.identification import Report, bristle, expected, first_readings, fit_dynamic, output_error
-from hydrocrane.identification.blocks import Blocks
+from hydrocrane.identification.block_means import Blocks
 from hydrocrane.identification.motions import Motion
 from hydrocrane.identification.output_error import Unknown
 from hydrocrane.identification.rig_misfit import RigMisfit

@@ -17,7 +17,7 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
-from hydrocrane.identification.blocks import Blocks
+from hydrocrane.identification.block_means import Blocks
 from hydrocrane.identification.rig_sensors import RigSensors, whitened
 from hydrocrane.identification.rig_unknowns import with_values
 from hydrocrane.logs import Log
