@@ -87,9 +87,10 @@ from 0.1 m/s to 0.1 mm/s, both ways, ten slips of the bristles each); each seed 
 (`log.reread(seed)`). Windows are found by `steady_windows` with the first 6.5 slips of a level left out, the map by
 `fit_static` with the exponents of the machine file. The truth is the machine file: no machine was measured.
 
-What the intervals leave out: the position sensor deviates along a parabola, so that its slope differs from level to
-level, while `velocity_share` takes it as common to all. The viscous coefficient rests on differences of few fast levels
-and can be off by more than any one velocity; with forces as exact as those of the 40 bar transmitters that shows.
+What the intervals leave out: the deviation of the position sensor is a parabola, so that its slope differs from level
+to level, while `velocity_share` takes it as common to all. Coulomb friction of the Kalmar cylinder rests on levels on
+the steep flank of its Stribeck effect; with forces as exact as those of its 40 bar transmitters that shows as the worst
+parameter, and goes away with a position sensor that is linear.
 """
 
 
