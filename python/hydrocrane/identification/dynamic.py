@@ -21,7 +21,15 @@ from hydrocrane.identification.result import StaticFit
 from hydrocrane.identification.rig_misfit import Progress, RigMisfit
 from hydrocrane.identification.rig_model import LogModel
 from hydrocrane.identification.rig_sensors import RigSensors
-from hydrocrane.identification.rig_unknowns import DYNAMIC, key_of, rig_map, unknowns_of, with_map, with_values
+from hydrocrane.identification.rig_unknowns import (
+    DYNAMIC,
+    check_bristles,
+    key_of,
+    rig_map,
+    unknowns_of,
+    with_map,
+    with_values,
+)
 from hydrocrane.logs import Log
 from hydrocrane.machine import Machine
 
@@ -31,8 +39,8 @@ TOO_FAR = 1.5
 TOO_WIDE = 0.5
 # Further from its prior, in standard deviations, no unknown of a right model is expected.
 STRAINED = 4.5
-# Tolerance and evaluations of the fit that finds the starts, and the variance above which the model is far off.
-ROUGH, ROUGH_EVALUATIONS, FAR_OFF = 1e-3, 12, 9.0
+# Tolerance of the fit that finds the starts, and the variance above which the model is far off.
+ROUGH, FAR_OFF = 1e-3, 100.0
 # Unknowns that the simulation starts from.
 MOVED = ("p1.start", "x.start")
 
@@ -72,6 +80,7 @@ def fit_dynamic(
     logs = [*ramps, *steps]
     if not logs:
         raise InputError("a dynamic fit needs the log of a ramp or a step")
+    check_bristles(rig)
     law = rig_map(rig) if static is None else static.law
     crane = with_map(rig, law)
     readings, warnings = first_readings(ramps, steps, crane, law, payload=payload)
@@ -101,7 +110,7 @@ def _fitted(unknowns: Sequence[Unknown], misfit: RigMisfit) -> tuple[Estimate, R
 
     A model that is far off stays so: it is not fitted again.
     """
-    first = output_error.fit(unknowns, misfit, tolerance=ROUGH, most=ROUGH_EVALUATIONS)
+    first = output_error.fit(unknowns, misfit, tolerance=ROUGH)
     if first.variance > FAR_OFF:
         return first, misfit, list(unknowns)
     again = [_moved(unknown, float(value)) for unknown, value in zip(unknowns, first.values, strict=True)]
@@ -132,6 +141,7 @@ def expected(
     the logs do
     not matter, but their times, the command, and where they begin: what an experiment would tell can be known before.
     """
+    check_bristles(rig)
     sensors = RigSensors.of(rig, calibrated=calibrated)
     keys, nuisances = unknowns_of(rig, logs, sensors, dict.fromkeys(DYNAMIC, ()), static)
     names = [unknown.name for unknown in keys]

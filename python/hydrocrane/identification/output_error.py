@@ -112,12 +112,10 @@ class Estimate:
         return np.asarray(self.bound / np.outer(deviation, deviation), dtype=np.float64)
 
 
-def fit(
-    unknowns: Sequence[Unknown], misfit: Misfit, *, tolerance: float = TOLERANCE, most: int = MOST_EVALUATIONS
-) -> Estimate:
+def fit(unknowns: Sequence[Unknown], misfit: Misfit, *, tolerance: float = TOLERANCE) -> Estimate:
     """Fit the unknowns; values that `misfit` cannot evaluate are stepped back from.
 
-    The search stops where cost or unknowns change by less than `tolerance`, relative, or after `most` evaluations.
+    The search stops where cost or unknowns change by less than `tolerance`, relative.
     """
     evaluator = _Evaluator(unknowns, misfit)
     low, high = (np.array([u.bounds[side] for u in unknowns]) / evaluator.scale for side in (0, 1))
@@ -129,7 +127,7 @@ def fit(
         xtol=tolerance,
         ftol=tolerance,
         gtol=None,
-        max_nfev=most,
+        max_nfev=MOST_EVALUATIONS,
     )
     freedom = max(found.fun.size - len(unknowns), 1)
     return Estimate(

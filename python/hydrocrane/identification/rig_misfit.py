@@ -32,7 +32,8 @@ class RigMisfit:
         self.evaluations = 0
 
     def __call__(self, theta: Array) -> tuple[Array, Array]:
-        residuals, slopes = [], []
+        residuals: list[Array] = []
+        slopes: list[Array] = []
         for k, model in enumerate(self.models):
             seen, row = self._readings(theta, k)
             residuals += model.weighted(seen - model.measured)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
 
 from hydrocrane.arrays import Array
@@ -100,7 +101,7 @@ class RigSensors:
             share[i + 1] = way + (share[i] - way) * keep
         return share
 
-    def root_of_covariance(self, x: Array, count: Array) -> Array:
+    def root_of_covariance(self, x: Array, count: NDArray[np.intp]) -> Array:
         """(b, b) Cholesky factor of the covariance of mean positions along a motion x (b,), m, of `count` (b,) samples.
 
         What is left of the hysteresis fades over the way and not over time: more samples at one place tell no

@@ -44,10 +44,18 @@ def key_of(rig: Machine, section: str, name: str) -> str:
     found = [key for key in rig.keys if key.startswith(f"{section}.") and key.endswith(f".{name}")]
     if not found:
         raise InputError(
-            f"{rig.name} has no `{section}.<name>.{name}`; a dynamic fit needs a rig with bristle friction "
-            '(model = "lugre") and a guess of each parameter, as in rig-rottne'
+            f"{rig.name} has no `{section}.<name>.{name}`, which a dynamic fit needs; add it as in rig-rottne"
         )
     return found[0]
+
+
+def check_bristles(rig: Machine) -> None:
+    """A rig that can be fitted has one cylinder, and bristles at it."""
+    if len(rig.cylinder_names) != 1 or f"cylinder.{rig.cylinder_names[0]}.z" not in rig.state_names:
+        raise InputError(
+            f"{rig.name} is no rig with one cylinder and bristle friction; a dynamic fit needs one, with "
+            'model = "lugre" and a guess of each parameter in its file, as in rig-rottne'
+        )
 
 
 def number(rig: Machine, key: str) -> float:
