@@ -29,6 +29,7 @@ docs: $(VENV)/.tested
 	$(BIN)/python docs/validation/sensor_faults.py
 	$(BIN)/python docs/validation/static_identification.py
 	$(BIN)/python docs/validation/friction_lab.py
+	$(BIN)/python docs/validation/dynamic_friction.py
 	$(BIN)/python docs/reference/front_page.py
 	$(BIN)/python docs/pictures/make.py
 

@@ -23,10 +23,12 @@ from hydrocrane.errors import InputError
 from hydrocrane.identification.motions import RESTING_SAMPLES, Motion
 from hydrocrane.identification.static_map import StaticMap
 
-# Friction as a share of the static friction: how far it must have changed from rest, out of the noise, and up to where the
+# Friction as a share of the static friction: how far it must have changed from rest, out of the noise, and up
+# to where the
 # ramp is read, before the bristles slip.
 RESTING, SLIPPING = 0.05, 0.7
-# A step is read while the bristles follow the piston: dz/dt at least this share of the velocity and of its largest value.
+# A step is read while the bristles follow the piston: dz/dt at least this share of the velocity and of its
+# largest value.
 FOLLOWING, LEAST_RATE = 0.3, 0.2
 LEAST_SAMPLES = 8
 

@@ -13,26 +13,26 @@ from collections.abc import Sequence
 import numpy as np
 
 from hydrocrane.errors import HydrocraneError, InputError
-from hydrocrane.identification import bristle, output_error
+from hydrocrane.identification import output_error
 from hydrocrane.identification.dynamic_result import DynamicFit
-from hydrocrane.identification.motions import motions
+from hydrocrane.identification.first_readings import first_readings
 from hydrocrane.identification.output_error import Estimate, Unknown
 from hydrocrane.identification.result import StaticFit
 from hydrocrane.identification.rig_misfit import Progress, RigMisfit
 from hydrocrane.identification.rig_model import LogModel
 from hydrocrane.identification.rig_sensors import RigSensors
-from hydrocrane.identification.rig_unknowns import DYNAMIC, key_of, number, rig_map, unknowns_of, with_map
-from hydrocrane.identification.static_map import StaticMap
+from hydrocrane.identification.rig_unknowns import DYNAMIC, key_of, rig_map, unknowns_of, with_map, with_values
 from hydrocrane.logs import Log
-from hydrocrane.machine import Machine, load_machine
+from hydrocrane.machine import Machine
 
-Readings = dict[str, dict[str, bristle.Reading]]
 # A root-mean-square residual beyond this many standard deviations is not noise.
 TOO_FAR = 1.5
 # A parameter with a wider 95 % interval than this share of its value is not told by the data.
 TOO_WIDE = 0.5
-# Tolerance of the fit that finds the starts.
-ROUGH = 1e-3
+# Further from its prior, in standard deviations, no unknown of a right model is expected.
+STRAINED = 4.5
+# Tolerance and evaluations of the fit that finds the starts, and the variance above which the model is far off.
+ROUGH, ROUGH_EVALUATIONS, FAR_OFF = 1e-3, 12, 9.0
 # Unknowns that the simulation starts from.
 MOVED = ("p1.start", "x.start")
 
@@ -74,16 +74,17 @@ def fit_dynamic(
         raise InputError("a dynamic fit needs the log of a ramp or a step")
     law = rig_map(rig) if static is None else static.law
     crane = with_map(rig, law)
-    readings, warnings = _readings(ramps, steps, crane, law, payload)
-    estimate, misfit = None, None
+    readings, warnings = first_readings(ramps, steps, crane, law, payload=payload)
+    estimate: Estimate | None = None
+    misfit: RigMisfit | None = None
     try:
         sensors = RigSensors.of(crane, calibrated=calibrated)
         read = {name: [r.value for r in found.values()] for name, found in readings.items()}
         keys, nuisances = unknowns_of(crane, logs, sensors, read, static)
         names = [unknown.name for unknown in keys]
         misfit = RigMisfit([LogModel(log, crane, sensors, payload=payload, keys=names) for log in logs], progress)
-        estimate, misfit = _fitted([*keys, *nuisances], misfit)
-        warnings += _doubts(estimate, misfit, crane)
+        estimate, misfit, unknowns = _fitted([*keys, *nuisances], misfit)
+        warnings += [*_doubts(estimate, misfit, crane), *_strained(estimate, unknowns)]
     except HydrocraneError as error:
         if not any(readings.values()):
             raise
@@ -95,12 +96,17 @@ def fit_dynamic(
     return DynamicFit(crane, table, readings, estimate, misfit, passive, static, tuple(warnings))
 
 
-def _fitted(unknowns: Sequence[Unknown], misfit: RigMisfit) -> tuple[Estimate, RigMisfit]:
-    """The fit, and again from the starts that it found, whose effects are straight lines only nearby."""
-    first = output_error.fit(unknowns, misfit, tolerance=ROUGH)
+def _fitted(unknowns: Sequence[Unknown], misfit: RigMisfit) -> tuple[Estimate, RigMisfit, list[Unknown]]:
+    """The fit, and again from the starts that it found, whose effects are straight lines only nearby.
+
+    A model that is far off stays so: it is not fitted again.
+    """
+    first = output_error.fit(unknowns, misfit, tolerance=ROUGH, most=ROUGH_EVALUATIONS)
+    if first.variance > FAR_OFF:
+        return first, misfit, list(unknowns)
     again = [_moved(unknown, float(value)) for unknown, value in zip(unknowns, first.values, strict=True)]
     misfit = misfit.restarted(first.values)
-    return output_error.fit(again, misfit), misfit
+    return output_error.fit(again, misfit), misfit, again
 
 
 def _moved(unknown: Unknown, value: float) -> Unknown:
@@ -122,37 +128,17 @@ def expected(
 ) -> dict[str, float]:
     """Smallest standard deviations (Cramer-Rao), SI, that such logs allow where the rig's file is the truth.
 
-    By name: the bristle parameters, then everything else that :func:`fit_dynamic` leaves free. The readings in the logs do
+    By name: the bristle parameters, then everything else that :func:`fit_dynamic` leaves free. The readings in
+    the logs do
     not matter, but their times, the command, and where they begin: what an experiment would tell can be known before.
     """
     sensors = RigSensors.of(rig, calibrated=calibrated)
-    keys, nuisances = unknowns_of(rig, logs, sensors, {name: () for name in DYNAMIC}, static)
+    keys, nuisances = unknowns_of(rig, logs, sensors, dict.fromkeys(DYNAMIC, ()), static)
     names = [unknown.name for unknown in keys]
     misfit = RigMisfit([LogModel(log, rig, sensors, payload=payload, keys=names) for log in logs])
     found = output_error.bound([*keys, *nuisances], misfit)
     short = {key_of(rig, "friction", name): name for name in DYNAMIC}
     return {short.get(name, name): deviation for name, deviation in found.items()}
-
-
-def _readings(
-    ramps: Sequence[Log], steps: Sequence[Log], rig: Machine, law: StaticMap, payload: float | None
-) -> tuple[Readings, list[str]]:
-    """First readings of every motion of every log; what cannot be read becomes a warning."""
-    found: Readings = {name: {} for name in DYNAMIC}
-    warnings = []
-    for motion in (m for log in ramps for m in motions(log, rig, payload)):
-        try:
-            found["bristle-stiffness"][motion.name] = bristle.stiffness(motion, law)
-        except InputError as error:
-            warnings.append(f"{motion.name}: no reading of the stiffness: {error}")
-    known = [r.value for r in found["bristle-stiffness"].values()]
-    stiffness = float(np.mean(known)) if known else number(rig, key_of(rig, "friction", "bristle-stiffness"))
-    for motion in (m for log in steps for m in motions(log, rig, payload)):
-        try:
-            found["bristle-damping"][motion.name] = bristle.damping(motion, law, stiffness)
-        except InputError as error:
-            warnings.append(f"{motion.name}: no reading of the damping: {error}")
-    return found, warnings
 
 
 def _doubts(estimate: Estimate, misfit: RigMisfit, rig: Machine) -> list[str]:
@@ -161,8 +147,10 @@ def _doubts(estimate: Estimate, misfit: RigMisfit, rig: Machine) -> list[str]:
     for log, signal, size in misfit.of_signals(estimate.values):
         if size > TOO_FAR:
             found.append(
-                f"{log}: residuals of {signal} are {size:.1f} times what its sensor explains: the rig's file, load or command "
-                "is not that of the log, or the sensor is worse than its data sheet. Intervals are widened, but do not cover it"
+                f"{log}: residuals of {signal} are {size:.1f} times what its sensor explains: the rig's file, "
+                f"load or command "
+                "is not that of the log, or the sensor is worse than its data sheet. Intervals are widened, but "
+                "do not cover it"
             )
     for name in DYNAMIC:
         key = key_of(rig, "friction", name)
@@ -175,10 +163,26 @@ def _doubts(estimate: Estimate, misfit: RigMisfit, rig: Machine) -> list[str]:
     return found
 
 
+def _strained(estimate: Estimate, unknowns: Sequence[Unknown]) -> list[str]:
+    """Unknowns that the logs pull further from what is known of them than chance does: something else is wrong."""
+    far = {
+        u.name: abs(value - u.prior[0]) / u.prior[1]
+        for u, value in zip(unknowns, estimate.values, strict=True)
+        if u.prior is not None
+    }
+    worst = max(far, key=lambda name: far[name])
+    if far[worst] < STRAINED:
+        return []
+    return [
+        f"the logs pull {worst} to {far[worst]:.0f} standard deviations from what is known of it; check load, rig file "
+        "and sensors before trusting anything here"
+    ]
+
+
 def _passive_up_to(rig: Machine, estimate: Estimate | None) -> float:
     """Lowest speed, m/s, at which friction with the fitted damping gives energy back; infinite: nowhere."""
     if estimate is None:
         return float("inf")
-    changes = {key: estimate[key] for key in (key_of(rig, "friction", name) for name in DYNAMIC)}
-    fitted = load_machine(rig.source, {**rig.overrides, **changes})
+    keys = [key_of(rig, "friction", name) for name in DYNAMIC]
+    fitted = with_values(rig, keys, np.array([estimate[key] for key in keys]))
     return float(min((e["velocity_limit"] for e in fitted.passivity() if not e["holds"]), default=np.inf))

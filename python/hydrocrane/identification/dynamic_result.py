@@ -65,7 +65,9 @@ class DynamicFit:
         """``bristle-stiffness`` (N/m) and ``bristle-damping`` (N s/m): fitted, else the mean of the readings."""
         if self.estimate is not None:
             return {name: self.estimate[self._key(name)] for name in DYNAMIC}
-        return {name: float(np.mean([r.value for r in found.values()])) for name, found in self.readings.items() if found}
+        return {
+            name: float(np.mean([r.value for r in found.values()])) for name, found in self.readings.items() if found
+        }
 
     @property
     def bound(self) -> dict[str, float]:

@@ -56,7 +56,9 @@ class Unknown:
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.start) and np.isfinite(self.scale) and self.scale > 0):
-            raise InputError(f"`{self.name}` needs a finite start and a scale above zero; got {self.start}, {self.scale}")
+            raise InputError(
+                f"`{self.name}` needs a finite start and a scale above zero; got {self.start}, {self.scale}"
+            )
         if self.prior is not None and not self.prior[1] > 0:
             raise InputError(f"the prior of `{self.name}` needs a deviation above zero; got {self.prior[1]}")
 
@@ -110,9 +112,13 @@ class Estimate:
         return np.asarray(self.bound / np.outer(deviation, deviation), dtype=np.float64)
 
 
-def fit(unknowns: Sequence[Unknown], misfit: Misfit, *, tolerance: float = TOLERANCE) -> Estimate:
-    """Fit the unknowns; values that `misfit` cannot evaluate are stepped back from. The search stops where cost or unknowns
-    change by less than `tolerance`, relative."""
+def fit(
+    unknowns: Sequence[Unknown], misfit: Misfit, *, tolerance: float = TOLERANCE, most: int = MOST_EVALUATIONS
+) -> Estimate:
+    """Fit the unknowns; values that `misfit` cannot evaluate are stepped back from.
+
+    The search stops where cost or unknowns change by less than `tolerance`, relative, or after `most` evaluations.
+    """
     evaluator = _Evaluator(unknowns, misfit)
     low, high = (np.array([u.bounds[side] for u in unknowns]) / evaluator.scale for side in (0, 1))
     found = optimize.least_squares(
@@ -123,7 +129,7 @@ def fit(unknowns: Sequence[Unknown], misfit: Misfit, *, tolerance: float = TOLER
         xtol=tolerance,
         ftol=tolerance,
         gtol=None,
-        max_nfev=MOST_EVALUATIONS,
+        max_nfev=most,
     )
     freedom = max(found.fun.size - len(unknowns), 1)
     return Estimate(

@@ -1,5 +1,5 @@
 """All logs of a rig against their predictions, as one least-squares problem.
-                                                              theory: docs/theory/identification/dynamic.md"""
+theory: docs/theory/identification/dynamic.md"""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class RigMisfit:
 
     def restarted(self, theta: Array) -> RigMisfit:
         """The same logs, simulated from the starts that `theta` says."""
-        models = [model.restarted(theta[self._own(k)][1:]) for k, model in enumerate(self.models)]
+        models = [model.restarted(theta[self._own(k)][1:], theta[: self.keys]) for k, model in enumerate(self.models)]
         moved = RigMisfit(models, self.progress)
         moved.evaluations = self.evaluations
         return moved

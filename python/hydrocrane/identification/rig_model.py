@@ -19,6 +19,7 @@ from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
 from hydrocrane.identification.blocks import Blocks
 from hydrocrane.identification.rig_sensors import RigSensors, whitened
+from hydrocrane.identification.rig_unknowns import with_values
 from hydrocrane.logs import Log
 from hydrocrane.machine import Machine
 from hydrocrane.scenario import Command, Scenario, Solver
@@ -30,10 +31,12 @@ COMMAND_TOLERANCE = 1e-5
 # Seconds in which a transmitter may still be settling, and up to which the start pressures are read.
 SETTLING, START = 0.05, 0.5
 LEAST_SAMPLES = 10
-# Lowest start pressure, Pa: above what lets air out of the oil. And changes of p1, Pa, and x, m, that show their effect.
+# Lowest start pressure, Pa: above what lets air out of the oil. And changes of p1, Pa, and x, m, that show
+# their effect.
 LEAST_PRESSURE = 1e5
 OTHER_PRESSURE, OTHER_PLACE = 1e4, 1e-3
-SOLVER = Solver(rtol=1e-6, max_step=1.0)
+# Some 30 Pa: far below the noise of a block.
+SOLVER = Solver(rtol=1e-5, max_step=10.0)
 
 
 class LogModel:
@@ -51,6 +54,8 @@ class LogModel:
         Of the machine, to be changed.
     moved : (float, float)
         By how much p1 (Pa) and x (m) start elsewhere than read.
+    near : (k,) array, optional
+        Values of the keys near which the effects of the start are found; default is the rig's file.
 
     Attributes
     ----------
@@ -69,6 +74,7 @@ class LogModel:
         payload: float | None,
         keys: Sequence[str],
         moved: tuple[float, float] = (0.0, 0.0),
+        near: Array | None = None,
     ) -> None:
         self.log, self.rig, self.payload, self.moved = log, rig, payload, moved
         log = _even(log.usable(*SIGNALS, "command"))
@@ -88,17 +94,19 @@ class LogModel:
             signals=[f"cylinder.{rig.cylinder_names[0]}.{name}" for name in SIGNALS],
             times=np.minimum(self.blocks.nodes, time[-1] * (1 - 1e-12)),
         )
+        self._near = rig if near is None else with_values(rig, keys, near)
 
-    def restarted(self, by: Array) -> LogModel:
+    def restarted(self, by: Array, near: Array) -> LogModel:
         """This log, started from p1 (Pa) and x (m) that lie further off what was read, `by` (2,)."""
         moved = (self.moved[0] + float(by[0]), self.moved[1] + float(by[1]))
         keys = self.experiment.keys
-        return LogModel(self.log, self.rig, self.sensors, payload=self.payload, keys=keys, moved=moved)
+        return LogModel(self.log, self.rig, self.sensors, payload=self.payload, keys=keys, moved=moved, near=near)
 
     @cached_property
     def by_start(self) -> Array:
-        """(b, 3, 2) slopes of x, p1, p2 by the start pressure p1 with forces in balance, and by the start position with the
-        same reading of it; with the parameters of the rig's file."""
+        """(b, 3, 2) slopes of x, p1, p2 by the start pressure p1 with forces in balance, and by the start
+        position with the
+        same reading of it."""
         plan, rig = self.experiment.plan, self.experiment.machine
         cylinder, (a1, a2) = rig.cylinder_names[0], rig.piston_areas[0]
         p1, p2 = plan.pressures[cylinder]
@@ -112,14 +120,15 @@ class LogModel:
 
     def _started(self, **start: Any) -> Array:
         """(b, 3) prediction from another start."""
-        made = self.experiment
-        times = np.minimum(self.blocks.nodes, made.plan.duration * (1 - 1e-12))
-        other = Experiment(made.plan.changed(**start), made.keys[:1], signals=made.signals, times=times)
-        return self._means(other, other.values)[0]
+        made, plan = self.experiment, self.experiment.plan.changed(machine=self._near, **start)
+        times = np.minimum(self.blocks.nodes, plan.duration * (1 - 1e-12))
+        one = Experiment(plan, made.keys[:1], signals=made.signals, times=times)
+        return self._means(one, one.values)[0]
 
     @cached_property
     def turned(self) -> Array:
-        """(b,) how far the position sensor's hysteresis is used up, along the motion that the rig's file leads to."""
+        """(b,) how far the position sensor's hysteresis is used up, along the motion that was supposed before "
+        "the fit."""
         return self.sensors.turned(self._nominal[:, 0])
 
     def predict(self, values: Array) -> tuple[Array, Array]:
@@ -242,9 +251,7 @@ def _start(log: Log, samples: Array) -> Array:
     return np.array([p1, samples[pick, 0].mean()])
 
 
-def _scenario(
-    log: Log, rig: Machine, command: tuple[Array, Array], start: Array, payload: float | None
-) -> Scenario:
+def _scenario(log: Log, rig: Machine, command: tuple[Array, Array], start: Array, payload: float | None) -> Scenario:
     a1, a2 = rig.piston_areas[0]
     held = float(rig.static_cylinder_force([0.0], payload=payload)[0])
     p1 = max(float(start[0]), LEAST_PRESSURE, (held + LEAST_PRESSURE * a2) / a1)

@@ -19,7 +19,8 @@ from hydrocrane.machine import Machine
 UNIFORM = 1.0 / np.sqrt(3.0)
 # Zero error of a pressure that is left after a zero calibration, Pa.
 CALIBRATED_ZERO = 500.0
-# How far a potentiometer's turning differs from the exponential approach that stands for it, as a share of its hysteresis.
+# How far a potentiometer's turning differs from the exponential approach that stands for it, as a share of its
+# hysteresis.
 TURNING = 0.4
 # How well a start is read, as a share of the noise of one reading; on the safe side.
 START_READING = 0.5
@@ -102,7 +103,8 @@ class RigSensors:
     def root_of_covariance(self, x: Array, count: Array) -> Array:
         """(b, b) Cholesky factor of the covariance of mean positions along a motion x (b,), m, of `count` (b,) samples.
 
-        What is left of the hysteresis fades over the way and not over time: more samples at one place tell no more of it.
+        What is left of the hysteresis fades over the way and not over time: more samples at one place tell no
+        more of it.
         """
         way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(x)))])
         near = np.exp(-np.abs(way[:, np.newaxis] - way) / (2.0 * self.hysteresis))

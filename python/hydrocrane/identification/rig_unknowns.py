@@ -1,9 +1,10 @@
 """What a fit of a rig's logs leaves free, and what is known of it beforehand.
-                                                              theory: docs/theory/identification/dynamic.md"""
+theory: docs/theory/identification/dynamic.md"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -25,7 +26,8 @@ STATIC = ("coulomb", "breakaway", "stribeck-velocity", "viscous")
 UNFITTED = 0.1
 # How well a fitted parameter of it may be known at best, as a share: the law itself is no better.
 BEST_FITTED = 1e-3
-# What else of the rig moves the pressures, and how far each may be off its file, as shares. A spool's own lag looks like
+# What else of the rig moves the pressures, and how far each may be off its file, as shares. A spool's own lag
+# looks like
 # bristle damping, and the flow like a shorter way.
 DOUBTS = {
     ("valve", "nominal-flow"): 0.2,
@@ -61,8 +63,22 @@ def rig_map(rig: Machine) -> StaticMap:
 def with_map(rig: Machine, law: StaticMap) -> Machine:
     """The rig with another static map."""
     if not np.isfinite(law.values).all():
-        raise InputError("the static map lacks a direction; fit it to logs of the piston extending and retracting first")
+        raise InputError(
+            "the static map lacks a direction; fit it to logs of the piston extending and retracting first"
+        )
     changes = {key_of(rig, "friction", name): list(pair) for name, pair in law.pairs.items()}
+    return load_machine(rig.source, {**rig.overrides, **changes})
+
+
+def with_values(rig: Machine, keys: Sequence[str], values: Array) -> Machine:
+    """The rig with other values of some keys, SI; ``[0]`` and ``[1]`` are the sides of a pair."""
+    changes: dict[str, Any] = {}
+    for key, value in zip(keys, values.tolist(), strict=True):
+        name, _, side = key.partition("[")
+        if side:
+            changes.setdefault(name, np.broadcast_to(rig.value(name).si, (2,)).tolist())[int(side[0])] = value
+        else:
+            changes[name] = value
     return load_machine(rig.source, {**rig.overrides, **changes})
 
 
@@ -92,7 +108,8 @@ def unknowns_of(
 
 
 def most_damping(rig: Machine) -> float:
-    """Largest sigma_1, N s/m, with which friction dissipates: sigma_1(v) abs(v) stays below four times the smaller Coulomb
+    """Largest sigma_1, N s/m, with which friction dissipates: sigma_1(v) abs(v) stays below four times the
+    smaller Coulomb
     force, at every speed where the damping fades (its top is at v_d / sqrt(2)), else up to the fastest measured one."""
     coulomb = float(np.min(rig.value(key_of(rig, "friction", "coulomb")).si))
     fading = [key for key in rig.keys if key.endswith(".bristle-damping-velocity")]
@@ -132,7 +149,8 @@ def _pair(rig: Machine, name: str) -> Array:
 
 
 def _directions(logs: Sequence[Log]) -> list[int]:
-    """Directions in which the spool is opened, 0 extending and 1 retracting: of the other's friction nothing is seen."""
+    """Directions in which the spool is opened, 0 extending and 1 retracting: of the other's friction nothing "
+    "is seen."""
     opened = np.concatenate([log["command"] for log in logs])
     return [side for side, sign in enumerate((1.0, -1.0)) if (sign * opened > 0.0).any()]
 

@@ -72,9 +72,11 @@ def _ramp(seal: Seal, *, speed: float = 0.25, last: float = 1.0) -> Course:
 
 
 def _step(seal: Seal, *, shares: Sequence[float] = (0.3, 0.5), seconds: float = 0.1, pulses: int = 2) -> Course:
-    """Figure 73: spool steps that bend the bristles by `shares` of their slip within `seconds`, and back, `pulses` times.
+    """Figure 73: spool steps that bend the bristles by `shares` of their slip within `seconds`, and back,
+    `pulses` times.
 
-    Damping shows in the velocity of bristles that do not slip yet: short steps tell more of it than long ones, up to where
+    Damping shows in the velocity of bristles that do not slip yet: short steps tell more of it than long ones,
+    up to where
     the spool's own time is reached (docs/validation/dynamic-friction.md).
     """
     if pulses < 1:
