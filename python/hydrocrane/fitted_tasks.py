@@ -71,6 +71,9 @@ def walk(crane: Machine, q: Array, direction: Array, length: float = LINE) -> Wa
     poses, speeds = [], []
     for i in range(round(length / STEP) + 1):
         lost = start + i * STEP * direction - crane.tip(q)
+        # A direction that no joint moves the tip in costs nothing, and leads nowhere.
+        if np.hypot(*lost) > 0.5 * STEP:
+            break
         rates, share = fastest_rates(crane, q, BEYOND * direction, gains["path-rate"] * lost, gains["limit-rate"])
         if share * BEYOND < SLOWEST or crane.clearance(crane.tip(q)) < gains["keep-out-margin"] + ROOM:
             break

@@ -234,7 +234,7 @@ class Machine:
         return dict(self.core.keep_out)
 
     def clearance(self, place: ArrayLike) -> Array:
-        """Distance of places (..., 2) from the nearest :attr:`keep_out` region, m: negative inside, infinite without."""
+        """Distance of places (..., 2) from the nearest :attr:`keep_out` region, m, negative inside."""
         lead, (points,) = rows(vectors(place, "place", ("x", "z")))
         return self.core.clearance(points).reshape(lead)
 

@@ -9,6 +9,7 @@ import pytest
 import hydrocrane as hc
 from hydrocrane import tuning
 from hydrocrane.benchmark import quick_cases
+from hydrocrane.benchmark import quick_cases
 
 
 def test_bad_gains_become_better_and_the_block_loads(tmp_path):
@@ -39,5 +40,7 @@ def test_wrong_wishes_are_named():
         tuning.tune(crane, gains=["dampin"])
     with pytest.raises(hc.HydrocraneError, match="trials"):
         tuning.tune(crane, trials=0)
-    with pytest.raises(hc.InputError, match="nothing to improve: refused"):
+    with pytest.raises(hc.InputError, match="up, down, out and in"):
         tuning.tune(hc.load_machine("rig-rottne"), trials=2)
+    with pytest.raises(hc.InputError, match="nothing to improve: refused"):
+        tuning.tune(hc.load_machine("rig-rottne"), trials=2, cases=quick_cases())
