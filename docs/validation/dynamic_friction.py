@@ -142,8 +142,8 @@ def recovery(seeds: int) -> list[str]:
         "are fitted starting from the file. Columns: median and root-mean-square error, seeds within 10 %",
         "(stiffness) and",
         "25 % (damping), 95 % intervals that hold the true value; the last over all fourteen parameters of the rig.\n",
-        "| rig | seeds | stiffness: median | rms | within 10 % | held | damping: median | rms | within 25 % |",
-        "held | all held |",
+        "| rig | seeds | stiffness: median | rms | within 10 % | held | damping: median | rms | within 25 % | held "
+        "| all held |",
         "|---|---|---|---|---|---|---|---|---|---|---|",
         study("Rottne, zero calibration", "rig-rottne", seeds),
         study("Rottne, no calibration", "rig-rottne", few, zero=False),
