@@ -25,14 +25,20 @@ docs: $(VENV)/.tested
 	$(BIN)/python reproductions/heinze-2007/make.py
 	$(BIN)/python docs/reference/states_and_outputs.py
 	$(BIN)/hydrocrane control benchmark --output docs/validation/tip-control
+	$(BIN)/python docs/validation/tuned_machines.py
 	$(BIN)/python docs/validation/tip_control.py
 	$(BIN)/python docs/validation/sensor_faults.py
 	$(BIN)/python docs/validation/static_identification.py
+	$(BIN)/python docs/validation/redundancy.py
+	$(BIN)/python docs/validation/friction_lab.py
+	$(BIN)/python docs/validation/dynamic_friction.py
 	$(BIN)/python docs/reference/front_page.py
+	$(BIN)/python docs/reference/sensitivities.py
 	$(BIN)/python docs/pictures/make.py
 
 bench: $(VENV)/.tested
 	$(BIN)/python benches/run.py
+	$(BIN)/python benches/sensitivities.py
 
 lint: $(VENV)/.tested
 	$(CARGO) fmt --check

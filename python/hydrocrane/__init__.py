@@ -28,10 +28,10 @@ if TYPE_CHECKING:
         ResultFileError,
         SimulationError,
     )
+    from hydrocrane.identification import Identification, identify_friction
     from hydrocrane.joystick import Joystick, Stick
     from hydrocrane.linear import LoadChart, Modes, load_chart, mode_map, modes
     from hydrocrane.logs import Log, read_log
-    from hydrocrane.machine import Machine, bundled_machines, load_machine
     from hydrocrane.machine import Machine, Value, bundled_machines, load_machine
     from hydrocrane.payload import PayloadChange
     from hydrocrane.result import Event, Outcome, Run, load_run
@@ -47,6 +47,7 @@ _HOME = {
     "Controller": "controllers",
     "Event": "result",
     "HydrocraneError": "errors",
+    "Identification": "identification",
     "InputError": "errors",
     "Joystick": "joystick",
     "LoadChart": "linear",
@@ -71,6 +72,7 @@ _HOME = {
     "bundled_machines": "machine",
     "bundled_scenarios": "scenario",
     "cite": "citation",
+    "identify_friction": "identification",
     "load_chart": "linear",
     "load_machine": "machine",
     "load_run": "result",
@@ -88,6 +90,7 @@ __all__ = [
     "Controller",
     "Event",
     "HydrocraneError",
+    "Identification",
     "InputError",
     "Joystick",
     "LoadChart",
@@ -113,6 +116,7 @@ __all__ = [
     "bundled_machines",
     "bundled_scenarios",
     "cite",
+    "identify_friction",
     "load_chart",
     "load_machine",
     "load_run",

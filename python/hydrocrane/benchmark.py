@@ -68,10 +68,19 @@ class Condition:
 
 @dataclass(frozen=True)
 class Case:
-    """One run of the benchmark."""
+    """One run of the benchmark.
+
+    Attributes
+    ----------
+    task : Task
+    condition : Condition
+    start : tuple of float, or None
+        Joint coordinates in the machine's order, rad or m; ``None``: ``START``.
+    """
 
     task: Task
     condition: Condition = Condition()
+    start: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -181,7 +190,7 @@ def benchmark(
     cases : sequence of Case, optional
         Default is :func:`all_cases`.
     machine : str or Machine
-        With the joints of the laboratory crane: boom, jib, extension.
+        With the joints of the laboratory crane, boom, jib and extension, unless every case has its own start.
     seed : int
         Draws the errors of the sensors; zero or greater.
     progress : callable, optional
@@ -193,8 +202,7 @@ def benchmark(
         raise InputError("a benchmark needs one controller and one case or more")
     seed = seed_number(seed)
     crane = machine if isinstance(machine, Machine) else load_machine(machine)
-    missing = [joint for joint in START if joint not in crane.joint_names]
-    if missing or len(crane.joint_names) != len(START):
+    if set(crane.joint_names) != set(START) and any(case.start is None for case in cases):
         fit = f"the benchmark's tasks fit a crane with the joints {', '.join(START)}"
         raise InputError(f"{fit}; {crane.name} has {', '.join(crane.joint_names)}")
     plan = [(driver, case) for driver in drivers for case in cases]
@@ -226,7 +234,7 @@ def scenario_of(crane: Machine, controller: Any, case: Case, *, seed: int = 0) -
     stick = Joystick(task.time, task.deflections, interpolation="linear", full_speed=task.speed)
     return Scenario(
         machine=crane.source,
-        joints=START,
+        joints=START if case.start is None else dict(zip(crane.joint_names, case.start, strict=True)),
         duration=task.duration,
         payload=0.0 if task.carries else condition.payload,
         payload_changes=dict(zip(task.carries, (condition.payload, 0.0), strict=True)) if task.carries else {},

@@ -233,6 +233,11 @@ class Machine:
         """Regions that controllers keep the tip out of, by name: corners (k, 2) in the inertial frame, m."""
         return dict(self.core.keep_out)
 
+    def clearance(self, place: ArrayLike) -> Array:
+        """Distance of places (..., 2) from the nearest :attr:`keep_out` region, m, negative inside."""
+        lead, (points,) = rows(vectors(place, "place", ("x", "z")))
+        return self.core.clearance(points).reshape(lead)
+
     @cached_property
     def home(self) -> Array:
         """(n,) pose in the middle of the joint limits."""
@@ -342,6 +347,13 @@ class Machine:
     def static_cylinder_force(self, q: ArrayLike, *, payload: float | None = None) -> Array:
         """Net cylinder forces (..., n_cyl) that hold the crane at rest, N."""
         return self._over(self.core.static_cylinder_force, self._joints(q), payload=payload)
+
+    def piston_speeds(self, q: ArrayLike, *, payload: float | None = None) -> Array:
+        """Lowest and highest steady piston speed (..., n_cyl, 2) at full spool stroke under the load at rest, m/s.
+
+        Negative retracts. Zero where the supply cannot move the load.
+        """
+        return self._over(self.core.piston_speeds, self._joints(q), payload=payload)
 
     def kinetic_energy(self, q: ArrayLike, qd: ArrayLike, *, payload: float | None = None) -> Array:
         """Kinetic energy (...), J   (45)."""

@@ -339,7 +339,14 @@ class Scenario:
         missing = [j for j in crane.joint_names if j not in self.joints]
         if missing:
             raise InputError(f"no start value for joint {', '.join(missing)}; give every joint of {crane.name}")
-        return real_array([self.joints[j] for j in crane.joint_names], "joints")
+        q = real_array([self.joints[j] for j in crane.joint_names], "joints")
+        for name, unit, value in zip(crane.joint_names, crane.joint_units, q, strict=True):
+            if unit == "rad" and abs(value) > 2.0 * np.pi:
+                raise InputError(
+                    f"joint {name} starts at {value:g} rad, more than a whole turn; angles are in radians, "
+                    f"{value:g} degrees are np.deg2rad({value:g})"
+                )
+        return q
 
 
 def bundled_scenarios() -> tuple[str, ...]:

@@ -10,13 +10,18 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from hydrocrane.benchmark import Case, Result, quick_cases, run_case
+from hydrocrane import _core
+from hydrocrane.benchmark import Case, Result, run_case
+from hydrocrane.controllers import DEFAULT_PERIOD
 from hydrocrane.errors import InputError, unknown
+from hydrocrane.fitted_tasks import tuning_cases
 from hydrocrane.machine import Machine, load_machine
 
 # The gains that shape how a piston follows; the others are limits and shares, and not for a search.
 TUNED = ("position-gain", "damping", "observer-bandwidth", "pressure-bandwidth")
-UNITS = {"position-gain": "1/s", "damping": "1/s", "observer-bandwidth": "rad/s", "pressure-bandwidth": "rad/s"}
+UNITS = {key: unit for key, unit, _ in _core.tip_gain_info()}
+# A rate above one per sample is as good as infinite.
+LARGEST = 1.0 / DEFAULT_PERIOD
 # Metres of root-mean-square deviation that one full spool stroke of travel per second is worth: noise on the valves
 # is not a price for tenths of a millimetre.
 EFFORT_PRICE = 2e-4
@@ -35,6 +40,10 @@ class Tuning:
         Mean over the cases of the root-mean-square path deviation and the priced spool travel, m.
     trials : int
         Sets of gains simulated.
+    machine : str
+    allowed : int
+        Most sets of gains that might have been simulated.
+    seed : int
     """
 
     before: dict[str, float]
@@ -42,10 +51,15 @@ class Tuning:
     cost_before: float
     cost_after: float
     trials: int
+    machine: str
+    allowed: int
+    seed: int
 
     def toml(self) -> str:
         """The block for a machine file."""
-        lines = ["[control.tip]", 'class = "setting"', 'source = "hydrocrane control tune"']
+        start = ", ".join(f"{value:.4g}" for value in self.before.values())
+        source = f"hydrocrane control tune {self.machine} --trials {self.allowed} --seed {self.seed}, from {start}"
+        lines = ["[control.tip]", 'class = "fitted"', f'source = "{source}"']
         lines += [f'{key} = "{value:.4g} {UNITS[key]}"' for key, value in self.after.items()]
         return "\n".join(lines) + "\n"
 
@@ -59,14 +73,14 @@ def tune(
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
 ) -> Tuning:
-    """Search the gains of ``tip`` for a machine with joints boom, jib and extension.
+    """Search the gains of ``tip`` for a machine whose tip can go up, down, out and in.
 
     Parameters
     ----------
     gains : sequence of str
         Keys among ``TUNED``.
     cases : sequence of Case, optional
-        What is simulated; by default the quick cases of the benchmark.
+        What is simulated; by default those of :func:`hydrocrane.fitted_tasks.tuning_cases`.
     trials : int
         Most sets of gains to simulate.
     progress : callable, optional
@@ -77,7 +91,7 @@ def tune(
             raise unknown("gain to tune", name, TUNED)
     if trials < 1:
         raise InputError(f"trials must be at least 1, got {trials}")
-    chosen = list(quick_cases() if cases is None else cases)
+    chosen = list(tuning_cases(machine) if cases is None else cases)
     before = {name: machine.tip_gains[name] for name in gains}
     count = 0
 
@@ -88,7 +102,10 @@ def tune(
             progress(count - 1, trials)
         own = {f"control.tip.{name}": value for name, value in values.items()}
         crane = load_machine(machine.source, {**machine.overrides, **own})
-        return sum(_price(run_case(crane, "tip", case, seed=seed)) for case in chosen) / len(chosen)
+        results = [run_case(crane, "tip", case, seed=seed) for case in chosen]
+        if count == 1:
+            _check_start(machine, results)
+        return sum(_price(result) for result in results) / len(chosen)
 
     cost_before = least = cost(before)
     best, factor = dict(before), FIRST_FACTOR
@@ -98,6 +115,8 @@ def tune(
             for step in (factor, 1.0 / factor):
                 if count >= trials:
                     break
+                if best[name] * step > LARGEST:
+                    continue
                 trial = {**best, name: best[name] * step}
                 price = cost(trial)
                 if price < least:
@@ -105,7 +124,17 @@ def tune(
                     break
         if not improved:
             factor = math.sqrt(factor)
-    return Tuning(before, best, cost_before, least, count)
+    return Tuning(before, best, cost_before, least, count, machine.name, trials, seed)
+
+
+def _check_start(machine: Machine, results: Sequence[Result]) -> None:
+    """There is nothing to improve where the machine's own gains bring no run to its end."""
+    for result in results:
+        if _price(result) == math.inf:
+            raise InputError(
+                f"the task {result.case.task.name} ({result.case.condition}) does not come to its end with the gains "
+                f"of {machine.name}, so that there is nothing to improve: {result.outcome}, {result.message}"
+            )
 
 
 def _price(result: Result) -> float:

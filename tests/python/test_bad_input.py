@@ -198,3 +198,9 @@ def test_any_finite_state_has_a_finite_derivative_and_jacobian(state, command):
     state[0] = float(np.clip(state[0], -0.31, 0.31))
     assert np.isfinite(crane.state_derivative(state, [command])).all()
     assert np.isfinite(crane.jacobian(state, [command])).all()
+
+
+def test_degrees_given_for_radians_are_recognised():
+    plan = hc.Scenario(joints={"boom": 100, "jib": 100, "extension": 0.0})
+    with pytest.raises(hc.InputError, match=r"joint boom starts at 100 rad.*np.deg2rad\(100\)"):
+        hc.simulate(plan)

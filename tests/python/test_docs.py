@@ -168,6 +168,12 @@ def test_the_evidence_on_the_front_page_is_current():
     assert written["page"]() == written["PAGE"].read_text(encoding="utf-8"), "run docs/reference/front_page.py"
 
 
+def test_the_tables_about_sensitivities_are_current():
+    written = runpy.run_path(str(ROOT / "docs/reference/sensitivities.py"))
+    for path in written["PAGES"]:
+        assert written["page"](path) == path.read_text(encoding="utf-8"), "run docs/reference/sensitivities.py"
+
+
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_tables_are_whole(page):
     """Every row of a table has as many cells as its head: a bar inside a formula would cut it."""

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import hydrocrane as hc
-from hydrocrane.identification import StaticMap, compare_friction, synthetic_points
+from hydrocrane.identification import FrictionPoints, StaticMap, compare_friction, synthetic_points
 
 # Thesis Table 3, Rottne cylinder.
 UNLOADED = StaticMap.of(
@@ -104,3 +104,17 @@ def test_what_cannot_be_compared_is_said():
     few = synthetic_points(UNLOADED, speeds=[0.01, 0.02])
     with pytest.raises(hc.InputError, match="add levels"):
         compare_friction({"a": few, "b": few})
+
+
+def test_span_errors_that_go_with_the_direction_are_no_difference():
+    """At another supply pressure transmitters with wrong spans shift the directions by different forces."""
+    base, other = (synthetic_points(UNLOADED, seed=s) for s in (1, 2))
+    shifted = FrictionPoints.of(
+        other.velocity,
+        other.force + np.where(other.direction == 0, 2.0, 8.0),
+        velocity_error=other.velocity_error,
+        force_error=other.force_error,
+    )
+    groups = {"140 bar": base, "100 bar": shifted}
+    assert compare_friction(groups).p_value < 0.01
+    assert compare_friction(groups, offset_deviation=8.0).p_value > 0.2

@@ -60,6 +60,21 @@ def test_a_log_reads_back_equal(tmp_path, suffix):
     assert not back.flags
 
 
+@pytest.mark.parametrize("suffix", ["csv", "mat", "nc", "h5"])
+def test_what_a_log_says_about_itself_reads_back(tmp_path, suffix):
+    about = {"experiment": "ramp", "payload": 20.5, "seed": 3, "note": 'ö "quoted" # [x]', "empty": ""}
+    data = Log.of(readings()).data.assign_attrs(about)
+    path = Log(data).save(tmp_path / f"log.{suffix}")
+    assert hc.read_log(path).data.attrs == {**about, "source": str(path)}
+
+
+def test_comments_of_a_text_that_are_no_facts_are_passed_over(tmp_path):
+    path = tmp_path / "a.csv"
+    lines = ["# Measured on Monday = windy", "% payload = 20", "# [rig]", "// speeds = [1, 2]", "time,x"]
+    path.write_text("\n".join(lines + [f"{i},{i * i}" for i in range(12)]))
+    assert hc.read_log(path).data.attrs == {"payload": 20, "source": str(path)}
+
+
 @settings(max_examples=25, deadline=None)
 @given(
     values=arrays(np.float64, 20, elements=st.floats(-1e12, 1e12, allow_subnormal=False)),

@@ -139,3 +139,52 @@ def test_friction_maps_build_up(crane):
 def test_load_chart_and_mode_map(crane):
     assert len(panels(plots.load_chart(crane, hc.load_chart(crane, samples=8)))) == 2
     assert len(panels(plots.mode_map(crane, hc.mode_map(crane, samples=4)))) == 2
+
+
+def test_runs_lie_over_each_other_in_the_units_of_pictures(run):
+    other = hc.simulate("vertical-lift-open-loop", duration=0.6, record_interval=0.02, payload=50)
+    figure = plots.overlay({"empty": run, "loaded": other}, ["tip.z", "cylinder.lift.p1"], span=(0.1, 0.5))
+    heights, pressures = panels(figure)
+    assert [line.get_label() for line in heights.lines] == ["empty", "loaded"]
+    inside = other.data.sel(time=slice(0.1, 0.5))
+    np.testing.assert_allclose(pressures.lines[1].get_ydata(), 1e-5 * inside["cylinder.lift.p1"], rtol=1e-12)
+    np.testing.assert_allclose(pressures.lines[1].get_xdata(), inside.time, rtol=1e-12)
+
+
+def test_a_run_less_another_at_equal_times(run):
+    other = hc.simulate("vertical-lift-open-loop", duration=0.6, record_interval=0.02, payload=50)
+    figure = plots.overlay({"empty": run, "loaded": other}, "tip.z", relative_to="empty", against="cylinder.lift.x")
+    (line,) = panels(figure)[0].lines
+    same = run.data["tip.z"].interp(time=other.data.time.values)
+    np.testing.assert_allclose(line.get_ydata(), 1e3 * (other.data["tip.z"].values - same.values), atol=1e-9)
+    np.testing.assert_allclose(line.get_xdata(), 1e3 * other.data["cylinder.lift.x"], rtol=1e-12)
+
+
+def test_runs_that_cannot_be_laid_over_each_other(run):
+    for call, message in (
+        (lambda: plots.overlay({}, "tip.z"), "no run to draw"),
+        (lambda: plots.overlay([run], "tip.z"), "mapping from label to run"),
+        (lambda: plots.overlay({"a": run}, "tip.y"), "signal of run `a`"),
+        (lambda: plots.overlay({"a": run}, "tip.z", relative_to="b"), "`b`"),
+        (lambda: plots.overlay({"a": run}, "tip.z", relative_to="a"), "no run to draw"),
+        (lambda: plots.overlay({"a": run}, []), "name a signal"),
+        (lambda: plots.overlay({"a": run}, "tip.z", span=(2.0, 3.0)), "between 2 and 3 s"),
+    ):
+        with pytest.raises(hc.InputError, match=message):
+            call()
+
+
+def test_parameters_rank_by_their_effect():
+    keys = ["supply.pressure", "friction.test.coulomb[0]", "friction.test.coulomb[1]"]
+    slopes = hc.sensitivities("single-cylinder-step", keys, relative=True, duration=1.0)
+    figure = plots.ranking(slopes, "joint.slide.q", most=2)
+    (axes,) = panels(figure)
+    sizes = np.sqrt((slopes.data["joint.slide.q"] ** 2).mean("time")).values
+    best = np.argsort(-sizes)[:2]
+    assert [label.get_text() for label in axes.get_yticklabels()] == [keys[i] for i in best]
+    np.testing.assert_allclose([bar.get_width() for bar in axes.patches], 1e3 * sizes[best], rtol=1e-12)
+    for signals, message in ((["joint.slide.q", "cylinder.test.p1"], "different units"), ("tip", "`tip`")):
+        with pytest.raises(hc.InputError, match=message):
+            plots.ranking(slopes, signals)
+    with pytest.raises(hc.InputError, match="relative=True"):
+        plots.ranking(hc.sensitivities("single-cylinder-step", keys[0], duration=0.1), "joint.slide.q")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 
+import h5py
 import numpy as np
 import pytest
 import xarray as xr
@@ -154,17 +155,20 @@ def test_a_saved_log_holds_what_was_read(suffix, tmp_path):
     names = ["time", "x", "p1", "p2", "force", "command"]
     if suffix == "csv":
         with path.open(encoding="utf-8", newline="") as file:
-            rows = list(csv.reader(file))
+            rows = [row for row in csv.reader(file) if not row[0].startswith("#")]
         assert rows[:2] == [names, ["s", "m", "Pa", "Pa", "N", "m"]]
         found = dict(zip(names, np.array(rows[2:], dtype=float).T, strict=True))
     elif suffix == "mat":
         found = loadmat(path, squeeze_me=True, simplify_cells=True)
         assert found["units"]["p1"] == "Pa" and found["about"]["experiment"] == "small-sine"
     else:
-        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as stored:
-            found = {name: stored[name].values for name in names}
+        with h5py.File(path) as stored:
+            found = {name: stored[name][()] for name in names}
             assert stored.attrs["seed"] == 1
+    back = hc.read_log(path)
+    assert not back.flags and back.data.attrs == {**log.data.attrs, "source": str(path)}
     for name in names:
+        assert (back.data[name].values == log.data[name].values).all()
         assert found[name] == pytest.approx(log.data[name].values, rel=1e-8, abs=1e-12), name
 
 

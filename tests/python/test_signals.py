@@ -13,6 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import hydrocrane as hc
+from hydrocrane import rig
+from hydrocrane.identification import identify_static
 from hydrocrane.logs import Log, Noise, noise_of
 from hydrocrane.signals import (
     RigParameters,
@@ -417,3 +419,25 @@ def test_windows_show_themselves():
     assert len(fig.axes) == 4
     plt.close(fig)
     plt.close(steady_windows(measured(rig_run(((0.002, 3.0),), start=0.0)), RIG).plot())
+
+
+def test_windows_take_what_is_at_hand():
+    """A log of the virtual rig and the name of its machine will do, and only stretches with a length are left out."""
+    log = rig.run("constant-velocity", levels=[0.02, 0.05], calibration=0.5, sensors="ideal")
+    found = steady_windows(log, "rig-rottne")
+    built = steady_windows(Log.of(log.data), RigParameters.of(hc.load_machine("rig-rottne")))
+    assert len(found) == 4 and found.windows == built.windows
+    assert all(rejected.end > rejected.start for rejected in found.rejected)
+    stage = identify_static(found)
+    assert stage.rejected_windows == found.rejected
+
+
+def test_a_zero_error_that_makes_friction_drive_is_named():
+    """0.9 bar are 177 N: more than the 163 N at 5 mm/s, less than friction at the other velocities."""
+    log = rig.run("constant-velocity", levels=[0.002, 0.005, 0.02, 0.1], sensors="ideal")
+    readings = log.data.copy()
+    assert not steady_windows(readings, "rig-rottne").flags
+    readings["p1"] -= 0.9e5
+    (flag,) = steady_windows(readings, "rig-rottne").flags
+    assert flag.kind == "friction-drives"
+    assert "1 of 4 windows extending" in flag.message and "zeros of the pressure sensors" in flag.message

@@ -39,3 +39,7 @@ def test_wrong_wishes_are_named():
         tuning.tune(crane, gains=["dampin"])
     with pytest.raises(hc.HydrocraneError, match="trials"):
         tuning.tune(crane, trials=0)
+    with pytest.raises(hc.InputError, match="up, down, out and in"):
+        tuning.tune(hc.load_machine("rig-rottne"), trials=2)
+    with pytest.raises(hc.InputError, match="nothing to improve: refused"):
+        tuning.tune(hc.load_machine("rig-rottne"), trials=2, cases=quick_cases())

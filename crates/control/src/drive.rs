@@ -171,4 +171,4 @@ impl Drive {
 }
 
 /// Speed at which friction is taken when asking how fast a piston could be, m/s.
-const FRICTION_SPEED: f64 = 0.01;
+pub const FRICTION_SPEED: f64 = 0.01;

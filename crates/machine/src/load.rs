@@ -81,24 +81,69 @@ impl Template {
     }
 }
 
-/// The tree of a file merged onto what it extends. `opened` holds the files on the way, to find a cycle.
+/// The tree of a file merged onto what it extends, and what it includes merged onto both. `opened` holds the files on the
+/// way, to find a cycle.
 fn extended(source: &Source, opened: &mut Vec<String>) -> Result<Node> {
     let tree = document::parse(&source.file)?;
-    let Some(entry) = tree.entries().unwrap_or_default().iter().find(|entry| entry.key == "extends") else {
-        return Ok(tree);
+    let parts = included(source, &tree)?;
+    let whole = match root_entry(&tree, "extends") {
+        Some(node) => merge(extended_base(source, node, opened)?, tree),
+        None => tree,
     };
-    let NodeKind::Value { value: Scalar::Text(name), .. } = &entry.node.kind else {
-        let found = format!("expected the name of a machine, found {}", entry.node.kind_name());
-        return Err(entry.node.place.error(ErrorKind::WrongType, "extends", found).help("put the name in quotes"));
+    Ok(parts.into_iter().fold(whole, merge))
+}
+
+fn root_entry<'a>(tree: &'a Node, key: &str) -> Option<&'a Node> {
+    tree.entries().unwrap_or_default().iter().find(|entry| entry.key == key).map(|entry| &entry.node)
+}
+
+fn extended_base(source: &Source, node: &Node, opened: &mut Vec<String>) -> Result<Node> {
+    let place = &node.place;
+    let NodeKind::Value { value: Scalar::Text(name), .. } = &node.kind else {
+        let found = format!("expected the name of a machine, found {}", node.kind_name());
+        return Err(place.error(ErrorKind::WrongType, "extends", found).help("put the name in quotes"));
     };
-    let place = entry.node.place.clone();
     opened.push(identity(source));
-    let base = open_extended(source, name).map_err(|error| relocate(&error, &place, "extends"))?;
+    let base = open_extended(source, name).map_err(|error| relocate(&error, place, "extends"))?;
     if opened.contains(&identity(&base)) {
         let message = format!("`{name}` is this file, or leads back to it");
         return Err(place.error(ErrorKind::ExtendsCycle, "extends", message).help("extend a file that stands alone"));
     }
-    Ok(merge(extended(&base, opened)?, tree))
+    extended(&base, opened)
+}
+
+/// The trees of the files that a file includes, in its order.
+fn included(source: &Source, tree: &Node) -> Result<Vec<Node>> {
+    let Some(node) = root_entry(tree, "include") else {
+        return Ok(Vec::new());
+    };
+    let wrong = |place: &Place, found: &str| {
+        let message = format!("expected a list of files, found {found}");
+        place.error(ErrorKind::WrongType, "include", message).help("write it like [\"friction.toml\"]")
+    };
+    let NodeKind::Value { value: Scalar::List(names), .. } = &node.kind else {
+        return Err(wrong(&node.place, node.kind_name()));
+    };
+    let part = |(name, place): &(Scalar, Place)| match name {
+        Scalar::Text(name) => part_of(source, name, place),
+        _ => Err(wrong(place, "something else in it")),
+    };
+    names.iter().map(part).collect()
+}
+
+/// The tree of one included file: tables of a machine, which is not whole by itself.
+fn part_of(source: &Source, name: &str, place: &Place) -> Result<Node> {
+    let folder = source.folder.clone().unwrap_or_default();
+    let file = read(&folder.join(name)).map_err(|error| relocate(&error, place, "include"))?;
+    let tree = document::parse(&file.file)?;
+    for key in ["extends", "include"] {
+        if let Some(node) = root_entry(&tree, key) {
+            let message = format!("an included file cannot have `{key}` of its own");
+            let cure = format!("move `{key}` to `{}`", source.file.name);
+            return Err(node.place.error(ErrorKind::ConflictingKeys, key, message).help(cure));
+        }
+    }
+    Ok(tree)
 }
 
 fn open_extended(source: &Source, name: &str) -> Result<Source> {

@@ -165,7 +165,7 @@ fn gains_have_units_and_known_names() {
     let machine =
         extended("[control]\nCLASS\nperiod = \"20 ms\"\n[control.tip]\nCLASS\nfull-speed = \"80 mm/s\"\n").unwrap();
     assert_eq!(machine.control.period, Some(0.02));
-    assert_eq!(machine.control.gains, [("tip".to_string(), vec![("full-speed".to_string(), 0.08)])]);
+    assert_eq!(machine.control.gain("tip", "full-speed"), Some(0.08));
     let slug = |rest: &str| extended(rest).expect_err(rest).slug();
     assert_eq!(slug("[control.tip]\nCLASS\nfull-speed = 0.08\n"), "missing-unit");
     assert_eq!(slug("[control.tip]\nCLASS\nfull-speed = \"1 bar\"\n"), "wrong-dimension");

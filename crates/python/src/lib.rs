@@ -2,6 +2,7 @@
 
 mod arrays;
 mod closed_loop;
+mod control;
 mod files;
 mod friction;
 mod machine;
@@ -26,5 +27,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(simulation::simulate, m)?)?;
     m.add_function(wrap_pyfunction!(closed_loop::simulate_controlled, m)?)?;
     m.add_function(wrap_pyfunction!(closed_loop::measure, m)?)?;
+    m.add_function(wrap_pyfunction!(control::resolve_rates, m)?)?;
+    m.add_function(wrap_pyfunction!(control::tip_gain_info, m)?)?;
     Ok(())
 }

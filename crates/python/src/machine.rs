@@ -135,6 +135,10 @@ impl Machine {
         let regions = self.model.machine().keep_out.iter();
         regions.map(|(name, corners)| Ok((name.clone(), matrix(py, corners.concat(), 2)?))).collect()
     }
+    fn clearance<'py>(&self, py: Python<'py>, places: Rows<'py>) -> Vector<'py> {
+        let places = rows(&places, 2, "places")?;
+        Ok(vector(py, places.chunks_exact(2).map(|p| self.model.clearance([p[0], p[1]])).collect()))
+    }
     #[getter]
     fn supply_pressure(&self) -> f64 {
         self.model.machine().supply.pressure
@@ -290,6 +294,10 @@ impl Machine {
     fn static_cylinder_force<'py>(&self, py: Python<'py>, q: Rows<'py>, payload: f64) -> Matrix<'py> {
         let n = self.n();
         matrix(py, self.over_q(py, &q, n, |m, q, out| m.static_force(q, payload, out))?, n)
+    }
+    fn piston_speeds<'py>(&self, py: Python<'py>, q: Rows<'py>, payload: f64) -> Tensor<'py> {
+        let n = self.n();
+        tensor(py, self.over_q(py, &q, 2 * n, |m, q, out| m.piston_speeds(q, payload, out))?, (n, 2))
     }
     fn kinetic_energy<'py>(&self, py: Python<'py>, q: Rows<'py>, qd: Rows<'py>, payload: f64) -> Vector<'py> {
         let energy = |m: &dyn Model, q: &[f64], qd: &[f64], out: &mut [f64]| out[0] = m.energies(q, qd, payload).0;

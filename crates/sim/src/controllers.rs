@@ -75,7 +75,7 @@ pub fn nominal<const N: usize>(machine: &Machine) -> Result<Nominal<N>, String> 
     })
 }
 
-fn nominal_cylinder(unit: &CylinderUnit<f64>, stroke: f64) -> NominalCylinder {
+pub(crate) fn nominal_cylinder(unit: &CylinderUnit<f64>, stroke: f64) -> NominalCylinder {
     let stop = &unit.end_stop;
     let (FrictionLaw::Static { map, .. } | FrictionLaw::Printed { map } | FrictionLaw::LuGre { map, .. }) =
         unit.friction;
@@ -115,6 +115,12 @@ pub const TIP_GAINS: [(&str, f64); 15] = [
 pub fn tip_gain(machine: &Machine, key: &str) -> f64 {
     let default = TIP_GAINS.iter().find(|(name, _)| *name == key).map_or(f64::NAN, |(_, value)| *value);
     machine.control.gain("tip", key).unwrap_or(default)
+}
+
+/// SI unit of a gain of `tip`, as the file format has it; empty for a plain number.
+pub fn tip_gain_unit(key: &str) -> &'static str {
+    let gains = hydrocrane_machine::CONTROLLERS.iter().find(|(name, _)| *name == "tip").map_or(&[][..], |(_, g)| g);
+    gains.iter().find(|(name, _)| *name == key).map_or("", |(_, unit)| unit)
 }
 
 /// Settings of `tip` for a machine.
@@ -250,5 +256,8 @@ mod tests {
         for (name, key) in gains.chain(weights) {
             assert_ne!(settings(name, key, 1.2), settings(name, key, 2.4), "{name}.{key}");
         }
+        let (_, keys) = IN_FILES[0];
+        assert!(TIP_GAINS.iter().all(|(key, _)| keys.iter().any(|(known, _)| known == key)));
+        assert_eq!((tip_gain_unit("damping"), tip_gain_unit("reserve")), ("1/s", ""));
     }
 }

@@ -1,6 +1,7 @@
 //! A machine with `N` joints, ready to be asked.
 
 use crate::bordered::Bordered;
+use crate::controllers::nominal_cylinder;
 use crate::cylinder_unit::FrictionLaw;
 use crate::drawing::{self, Shape};
 use crate::equilibrium::EquilibriumMode;
@@ -16,6 +17,8 @@ use crate::outputs::{self, OutputInfo};
 use crate::plant::Plant;
 use crate::rhs::Evaluation;
 use crate::{reference, workspace};
+use hydrocrane_control::drive::FRICTION_SPEED;
+use hydrocrane_control::feed_forward::{steady_speed, Mains};
 use hydrocrane_control::inverse_kinematics::{self, Printed, TooFewRevolute};
 use hydrocrane_machine::Machine;
 use hydrocrane_num::small;
@@ -230,6 +233,18 @@ impl<const N: usize> Model for Crane<N> {
 
     fn static_force(&self, q: &[f64], payload: f64, force: &mut [f64]) {
         force.copy_from_slice(&self.plant.static_force(&array::<N>(q), payload));
+    }
+    fn piston_speeds(&self, q: &[f64], payload: f64, speeds: &mut [f64]) {
+        let load = self.plant.static_force(&array::<N>(q), payload);
+        let strokes = self.spool_strokes();
+        for c in 0..N {
+            let cylinder = nominal_cylinder(&self.plant.cylinders[c], strokes[c]);
+            let mains = Mains { supply: self.plant.mains.supply, tank: self.plant.mains.tank };
+            for (speed, sense) in speeds[2 * c..2 * c + 2].iter_mut().zip([-1.0, 1.0]) {
+                *speed =
+                    steady_speed(&cylinder, &mains, load[c] + cylinder.steady_friction(sense * FRICTION_SPEED), sense);
+            }
+        }
     }
 
     fn tip_velocity(&self, q: &[f64], qd: &[f64]) -> [f64; 2] {

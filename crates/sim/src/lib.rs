@@ -33,6 +33,7 @@ mod simulator;
 mod steady_friction;
 mod stick;
 pub mod system;
+mod tip_rates;
 mod valve_line;
 mod workspace;
 
@@ -59,3 +60,4 @@ pub use sensing::{FaultKind, SensorFault, SensorMode, Sensors};
 pub use simulator::Simulator;
 pub use steady_friction::{map_point, MapPoint, MAP_PARAMETERS};
 pub use stick::{StickKind, Sticks};
+pub use tip_rates::{resolve_rates, RateWish};

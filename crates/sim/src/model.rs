@@ -11,6 +11,7 @@ use crate::layout::Layout;
 use crate::limits::JointLimits;
 use crate::outputs::OutputInfo;
 use hydrocrane_control::inverse_kinematics::TooFewRevolute;
+use hydrocrane_control::keep_out::Region;
 use hydrocrane_machine::Machine;
 
 /// Most joints a chain can have here.
@@ -52,10 +53,17 @@ pub trait Model: Send + Sync {
     fn equations(&self, q: &[f64], qd: &[f64], payload: f64, mass: &mut [f64], bias: &mut [f64]);
     fn forward_dynamics(&self, q: &[f64], qd: &[f64], force: &[f64], payload: f64, qdd: &mut [f64]);
     fn static_force(&self, q: &[f64], payload: f64, force: &mut [f64]);
+    /// Distance of a place (x, z) from the nearest keep-out region, m, negative inside; infinite without regions.
+    fn clearance(&self, place: [f64; 2]) -> f64 {
+        let regions = self.machine().keep_out.iter().map(|(_, corners)| Region::new(corners.clone()));
+        regions.map(|region| region.clearance(place).distance).fold(f64::INFINITY, f64::min)
+    }
     /// Velocity (x, z) of the tip, m/s.
     fn tip_velocity(&self, q: &[f64], qd: &[f64]) -> [f64; 2];
     /// The tip with `payload` takes up `load` (kg) that lies still: writes the joint rates after it, tells the loss (J).
     fn attach(&self, q: &[f64], qd: &[f64], payload: f64, load: f64, rates: &mut [f64]) -> f64;
+    /// Lowest and highest steady piston speed per cylinder at full spool stroke under the load at rest, in pairs.
+    fn piston_speeds(&self, q: &[f64], payload: f64, speeds: &mut [f64]);
     /// (kinetic, potential), J.
     fn energies(&self, q: &[f64], qd: &[f64], payload: f64) -> (f64, f64);
 

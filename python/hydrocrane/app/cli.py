@@ -14,6 +14,7 @@ import typer
 
 from hydrocrane.app.console import bar, complain, say, waiting
 from hydrocrane.app.control import control
+from hydrocrane.app.identify import identify
 from hydrocrane.app.rig import rig
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.add_typer(control)
+app.add_typer(identify)
 app.add_typer(rig)
 
 

@@ -38,6 +38,19 @@ def waiting(what: str) -> Iterator[None]:
 
 
 @contextmanager
+def reporting() -> Iterator[Callable[[str], None]]:
+    """A spinner on a terminal; nothing in a pipe; gives a function to be called with what is being done."""
+    from rich.console import Console
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn())
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task("", total=None)
+        yield lambda text: progress.update(task, description=text)
+
+
+@contextmanager
 def bar(what: str) -> Iterator[Callable[[int, int], None]]:
     """A progress bar; gives a function to be called with (done, in all)."""
     from rich.console import Console

@@ -41,22 +41,23 @@ def _group() -> None:
 def run_benchmark(
     controllers: Annotated[list[str], typer.Argument(help="Names of controllers; tip and heinze-pid by default.")] = [],  # noqa: B006
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for table and picture.")] = Path("results"),
-    machine: Annotated[str, typer.Option(help="Machine with boom, jib and extension.")] = "rottne-f9-lab",
+    machine: Annotated[str, typer.Option(help="Bundled machine or path of a machine file.")] = "rottne-f9-lab",
     settings: Annotated[list[str], typer.Option("--set", help="Override a machine key: KEY=VALUE.")] = [],  # noqa: B006
     seed: Annotated[int, typer.Option(help="Draws the errors of the sensors.")] = 0,
-    quick: Annotated[bool, typer.Option("--quick", help="Three cases in place of all.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="A few cases in place of all.")] = False,
 ) -> None:
     """Run the tasks of the tip-control benchmark; print a table, write it as CSV and JSON, and draw a page."""
     import matplotlib as mpl
 
-    from hydrocrane import benchmark
+    from hydrocrane import benchmark, fitted_tasks
     from hydrocrane.app.options import overrides
     from hydrocrane.machine import load_machine
 
     crane = load_machine(machine, overrides(settings))
     # A folder that cannot be made shall not cost the runs.
     output.mkdir(parents=True, exist_ok=True)
-    cases = benchmark.quick_cases() if quick else benchmark.all_cases()
+    whole = not quick and fitted_tasks.fits_the_benchmark(crane)
+    cases = benchmark.all_cases() if whole else fitted_tasks.tuning_cases(crane)
     with bar("running the benchmark") as progress:
         found = benchmark.benchmark(
             controllers or benchmark.CONTROLLERS, cases, machine=crane, seed=seed, progress=progress
@@ -72,7 +73,7 @@ def run_benchmark(
 
 @control.command(name="tune", epilog="Example:  hydrocrane control tune rottne-f9-lab --trials 20 -o gains.toml")
 def run_tune(
-    machine: Annotated[str, typer.Argument(help="Machine with boom, jib and extension.")] = "rottne-f9-lab",
+    machine: Annotated[str, typer.Argument(help="Bundled machine or path of a machine file.")] = "rottne-f9-lab",
     output: Annotated[Path | None, typer.Option("-o", "--output", help="File for the [control.tip] block.")] = None,
     settings: Annotated[list[str], typer.Option("--set", help="Override a machine key: KEY=VALUE.")] = [],  # noqa: B006
     trials: Annotated[int, typer.Option(help="Most sets of gains to simulate.")] = 60,
@@ -90,7 +91,7 @@ def run_tune(
     say(
         *lines,
         f"cost {found.cost_before * 1e3:.3f} mm -> {found.cost_after * 1e3:.3f} mm, {found.trials} sets simulated",
-        "(RMS deviation and priced spool travel, mean over the quick cases of the benchmark)",
+        "(RMS deviation and priced spool travel, mean over the cases)",
         found.toml(),
     )
     if output is not None:

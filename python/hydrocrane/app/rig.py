@@ -37,7 +37,9 @@ def list_experiments() -> None:
 def run_experiment(
     experiment: Annotated[str, typer.Argument(help="Name of the experiment; `hydrocrane rig list` shows them.")],
     machine: Annotated[str, typer.Option("--rig", help="Bundled rig or path of a machine file.")] = "rig-rottne",
-    output: Annotated[Path, typer.Option("-o", "--output", help="Log: .csv, .mat, .nc or .h5.")] = Path("log.csv"),
+    output: Annotated[Path, typer.Option("-o", "--output", help="Log: .csv, .mat, .nc, .h5 or .mf4.")] = Path(
+        "log.csv"
+    ),
     payload: Annotated[float | None, typer.Option(help="Load on the rod, kg.")] = None,
     supply: Annotated[str | None, typer.Option(help='Supply pressure with its unit, e.g. "100 bar".')] = None,
     seed: Annotated[int, typer.Option(help="Draws the errors of the sensors.")] = 0,
@@ -50,8 +52,8 @@ def run_experiment(
     """Run an experiment and write what the sensors read; one file per load or pressure where these are varied."""
     from hydrocrane import rig as rigs
     from hydrocrane.app.options import overrides
+    from hydrocrane.logs.writers import checked_suffix
     from hydrocrane.rig.experiments import experiment as known
-    from hydrocrane.rig.log import checked_suffix
 
     # Neither a wrong name nor a wrong suffix shall cost the run.
     known(experiment)

@@ -1,6 +1,11 @@
-"""Identification of friction from measurements: the steady map, comparisons between maps, and the report."""
+"""Identification of friction from measurements: the steady map, comparisons between maps, bristles, and the report."""
 
+from hydrocrane.identification.campaign import identify_friction
+from hydrocrane.identification.campaign_result import Identification, Stage
 from hydrocrane.identification.comparison import FrictionComparison, compare_friction
+from hydrocrane.identification.dynamic import expected, fit_dynamic
+from hydrocrane.identification.dynamic_result import DynamicFit
+from hydrocrane.identification.first_readings import first_readings
 from hydrocrane.identification.graphical import graphical
 from hydrocrane.identification.least_squares import OffsetPrior
 from hydrocrane.identification.points import FrictionPoints
@@ -12,18 +17,25 @@ from hydrocrane.identification.static_stage import StaticIdentification, identif
 from hydrocrane.identification.synthetic import synthetic_points
 
 __all__ = [
+    "DynamicFit",
     "FrictionComparison",
     "FrictionPoints",
+    "Identification",
     "OffsetPrior",
     "Report",
     "Section",
+    "Stage",
     "StaticFit",
     "StaticIdentification",
     "StaticMap",
     "Table",
     "compare_friction",
+    "expected",
+    "first_readings",
+    "fit_dynamic",
     "fit_static",
     "graphical",
+    "identify_friction",
     "identify_static",
     "synthetic_points",
 ]

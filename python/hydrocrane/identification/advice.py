@@ -9,7 +9,7 @@ from scipy.stats import f as fisher
 
 from hydrocrane.identification.least_squares import Scatter
 from hydrocrane.identification.points import DIRECTIONS
-from hydrocrane.identification.result import OFFSET, StaticFit, missing_directions
+from hydrocrane.identification.result import OF_SENSORS, StaticFit, missing_directions
 
 # A parameter whose 95 % interval reaches further than this share of its value is called poorly known.
 POOR = 0.5
@@ -21,7 +21,7 @@ FAR = 2.5
 UNLIKELY = 0.01
 
 
-def on_fit(fit: StaticFit, scatter: Scatter, with_offset: bool) -> tuple[str, ...]:
+def on_fit(fit: StaticFit, scatter: Scatter, with_prior: bool) -> tuple[str, ...]:
     """Warnings of a fit, the most fundamental first."""
     return (
         *(f"no points {name}: nothing is known of friction {name}" for name in missing_directions(fit)),
@@ -29,7 +29,7 @@ def on_fit(fit: StaticFit, scatter: Scatter, with_offset: bool) -> tuple[str, ..
         *_bounds(fit),
         *_poorly_known(fit),
         *_spread(fit, scatter),
-        *_offset(fit, with_offset),
+        *_of_sensors(fit, with_prior),
         *_rejection(fit),
     )
 
@@ -79,7 +79,7 @@ def _bounds(fit: StaticFit) -> Iterator[str]:
 def _poorly_known(fit: StaticFit) -> Iterator[str]:
     for label, (low, high) in fit.intervals(0.95, method="t").items():
         value = fit.value(label)
-        if label == OFFSET:
+        if label in OF_SENSORS:
             continue
         if not np.isfinite(low):
             yield f"{label} cannot be told from these points"
@@ -105,10 +105,10 @@ def _spread(fit: StaticFit, scatter: Scatter) -> Iterator[str]:
         )
 
 
-def _offset(fit: StaticFit, with_offset: bool) -> Iterator[str]:
-    """A constant error of the force shifts Coulomb friction of the directions against each other."""
+def _of_sensors(fit: StaticFit, with_prior: bool) -> Iterator[str]:
+    """A constant error of the force shifts Coulomb friction of the directions against each other, spans do as well."""
     spread = fit.spread
-    if not with_offset or spread is None:
+    if not with_prior or spread is None:
         return
     for label in ("coulomb.extending", "coulomb.retracting"):
         if label in spread.labels:
@@ -117,6 +117,7 @@ def _offset(fit: StaticFit, with_offset: bool) -> Iterator[str]:
                 yield (
                     "the constant error of the force sensors decides how well Coulomb friction of a single direction "
                     "is known; its sum over both directions is known better. A zero calibration helps"
+                    + (", logs at a second supply pressure tell the spans" if any(fit.spans) else "")
                 )
                 return
 

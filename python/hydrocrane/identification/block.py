@@ -18,7 +18,13 @@ if TYPE_CHECKING:
 
 
 def friction_block(
-    fit: StaticFit, cylinder: str, *, name: str | None = None, source: Iterable[str] = (), date: str = ""
+    fit: StaticFit,
+    cylinder: str,
+    *,
+    name: str | None = None,
+    source: Iterable[str] = (),
+    date: str = "",
+    bristles: Iterable[str] = (),
 ) -> str:
     """``[friction.<name>]`` with class ``fitted``; parameters that were held are ``assumed`` and say so.
 
@@ -30,20 +36,36 @@ def friction_block(
         Names of the logs; by default those the points came from.
     date : str
         Day of the fit, by default today.
+    bristles : iterable of str
+        Lines of the bristles' values; with any, the model is LuGre's.
 
     Comments give the 95 % intervals.
     """
     _check(fit)
-    lines = [
-        f"[friction.{name or cylinder}]",
-        'class = "fitted"',
-        f"source = {json.dumps(_source(fit, source, date), ensure_ascii=False)}",
-        f"cylinder = {json.dumps(cylinder)}",
-        'model = "static"',
-    ]
+    added = list(bristles)
+    origin = f"{_files(fit, source)}; {fit.method} fit of {int(fit.accepted.sum())} points, {signature(date)}"
+    lines = head(name or cylinder, cylinder, origin, "lugre" if added else "static")
     # Exponents are rounded first, because the unit of the viscous coefficient carries them.
     powers = [float(f"{p:.4g}") for p in fit.params["viscous-exponent"]]
-    return "\n".join([*lines, *(_line(fit, key, powers) for key in PARAMETERS)]) + "\n"
+    return "\n".join([*lines, *(_line(fit, key, powers) for key in PARAMETERS), *added]) + "\n"
+
+
+def head(name: str, cylinder: str, source: str, model: str) -> list[str]:
+    """The first lines of the block of a fit."""
+    return [
+        f"[friction.{name}]",
+        'class = "fitted"',
+        f"source = {json.dumps(source, ensure_ascii=False)}",
+        f"cylinder = {json.dumps(cylinder)}",
+        f"model = {json.dumps(model)}",
+    ]
+
+
+def signature(date: str = "") -> str:
+    """Who fitted, and on which day; today by default."""
+    from hydrocrane import __version__
+
+    return f"hydrocrane {__version__}, {date or datetime.date.today().isoformat()}"
 
 
 def _check(fit: StaticFit) -> None:
@@ -57,12 +79,8 @@ def _check(fit: StaticFit) -> None:
             )
 
 
-def _source(fit: StaticFit, source: Iterable[str], date: str) -> str:
-    from hydrocrane import __version__
-
-    files = ", ".join(source) or ", ".join(fit.points.source) or "points handed over in Python"
-    day = date or datetime.date.today().isoformat()
-    return f"{files}; {fit.method} fit of {int(fit.accepted.sum())} points, hydrocrane {__version__}, {day}"
+def _files(fit: StaticFit, source: Iterable[str]) -> str:
+    return ", ".join(source) or ", ".join(fit.points.source) or "points handed over in Python"
 
 
 def _line(fit: StaticFit, key: str, powers: list[float]) -> str:

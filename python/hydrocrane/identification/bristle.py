@@ -1,12 +1,11 @@
 """First readings of the bristle parameters from a ramp and a step, before anything is simulated.
                                                               theory: docs/theory/identification/dynamic.md
 
-Both start with the piston at rest and its bristles straight. The bristle deflection is the part of the piston's way
-that the seal does not slip,
+The bristle deflection is the part of the piston's way that the seal does not slip,
 
-    z(t) = int (1 - |F| / g(v)) dx,                                     thesis (124), (125) with the sign of E18
+    z(t) = z(0) + int (1 - sgn(v) F / g(v)) dx,                         thesis (124), (125) with the sign of E18
 
-where F is the measured friction force; for F = c t and g = alpha_0 + alpha_1 that integral is
+where F is the measured friction force; from rest with straight bristles, for F = c t and g = alpha_0 + alpha_1, that is
 x - c/(alpha_0 + alpha_1) (x t - int x dt), (125) as corrected. Then
 
     sigma_0: slope of F over z while the piston creeps                                  (123), (126)
@@ -21,12 +20,16 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
+from hydrocrane.identification.motions import RESTING_SAMPLES, Motion
 from hydrocrane.identification.static_map import StaticMap
 
-# Friction as a share of the static friction between which the ramp is read: above the noise, and before the slip.
-RAMP_SHARE = (0.05, 0.7)
-# A step is read while the bristles still follow the piston: dz/dt at least this share of the velocity.
-FOLLOWING = 0.3
+# Friction as a share of the static friction: how far it must have changed from rest, out of the noise, and up
+# to where the
+# ramp is read, before the bristles slip.
+RESTING, SLIPPING = 0.05, 0.7
+# A step is read while the bristles follow the piston: dz/dt at least this share of the velocity and of its
+# largest value.
+FOLLOWING, LEAST_RATE = 0.3, 0.2
 LEAST_SAMPLES = 8
 
 
@@ -52,59 +55,60 @@ class Reading:
     end: float
 
 
-def without_slip(law: StaticMap, position: Array, velocity: Array, friction: Array) -> Array:
-    """Bristle deflection (n,), m, from piston position (m), velocity (m/s) and friction force (N), each (n,)."""
-    seal = np.abs(dry(law).force(_moving(velocity)))
-    held = 1.0 - np.clip(np.abs(friction - viscous(law, velocity)) / seal, 0.0, 1.0)
-    steps = np.diff(position)
+def without_slip(law: StaticMap, motion: Motion) -> Array:
+    """Change of the bristle deflection (n,), m, along a motion."""
+    seal = np.abs(dry(law).force(_moving(motion.velocity)))
+    way = np.sign(np.mean(motion.velocity))
+    # Where the piston turns, friction still helps it and the bristles straighten faster than it moves.
+    held = 1.0 - np.clip(way * (motion.friction - viscous(law, motion.velocity)) / seal, -1.0, 1.0)
+    steps = np.diff(motion.position)
     return np.concatenate([[0.0], np.cumsum(0.5 * (held[1:] + held[:-1]) * steps)])
 
 
-def stiffness(time: Array, position: Array, velocity: Array, friction: Array, law: StaticMap) -> Reading:
-    """sigma_0 (N/m) from a ramp, all signals (n,) from rest on; friction without its value at rest.
+def stiffness(motion: Motion, law: StaticMap) -> Reading:
+    """sigma_0 (N/m) from one motion of a ramp.
 
-    The line is drawn through both quantities with their own noise (total least squares), as the potentiometer's noise
-    on the deflection would flatten an ordinary regression.
+    The line is drawn through both quantities with their own noise (total least squares), as the position sensor's
+    noise on the deflection would flatten an ordinary regression.
     """
-    _check(time, position, velocity, friction)
-    way = np.sign(np.mean(velocity))
+    _check(motion)
+    way = np.sign(np.mean(motion.velocity))
     limit = float(np.abs(dry(law).force(np.array([way * 1e-8]))[0]))
-    share = _smooth(way * friction) / limit
-    above = np.flatnonzero(share > RAMP_SHARE[1])
-    last = int(above[0]) if above.size else len(time)
-    first = int(np.flatnonzero(share[:last] < RAMP_SHARE[0])[-1]) + 1 if (share[:last] < RAMP_SHARE[0]).any() else 0
+    share = _smooth(way * motion.friction) / limit
+    above = np.flatnonzero(share > SLIPPING)
+    last = int(above[0]) if above.size else share.size
+    still = np.flatnonzero(share[:last] < share[0] + RESTING)
+    first = int(still[-1]) + 1 if still.size else 0
     if last - first < LEAST_SAMPLES:
         raise InputError(
-            f"the ramp holds {last - first} samples between {RAMP_SHARE[0]:.0%} and {RAMP_SHARE[1]:.0%} of the static "
-            "friction; use a slower ramp or a higher sampling rate"
+            f"the ramp holds {last - first} samples between rest and {SLIPPING:.0%} of the static friction; "
+            "use a slower ramp or a higher sampling rate"
         )
-    z = without_slip(law, position, velocity, friction)
     pick = slice(first, last)
-    value, error = _line(z[pick], friction[pick], _noise(position), _noise(friction))
-    return Reading(value, error, z[pick], friction[pick], float(time[first]), float(time[last - 1]))
+    z, force = without_slip(law, motion)[pick], motion.friction[pick]
+    value, error = _line(z, force, _noise(motion.position), _noise(motion.friction))
+    return Reading(value, error, z, force, float(motion.time[first]), float(motion.time[last - 1]))
 
 
-def damping(
-    time: Array, position: Array, velocity: Array, friction: Array, law: StaticMap, bristle_stiffness: float
-) -> Reading:
-    """sigma_1 (N s/m) from a step, all signals (n,) from rest on; friction without its value at rest.
+def damping(motion: Motion, law: StaticMap, bristle_stiffness: float) -> Reading:
+    """sigma_1 (N s/m) from one motion of a step.
 
-    The deflection follows (116) with the measured velocity, so that a wrong datum of the position does not enter.
+    The deflection follows (116) with the measured velocity, from what the friction at rest says it is.
     """
-    _check(time, position, velocity, friction)
-    z, rate = _deflection(time, velocity, law, bristle_stiffness)
+    _check(motion)
+    z, rate = _deflection(motion, law, bristle_stiffness)
     fastest = np.max(np.abs(rate))
-    follows = (np.abs(rate) > FOLLOWING * np.abs(velocity)) & (np.abs(rate) > 0.2 * fastest)
+    follows = (np.abs(rate) > FOLLOWING * np.abs(motion.velocity)) & (np.abs(rate) > LEAST_RATE * fastest)
     if np.count_nonzero(follows) < LEAST_SAMPLES:
         raise InputError(
             f"the step holds {np.count_nonzero(follows)} samples in which the bristles follow the piston; "
             "use a higher sampling rate"
         )
-    damped = friction - bristle_stiffness * z - viscous(law, velocity)
+    damped = motion.friction - bristle_stiffness * z - viscous(law, motion.velocity)
     x, y = rate[follows], damped[follows]
     value = float(x @ y / (x @ x))
     error = float(np.sqrt(np.mean((y - value * x) ** 2) / (x @ x)))
-    moments = time[follows]
+    moments = motion.time[follows]
     return Reading(value, error, x, y, float(moments[0]), float(moments[-1]))
 
 
@@ -119,13 +123,13 @@ def viscous(law: StaticMap, velocity: Array) -> Array:
     return np.asarray(law.force(moving) - dry(law).force(moving), dtype=np.float64)
 
 
-def _deflection(time: Array, velocity: Array, law: StaticMap, bristle_stiffness: float) -> tuple[Array, Array]:
+def _deflection(motion: Motion, law: StaticMap, bristle_stiffness: float) -> tuple[Array, Array]:
     """z and dz/dt of (116) along a measured velocity; each interval is solved as if its velocity were constant."""
-    moving = _moving(velocity)
+    velocity, moving = motion.velocity, _moving(motion.velocity)
     rest = dry(law).force(moving) / bristle_stiffness
-    decay = bristle_stiffness * np.abs(velocity) / np.abs(dry(law).force(moving))
-    z = np.zeros_like(velocity)
-    for k, step in enumerate(np.diff(time)):
+    decay = np.abs(velocity / rest)
+    z = np.full_like(velocity, float(np.mean(motion.friction[:RESTING_SAMPLES])) / bristle_stiffness)
+    for k, step in enumerate(np.diff(motion.time)):
         z[k + 1] = rest[k] + (z[k] - rest[k]) * np.exp(-decay[k] * step)
     return z, velocity - decay * z
 
@@ -157,8 +161,8 @@ def _moving(velocity: Array) -> Array:
     return np.where(np.abs(velocity) < 1e-9, np.copysign(1e-9, velocity), velocity)
 
 
-def _check(*signals: Array) -> None:
-    if len({len(signal) for signal in signals}) != 1 or len(signals[0]) < LEAST_SAMPLES:
-        raise InputError(f"signals of one length and at least {LEAST_SAMPLES} samples are needed")
-    if not all(np.isfinite(signal).all() for signal in signals):
+def _check(motion: Motion) -> None:
+    if motion.time.size < LEAST_SAMPLES:
+        raise InputError(f"the motion has {motion.time.size} samples; at least {LEAST_SAMPLES} are needed")
+    if not all(np.isfinite(s).all() for s in (motion.position, motion.velocity, motion.friction)):
         raise InputError("a signal holds values that are not finite; cut the log to where every sensor reads")

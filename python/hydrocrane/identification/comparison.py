@@ -168,8 +168,9 @@ def compare_friction(
     exponents
         As for :func:`fit_static`.
     offset_deviation : float
-        Standard deviation, N, of a constant force error that differs from group to group, as from the span error of
-        pressure transmitters under another load or a weight that is not exactly known. Zero: one and the same error.
+        Standard deviation, N, of a constant force error that differs from group to group and, as the pressures do,
+        from direction to direction: from the span error of pressure transmitters under another load or supply, or a
+        weight that is not exactly known. Zero: one and the same error.
     """
     _check(groups, margin, significance, offset_deviation)
     everything = np.concatenate([points.force for points in groups.values()])
@@ -239,7 +240,8 @@ def _between(solved: Solved, sigma: Array) -> float:
 def _pooled(
     solved: list[Solved], sigma: Array, exponents: Exponents, floor: float, deviation: float
 ) -> tuple[float, int]:
-    """Least sum of squares of one map for all groups, each with an offset of its own where one is allowed."""
+    """Least sum of squares of one map for all groups, each with an offset of its own per direction where one is
+    allowed; the first group has none."""
     groups = [s.problem.points for s in solved]
     points = _joined(groups)
     first = fit_static(points, exponents=exponents, floor=floor, loss="linear")
@@ -247,21 +249,23 @@ def _pooled(
     start = coordinates.of_map(first.law)
     problem = replace(_solved(first).problem, points=points, coordinates=coordinates, start=start)
     member = np.repeat(np.arange(len(groups)), [len(g) for g in groups])
-    offsets = len(groups) - 1 if deviation > 0.0 else 0
+    # Number of the offset of each point; below zero for those of the first group.
+    shifted = len(DIRECTIONS) * (member - 1) + points.direction
+    offsets = len(DIRECTIONS) * (len(groups) - 1) if deviation > 0.0 else 0
+    of_shift = (shifted[:, None] == np.arange(offsets)).astype(float)
     low, high = problem.bounds()
 
     def residual(u: Array) -> Array:
-        shift = np.append(0.0, u[problem.unknowns :]) if offsets else np.zeros(len(groups))
-        misfit = problem.misfit(u[: problem.unknowns])[0] + shift[member]
-        return np.append(misfit / sigma, shift[1:] / deviation if offsets else [])
+        shift = u[problem.unknowns :]
+        misfit = problem.misfit(u[: problem.unknowns])[0] + of_shift @ shift
+        return np.append(misfit / sigma, shift / deviation if offsets else [])
 
     def slopes(u: Array) -> Array:
         of_map = problem.misfit(u[: problem.unknowns])[1] / sigma[:, None]
         if not offsets:
             return of_map
-        of_shift = (member[:, None] == np.arange(1, len(groups))) / sigma[:, None]
         prior = np.hstack([np.zeros((offsets, problem.unknowns)), np.eye(offsets) / deviation])
-        return np.vstack([np.hstack([of_map, of_shift]), prior])
+        return np.vstack([np.hstack([of_map, of_shift / sigma[:, None]]), prior])
 
     wide = np.full(offsets, np.inf)
     begin = np.append(np.clip(problem.begin(start), low, high), np.zeros(offsets))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -12,7 +13,7 @@ from scipy.optimize import OptimizeResult, least_squares
 
 from hydrocrane.arrays import Array
 from hydrocrane.identification.points import FrictionPoints
-from hydrocrane.identification.result import fitted_velocity
+from hydrocrane.identification.result import OFFSET, SPANS, fitted_velocity
 from hydrocrane.identification.static_map import Coordinates
 
 Loss = Literal["soft_l1", "huber", "cauchy", "arctan", "linear"]
@@ -74,7 +75,10 @@ class Problem:
     floor : float
         Standard deviation of a whole level about any map, N: keeps a level of many points from outweighing others.
     offset : OffsetPrior or None
-        Prior of the constant force error, the last unknown.
+        Prior of the constant force error.
+    span : float
+        Standard deviation of the relative error of each transmitter's span; zero: there is none. Errors of the
+        sensors are the last unknowns: offset, then both spans.
     untold : tuple of str
         Labels of parameters that were held because these points cannot tell them.
     """
@@ -85,12 +89,27 @@ class Problem:
     column: NDArray[np.int_]
     floor: float
     offset: OffsetPrior | None = None
+    span: float = 0.0
     untold: tuple[str, ...] = ()
 
     @property
     def unknowns(self) -> int:
-        """Free coordinates, the offset not counted."""
+        """Free coordinates, errors of the sensors not counted."""
         return int(self.column.max()) + 1
+
+    @cached_property
+    def priors(self) -> dict[str, OffsetPrior]:
+        """What is known beforehand of each error of the sensors, in the order of the unknowns."""
+        known = {OFFSET: self.offset} if self.offset is not None else {}
+        return known | (dict.fromkeys(SPANS, OffsetPrior(self.span)) if self.span else {})
+
+    @cached_property
+    def of_sensors(self) -> Array:
+        """(n, k) force, N, that each error of the sensors adds to each point, per unit of it."""
+        columns = [np.ones(len(self.points))] if self.offset is not None else []
+        if self.span and self.points.chambers is not None:
+            columns += [self.points.chambers[:, 0], -self.points.chambers[:, 1]]
+        return np.stack(columns, axis=-1) if columns else np.zeros((len(self.points), 0))
 
     def theta(self, x: Array) -> Array:
         """All coordinates at the unknowns `x`."""
@@ -102,7 +121,7 @@ class Problem:
     def begin(self, theta: Array) -> Array:
         """Unknowns at the coordinates `theta`; shared ones at their mean."""
         x = [float(np.mean(theta[self.column == k])) for k in range(self.unknowns)]
-        return np.array(x + ([self.offset.mean] if self.offset else []))
+        return np.array(x + [prior.mean for prior in self.priors.values()])
 
     def bounds(self) -> tuple[Array, Array]:
         """Edges of the unknowns."""
@@ -113,8 +132,8 @@ class Problem:
             [np.inf, np.inf, np.log(ends[1]), np.log(STRIBECK_EXPONENT[1]), np.inf, VISCOUS_EXPONENT[1]], 2
         )
         first = [int(np.flatnonzero(self.column == k)[0]) for k in range(self.unknowns)]
-        extra = [np.inf] if self.offset else []
-        return np.concatenate([low[first], -np.array(extra)]), np.concatenate([high[first], extra])
+        extra = np.full(len(self.priors), np.inf)
+        return np.concatenate([low[first], -extra]), np.concatenate([high[first], extra])
 
     def standard_deviation(self, theta: Array) -> Array:
         """What one point may scatter, N: force, velocity through the slope of the map, its share of the level's floor.
@@ -137,10 +156,8 @@ class Problem:
         slopes = np.zeros((len(self.points), x.size))
         for i in np.flatnonzero(self.column >= 0):
             slopes[:, self.column[i]] += over_theta[:, i]
-        if self.offset is None:
-            return force - self.points.force, slopes
-        slopes[:, -1] = 1.0
-        return force + x[-1] - self.points.force, slopes
+        slopes[:, self.unknowns :] = self.of_sensors
+        return force + self.of_sensors @ x[self.unknowns :] - self.points.force, slopes
 
     def solve(self, x: Array, sigma: Array, *, loss: Loss = "linear", extra: Row | None = None) -> OptimizeResult:
         """Minimise from `x`, with points of standard deviation `sigma`, and one more residual where it is given."""
@@ -161,13 +178,14 @@ class Problem:
         )
 
     def residual(self, x: Array, sigma: Array, extra: Row | None = None) -> tuple[Array, Array]:
-        """Residuals in standard deviations, the prior of the offset and an extra one last, and their slopes."""
+        """Residuals in standard deviations, an extra one and the priors of the sensors last, and their slopes."""
         misfit, slopes = self.misfit(x)
         r, jac = misfit / sigma, slopes / sigma[:, None]
         rows = [extra(x)] if extra else []
-        if self.offset is not None:
-            slope = np.append(np.zeros(x.size - 1), 1.0 / self.offset.deviation)
-            rows.append(((x[-1] - self.offset.mean) / self.offset.deviation, slope))
+        for k, prior in enumerate(self.priors.values(), self.unknowns):
+            slope = np.zeros(x.size)
+            slope[k] = 1.0 / prior.deviation
+            rows.append(((x[k] - prior.mean) / prior.deviation, slope))
         if not rows:
             return r, jac
         values, over_x = zip(*rows, strict=True)
@@ -216,7 +234,7 @@ class Inverse:
     Attributes
     ----------
     from_data, from_prior : ndarray, shape (n, n)
-        Covariance of the unknowns from the scatter of the points and from the prior; zero where `undetermined`.
+        Covariance of the unknowns from the scatter of the points and from the priors; zero where `undetermined`.
     undetermined : ndarray of bool, shape (n,)
         Unknowns that take part in a combination which leaves every point as it is.
     condition : float
@@ -228,11 +246,13 @@ class Inverse:
     condition: float
 
 
-def invert(jacobian: Array, prior: OffsetPrior | None) -> Inverse:
-    """Covariance of the unknowns from the weighted slopes of the points (n_points, n) and the prior of the offset."""
-    information = np.vstack([jacobian, np.zeros(jacobian.shape[1])])
-    if prior is not None:
-        information[-1, -1] = 1.0 / prior.deviation
+def invert(jacobian: Array, deviations: Array) -> Inverse:
+    """Covariance of the unknowns from the weighted slopes of the points (n_points, n).
+
+    `deviations` (k,) are those of the priors of the last k unknowns.
+    """
+    of_sensors = np.arange(jacobian.shape[1])[jacobian.shape[1] - deviations.size :]
+    information = np.vstack([jacobian, np.eye(jacobian.shape[1])[of_sensors] / deviations[:, None]])
     size = np.linalg.norm(information, axis=0)
     size[size == 0.0] = 1.0
     _, s, vt = np.linalg.svd(information / size, full_matrices=False)
@@ -240,8 +260,7 @@ def invert(jacobian: Array, prior: OffsetPrior | None) -> Inverse:
     undetermined = (np.abs(vt[~kept]) > 1e-3).any(axis=0)
     root = vt[kept].T / s[kept]
     inverse = (root @ root.T) / np.outer(size, size)
-    of_prior = np.zeros_like(inverse)
-    if prior is not None:
-        of_prior = np.outer(inverse[:, -1], inverse[:, -1]) / prior.deviation**2
+    weighted = inverse[:, of_sensors] / deviations
+    of_prior = weighted @ weighted.T
     condition = float(s[0] / s[-1]) if s[-1] > 0.0 else np.inf
     return Inverse(inverse - of_prior, of_prior, undetermined, condition)

@@ -1,29 +1,33 @@
 """Output-error fitting: a simulated experiment is fitted to its log.      theory: docs/theory/identification/dynamic.md
 
-The unknowns are of three kinds: *keys* of the machine, which the simulation depends on; *nuisances*, which only change
-the readings (a sensor's bias, the direction-dependent part of a potentiometer); and priors hold either where the data
-sheet or an earlier fit knows something. With residuals r, each divided by its standard deviation, the fit minimises
+The unknowns are *keys* of the machine, which the simulation depends on, and *nuisances*, which only change the readings
+(a sensor's zero, its span). Each may have a prior, where a data sheet or an earlier fit knows something. With residuals
+r, each in standard deviations, the fit minimises
 
     sum r^2 + sum ((theta - prior) / sigma_prior)^2
 
-and its covariance is the inverse of the information matrix J^T J, J being exact: the slopes of the simulated signals
-come from :func:`hydrocrane.sensitivity`, those of the nuisances are written down. The same matrix at assumed values is
-the Fisher information of an experiment that nobody has run yet.
+and its covariance is the inverse of the information matrix J^T J, with J the slopes of all terms. The same matrix at
+assumed values is the Fisher information of an experiment that nobody has run yet.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import optimize
 
 from hydrocrane.arrays import Array
-from hydrocrane.errors import InputError
+from hydrocrane.errors import HydrocraneError, InputError
 
-
+# From the values (k,), SI, to residuals in standard deviations (m,) and their slopes (m, k) per SI unit.
 Misfit = Callable[[Array], tuple[Array, Array]]
+# Relative change of cost or unknowns at which the search stops: far below what a standard deviation costs.
+TOLERANCE = 1e-6
+MOST_EVALUATIONS = 40
+# Information below this share of the largest, unknowns in their scales, counts as none.
+BLIND = 1e-9
 
 
 @dataclass(frozen=True)
@@ -52,7 +56,9 @@ class Unknown:
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.start) and np.isfinite(self.scale) and self.scale > 0):
-            raise InputError(f"`{self.name}` needs a finite start and a scale above zero; got {self.start}, {self.scale}")
+            raise InputError(
+                f"`{self.name}` needs a finite start and a scale above zero; got {self.start}, {self.scale}"
+            )
         if self.prior is not None and not self.prior[1] > 0:
             raise InputError(f"the prior of `{self.name}` needs a deviation above zero; got {self.prior[1]}")
 
@@ -66,8 +72,8 @@ class Estimate:
     names : tuple of str
     values : (k,) array
         SI.
-    covariance : (k, k) array
-        Inverse information at `values`, scaled by `variance` where that exceeds one.
+    bound : (k, k) array
+        Inverse information at `values`: the smallest covariance that these data allow (Cramer-Rao).
     variance : float
         Weighted sum of squares per degree of freedom: near one if the stated noise is the true one.
     converged : bool
@@ -79,7 +85,7 @@ class Estimate:
 
     names: tuple[str, ...]
     values: Array
-    covariance: Array
+    bound: Array
     variance: float
     converged: bool
     message: str
@@ -89,6 +95,11 @@ class Estimate:
     def __getitem__(self, name: str) -> float:
         return float(self.values[self.names.index(name)])
 
+    @property
+    def covariance(self) -> Array:
+        """(k, k), SI: the bound, widened where the residuals are larger than the stated noise."""
+        return self.bound * max(self.variance, 1.0)
+
     def deviation(self, name: str) -> float:
         """Standard deviation of one unknown, SI."""
         i = self.names.index(name)
@@ -97,18 +108,59 @@ class Estimate:
     @property
     def correlation(self) -> Array:
         """(k, k) correlation matrix."""
-        deviation = np.sqrt(np.diag(self.covariance))
-        return np.asarray(self.covariance / np.outer(deviation, deviation), dtype=np.float64)
+        deviation = np.sqrt(np.diag(self.bound))
+        return np.asarray(self.bound / np.outer(deviation, deviation), dtype=np.float64)
 
 
-class Evaluator:
-    """Residuals and slopes of all logs and priors at one point, kept because the search asks for both in turn."""
+def fit(unknowns: Sequence[Unknown], misfit: Misfit, *, tolerance: float = TOLERANCE) -> Estimate:
+    """Fit the unknowns; values that `misfit` cannot evaluate are stepped back from.
 
-    def __init__(self, unknowns: Sequence[Unknown], misfit: Callable[[Array], tuple[Array, Array]]) -> None:
-        self.unknowns = tuple(unknowns)
+    The search stops where cost or unknowns change by less than `tolerance`, relative.
+    """
+    evaluator = _Evaluator(unknowns, misfit)
+    low, high = (np.array([u.bounds[side] for u in unknowns]) / evaluator.scale for side in (0, 1))
+    found = optimize.least_squares(
+        evaluator.residuals,
+        np.clip(evaluator.start, low, high),
+        jac=evaluator.slopes,
+        bounds=(low, high),
+        xtol=tolerance,
+        ftol=tolerance,
+        gtol=None,
+        max_nfev=MOST_EVALUATIONS,
+    )
+    freedom = max(found.fun.size - len(unknowns), 1)
+    return Estimate(
+        names=tuple(u.name for u in unknowns),
+        values=np.asarray(found.x * evaluator.scale),
+        bound=_inverse(found.jac) * np.outer(evaluator.scale, evaluator.scale),
+        variance=float(2.0 * found.cost / freedom),
+        converged=bool(found.success),
+        message=str(found.message),
+        evaluations=evaluator.evaluations,
+        at_bound=tuple(u.name for u, active in zip(unknowns, found.active_mask, strict=True) if active),
+    )
+
+
+def bound(unknowns: Sequence[Unknown], misfit: Misfit) -> dict[str, float]:
+    """Smallest standard deviations that an unbiased fit can reach at the unknowns' starts (Cramer-Rao), by name, SI.
+
+    Priors count as data.
+    """
+    evaluator = _Evaluator(unknowns, misfit)
+    deviation = np.sqrt(np.diag(_inverse(evaluator.slopes(evaluator.start)))) * evaluator.scale
+    return {u.name: float(d) for u, d in zip(unknowns, deviation, strict=True)}
+
+
+class _Evaluator:
+    """Residuals and slopes of all logs and priors in scaled unknowns; the last point is kept, as the search asks for
+    both in turn."""
+
+    def __init__(self, unknowns: Sequence[Unknown], misfit: Misfit) -> None:
         self.misfit = misfit
         self.scale = np.array([u.scale for u in unknowns])
-        self.known = [(i, *u.prior) for i, u in enumerate(unknowns) if u.prior is not None]
+        self.start = np.array([u.start for u in unknowns]) / self.scale
+        self.prior = np.array([(i, *u.prior) for i, u in enumerate(unknowns) if u.prior is not None]).reshape(-1, 3)
         self.evaluations = 0
         self._at: Array | None = None
         self._residuals = np.empty(0)
@@ -126,81 +178,29 @@ class Evaluator:
     def _evaluate(self, scaled: Array) -> None:
         if self._at is not None and np.array_equal(self._at, scaled):
             return
-        values = scaled * self.scale
-        residuals, slopes = self.misfit(values)
-        prior = np.array([(values[i] - mean) / deviation for i, mean, deviation in self.known])
-        rows = np.zeros((len(self.known), len(values)))
-        for row, (i, _, deviation) in enumerate(self.known):
-            rows[row, i] = 1.0 / deviation
-        self._residuals = np.concatenate([residuals, prior])
-        self._slopes = np.vstack([slopes, rows]) * self.scale
-        self._at = scaled.copy()
         self.evaluations += 1
+        try:
+            residuals, slopes = self._all(scaled * self.scale)
+        except HydrocraneError:
+            if self._at is None:
+                raise
+            # The search steps back from what is not finite.
+            residuals, slopes = np.full_like(self._residuals, np.inf), self._slopes
+        self._at, self._residuals, self._slopes = scaled.copy(), residuals, slopes
 
-
-def fit(
-    unknowns: Sequence[Unknown],
-    misfit: Callable[[Array], tuple[Array, Array]],
-    *,
-    loss: str = "linear",
-    most_evaluations: int = 60,
-) -> Estimate:
-    """Fit the unknowns.
-
-    Parameters
-    ----------
-    unknowns : sequence of Unknown
-    misfit : callable
-        From the values (k,), SI, to weighted residuals (m,) and their slopes (m, k) per SI unit.
-    loss : str
-        As of :func:`scipy.optimize.least_squares`; ``soft_l1`` forgives outliers.
-    most_evaluations : int
-    """
-    evaluator = Evaluator(unknowns, misfit)
-    low = np.array([u.bounds[0] for u in unknowns]) / evaluator.scale
-    high = np.array([u.bounds[1] for u in unknowns]) / evaluator.scale
-    start = np.clip(np.array([u.start for u in unknowns]) / evaluator.scale, low, high)
-    found = optimize.least_squares(
-        evaluator.residuals,
-        start,
-        jac=evaluator.slopes,
-        bounds=(low, high),
-        loss=loss,
-        x_scale=1.0,
-        xtol=1e-10,
-        ftol=1e-10,
-        gtol=1e-10,
-        max_nfev=most_evaluations,
-    )
-    slopes = evaluator.slopes(found.x)
-    residuals = evaluator.residuals(found.x)
-    data = len(residuals) - len(evaluator.known)
-    freedom = max(data + len(evaluator.known) - len(unknowns), 1)
-    variance = float(np.sum(residuals**2) / freedom)
-    covariance = _inverse(slopes) * np.outer(evaluator.scale, evaluator.scale) * max(variance, 1.0)
-    at_bound = tuple(u.name for u, active in zip(unknowns, found.active_mask) if active)
-    return Estimate(
-        names=tuple(u.name for u in unknowns),
-        values=np.asarray(found.x * evaluator.scale),
-        covariance=covariance,
-        variance=variance,
-        converged=bool(found.success),
-        message=str(found.message),
-        evaluations=evaluator.evaluations,
-        at_bound=at_bound,
-    )
-
-
-def bound(unknowns: Sequence[Unknown], misfit: Callable[[Array], tuple[Array, Array]]) -> Mapping[str, float]:
-    """Smallest standard deviation that an unbiased fit can reach (Cramer-Rao), by name, SI; priors count as data."""
-    evaluator = Evaluator(unknowns, misfit)
-    slopes = evaluator.slopes(np.array([u.start for u in unknowns]) / evaluator.scale)
-    deviation = np.sqrt(np.diag(_inverse(slopes))) * evaluator.scale
-    return {u.name: float(d) for u, d in zip(unknowns, deviation)}
+    def _all(self, values: Array) -> tuple[Array, Array]:
+        residuals, slopes = self.misfit(values)
+        at, mean, deviation = self.prior[:, 0].astype(int), self.prior[:, 1], self.prior[:, 2]
+        rows = np.zeros((at.size, values.size))
+        rows[np.arange(at.size), at] = 1.0 / deviation
+        return (
+            np.concatenate([residuals, (values[at] - mean) / deviation]),
+            np.vstack([slopes, rows]) * self.scale,
+        )
 
 
 def _inverse(slopes: Array) -> Array:
-    """(J^T J)^-1; a direction that the data say nothing of gets a variance of 1e24 in place of infinity."""
-    _, s, vt = np.linalg.svd(slopes, full_matrices=False)
-    weight = 1.0 / np.maximum(s, 1e-12) ** 2
+    """(J^T J)^-1; a combination of unknowns that the data say nothing of gets a huge variance in place of infinity."""
+    _, s, vt = np.linalg.svd(np.linalg.qr(slopes, mode="r"))
+    weight = 1.0 / np.maximum(s, BLIND * s[0]) ** 2
     return np.asarray((vt.T * weight) @ vt, dtype=np.float64)

@@ -75,6 +75,8 @@ class FrictionPoints:
         0 extending, 1 retracting.
     source : tuple of str
         Names of the files that the points come from.
+    chambers : ndarray, shape (n, 2), optional
+        p1 A1 and p2 A2 as read, N: what errors of the transmitters' span grow with.
     """
 
     velocity: Array
@@ -83,6 +85,7 @@ class FrictionPoints:
     force_error: Array
     direction: NDArray[np.int_]
     source: tuple[str, ...] = ()
+    chambers: Array | None = None
 
     @classmethod
     def of(
@@ -94,6 +97,7 @@ class FrictionPoints:
         force_error: ArrayLike = 0.0,
         direction: ArrayLike | None = None,
         source: Iterable[str] = (),
+        chambers: ArrayLike | None = None,
     ) -> FrictionPoints:
         """Checked points from plain arrays; errors may be one number for all.
 
@@ -112,14 +116,27 @@ class FrictionPoints:
             raise InputError(
                 f"point {at} has velocity 0 and no direction; a break-away reading needs direction +1 or -1"
             )
-        return cls(v, f, of_v, of_f, np.where(sign > 0, EXTENDING, RETRACTING), tuple(source))
+        pushed = None if chambers is None else _chambers(chambers, v.size)
+        return cls(v, f, of_v, of_f, np.where(sign > 0, EXTENDING, RETRACTING), tuple(source), pushed)
 
     @classmethod
     def from_windows(cls, windows: Iterable[SteadyWindow], *, source: Iterable[str] = ()) -> FrictionPoints:
-        """Points from accepted steady windows: anything with velocity, force and their errors as attributes."""
-        table = [(w.velocity, w.force, w.velocity_error, w.force_error) for w in windows]
+        """Points from accepted steady windows: anything with velocity, force and their errors as attributes.
+
+        Windows of several logs may stand in one row; `chambers` (p1 A1, p2 A2) are taken where every window has them.
+        """
+        given = list(windows)
+        table = [(w.velocity, w.force, w.velocity_error, w.force_error) for w in given]
         columns = np.array(table, dtype=float).reshape(-1, 4).T
-        return cls.of(columns[0], columns[1], velocity_error=columns[2], force_error=columns[3], source=source)
+        pushed = [getattr(w, "chambers", None) for w in given]
+        return cls.of(
+            columns[0],
+            columns[1],
+            velocity_error=columns[2],
+            force_error=columns[3],
+            source=source,
+            chambers=pushed if pushed and all(p is not None for p in pushed) else None,
+        )
 
     def __len__(self) -> int:
         return self.velocity.size
@@ -127,7 +144,8 @@ class FrictionPoints:
     def select(self, keep: NDArray[np.bool_]) -> FrictionPoints:
         """The points where `keep` is true."""
         errors = self.velocity_error[keep], self.force_error[keep]
-        return FrictionPoints(self.velocity[keep], self.force[keep], *errors, self.direction[keep], self.source)
+        pushed = None if self.chambers is None else self.chambers[keep]
+        return FrictionPoints(self.velocity[keep], self.force[keep], *errors, self.direction[keep], self.source, pushed)
 
     @cached_property
     def sign(self) -> Array:
@@ -184,6 +202,13 @@ def _error(value: ArrayLike, name: str, like: Array) -> Array:
     if (error < 0).any():
         raise InputError(f"{name} must not be negative")
     return np.broadcast_to(error, like.shape).astype(float)
+
+
+def _chambers(value: ArrayLike, count: int) -> Array:
+    pushed = real_array(value, "chambers")
+    if pushed.shape != (count, 2):
+        raise InputError(f"chambers must hold p1 A1 and p2 A2 of each point, shape ({count}, 2), got {pushed.shape}")
+    return pushed
 
 
 def _signs(direction: ArrayLike, velocity: Array) -> Array:

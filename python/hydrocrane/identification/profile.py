@@ -157,6 +157,6 @@ class Solved:
         return Moved(place, x, float(fallen) - reach)
 
     def _cost(self, x: Array) -> float:
-        """Sum of squares, the prior of the offset in it."""
+        """Sum of squares, the priors of the sensors in it."""
         r = self.problem.residual(x, self.sigma)[0]
         return float(r @ r)

@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 
     from hydrocrane.identification.profile import Solved
 
-OFFSET = "offset"
+OFFSET, SPANS = "offset", ("span.p1", "span.p2")
+# Errors of the sensors that a fit may carry along.
+OF_SENSORS = (OFFSET, *SPANS)
 
 
 @dataclass(frozen=True)
@@ -31,16 +33,19 @@ class Spread:
     Attributes
     ----------
     labels : tuple of str
-        Free parameters as ``coulomb.extending``, then ``offset`` where the sensors may have one.
+        Free parameters as ``coulomb.extending``, then errors of the sensors that have a prior: ``offset``,
+        ``span.p1``, ``span.p2``.
     from_data, from_prior : ndarray, shape (m, m)
-        Covariance that stems from the scatter of the points and from the prior of the offset; infinite on the
-        diagonal of a parameter that the data say nothing about.
+        Covariance that stems from the scatter of the points and from the priors of the sensors' errors; infinite on
+        the diagonal of a parameter that the data say nothing about.
     degrees_of_freedom : float
         Of the scatter; infinite where the errors handed in were trusted.
     scale : float
         Scatter found over scatter expected from the errors handed in and the floor.
     condition : float
         Condition number of the fit, columns scaled; large: parameters cannot be told apart.
+    floor : float
+        Standard deviation of a whole level about the map beyond the errors handed in, N, as found or as given.
     """
 
     labels: tuple[str, ...]
@@ -49,6 +54,7 @@ class Spread:
     degrees_of_freedom: float
     scale: float
     condition: float
+    floor: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -73,6 +79,8 @@ class StaticFit:
         ``least-squares`` or ``graphical``.
     offset : float
         Constant error of the force in both directions, N, as found   (zero unless a prior was given).
+    spans : (float, float)
+        Relative errors of the spans of p1 and p2, as found   (zero unless a prior was given).
     rejected : tuple of Rejected
         Points left out.
     at_bounds : tuple of str
@@ -85,6 +93,7 @@ class StaticFit:
     law: StaticMap
     method: str = "least-squares"
     offset: float = 0.0
+    spans: tuple[float, float] = (0.0, 0.0)
     spread: Spread | None = None
     rejected: tuple[Rejected, ...] = ()
     at_bounds: tuple[str, ...] = ()
@@ -103,10 +112,10 @@ class StaticFit:
     def force_error(self, v: Array) -> Array:
         """Standard error of the map's force, N, at velocities v (n,), m/s, from the scatter of the points.
 
-        Infinite where a parameter that counts there cannot be told from the data. The offset is not in it.
+        Infinite where a parameter that counts there cannot be told from the data. Errors of the sensors are not in it.
         """
         spread = self._known_spread()
-        at = [i for i, label in enumerate(spread.labels) if label != OFFSET]
+        at = [i for i, label in enumerate(spread.labels) if label not in OF_SENSORS]
         gradient = self.law.evaluate(v)[2][:, [LABELS.index(spread.labels[i]) for i in at]]
         covariance = spread.from_data[np.ix_(at, at)]
         blind = ~np.isfinite(np.diag(covariance))
@@ -116,12 +125,21 @@ class StaticFit:
 
     def value(self, label: str) -> float:
         """One parameter by its label, as ``coulomb.extending``."""
-        return self.offset if label == OFFSET else float(self.law.values[LABELS.index(label)])
+        if label in OF_SENSORS:
+            return (self.offset, *self.spans)[OF_SENSORS.index(label)]
+        return float(self.law.values[LABELS.index(label)])
+
+    @cached_property
+    def of_sensors(self) -> Array:
+        """Force that the errors of the sensors add to each point, N, (n,), as found."""
+        if self.points.chambers is None:
+            return np.full(len(self.points), self.offset)
+        return self.offset + self.points.chambers @ (np.array(self.spans) * (1.0, -1.0))
 
     @cached_property
     def residuals(self) -> Array:
-        """Measured less fitted force, N, (n,), of all points, rejected ones too; the offset counted to the fit."""
-        return self.points.force - self.law.force(fitted_velocity(self.points)) - self.offset
+        """Measured less fitted force, N, (n,), of all points, rejected ones too; errors of sensors count to the fit."""
+        return self.points.force - self.law.force(fitted_velocity(self.points)) - self.of_sensors
 
     @cached_property
     def accepted(self) -> NDArray[np.bool_]:
@@ -155,8 +173,8 @@ class StaticFit:
         level : float
             Share of repeated experiments whose interval holds the true value.
         method : {"t", "profile"}
-            ``t``: Student's t with the degrees of freedom of the levels, widened by the prior of the offset (which is
-            taken as known, hence Welch's degrees of freedom for the sum), in the logarithm for Stribeck velocity and
+            ``t``: Student's t with the degrees of freedom of the levels, widened by the priors of the sensors (taken
+            as known, hence Welch's degrees of freedom for the sum), in the logarithm for Stribeck velocity and
             exponent. ``profile``: how far a parameter can be moved while the others follow; slower, and right where
             the map is far from linear in it. By default ``profile`` where an exponent is free.
         """
@@ -180,7 +198,7 @@ class StaticFit:
         share = of_data / (of_data + of_prior) if sigma > 0.0 else 1.0
         freedom = spread.degrees_of_freedom / share**2 if share > 0.0 else np.inf
         reach = float(student.ppf(0.5 + level / 2, freedom))
-        if method == "profile" and label != OFFSET and self.solved is not None and sigma > 0.0:
+        if method == "profile" and label not in OF_SENSORS and self.solved is not None and sigma > 0.0:
             return self.solved.ends(label, sigma, reach)
         if label.split(".")[0] in LOGARITHMIC:
             with np.errstate(over="ignore"):

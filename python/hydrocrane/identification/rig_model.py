@@ -1,20 +1,25 @@
 """A log of the rig, predicted: simulated signals as its sensors would read them, with exact slopes.
                                                               theory: docs/theory/identification/dynamic.md
 
-The rig starts at rest with its bristles straight. Its start pressures follow from the first reading of p1 and the
-balance of forces, so that a bias of the transmitters does not set the piston in motion.
+The rig starts at rest with its bristles straight. Its start pressures follow from the first readings of p1 and the
+balance of forces, so that an error of the transmitters' zero does not set the piston in motion. How far p1 may be off
+there, and the position, which decides on the oil in each chamber, are nuisances whose effects are found once, by other
+starts.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
-from scipy.signal import lfilter
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
+from hydrocrane.identification.block_means import Blocks
+from hydrocrane.identification.rig_sensors import RigSensors, whitened
+from hydrocrane.identification.rig_unknowns import with_values
 from hydrocrane.logs import Log
 from hydrocrane.machine import Machine
 from hydrocrane.scenario import Command, Scenario, Solver
@@ -22,126 +27,156 @@ from hydrocrane.sensitivity import Experiment, solve
 
 SIGNALS = ("x", "p1", "p2")
 # Share of its own largest value to which the logged command is followed by straight lines.
-COMMAND_TOLERANCE = 1e-4
-# A start is read from the samples up to this time, s, in which a transmitter may still be settling.
-START = 0.05
-# Smooth and direction-dependent errors of a potentiometer are few, however many samples there are: a log counts for as
-# many independent readings of its position.
-INDEPENDENT_POSITIONS = 10
-SOLVER = Solver(rtol=1e-6, max_step=1.0)
-
-
-@dataclass(frozen=True)
-class Reader:
-    """What the rig's sensors do to a signal, as far as it is known.
-
-    Attributes
-    ----------
-    lag : float
-        Time constant of the pressure transmitters, s.
-    pressure_noise, position_noise : float
-        Standard deviation of one reading, Pa and m.
-    position_error : float
-        Standard deviation of the smooth and direction-dependent errors of the position, m.
-    """
-
-    lag: float
-    pressure_noise: float
-    position_noise: float
-    position_error: float
+COMMAND_TOLERANCE = 1e-5
+# Seconds in which a transmitter may still be settling, and up to which the start pressures are read.
+SETTLING, START = 0.05, 0.5
+LEAST_SAMPLES = 10
+# Lowest start pressure, Pa: above what lets air out of the oil. And changes of p1, Pa, and x, m, that show
+# their effect.
+LEAST_PRESSURE = 1e5
+OTHER_PRESSURE, OTHER_PLACE = 1e4, 1e-3
+# Some 30 Pa: far below the noise of a block.
+SOLVER = Solver(rtol=1e-5, max_step=10.0)
 
 
 class LogModel:
-    """One log and the simulation that shall explain it."""
+    """One log and the simulation that shall explain it.
 
-    def __init__(self, log: Log, rig: Machine, reader: Reader, *, payload: float | None, keys: Sequence[str]) -> None:
+    Parameters
+    ----------
+    log : Log
+        From rest, with ``x``, ``p1``, ``p2`` and ``command``, evenly sampled.
+    rig : Machine
+    sensors : RigSensors
+    payload : float or None
+        kg.
+    keys : sequence of str
+        Of the machine, to be changed.
+    moved : (float, float)
+        By how much p1 (Pa) and x (m) start elsewhere than read.
+    near : (k,) array, optional
+        Values of the keys near which the effects of the start are found; default is the rig's file.
+
+    Attributes
+    ----------
+    time : (b,) array
+        Mean times of the blocks, s from the start of the log.
+    measured : (b, 3) array
+        Mean x, p1, p2, SI; NaN where a sensor did not read.
+    """
+
+    def __init__(
+        self,
+        log: Log,
+        rig: Machine,
+        sensors: RigSensors,
+        *,
+        payload: float | None,
+        keys: Sequence[str],
+        moved: tuple[float, float] = (0.0, 0.0),
+        near: Array | None = None,
+    ) -> None:
+        self.log, self.rig, self.payload, self.moved = log, rig, payload, moved
         log = _even(log.usable(*SIGNALS, "command"))
-        self.time = log.time - log.time[0]
-        self.measured = np.stack([log[name] for name in SIGNALS], axis=-1)
-        self.interval = float(self.time[-1] / (len(self.time) - 1))
-        self.reader = reader
-        self.counted = self.time > START
+        time = log.time - log.time[0]
+        samples = np.stack([log[name] for name in SIGNALS], axis=-1)
+        samples[log.spoilt(*SIGNALS)] = np.nan
+        self.source, self.sensors = log.source, sensors
+        command = corners(time, _command(log), COMMAND_TOLERANCE * float(np.abs(log["command"]).max()))
+        self.blocks = Blocks.of(time, command[0])
+        self.time, self.measured = self.blocks.mean(time), self.blocks.mean(samples)
+        self.counted = np.isfinite(self.measured).all(axis=1) & (self.time > SETTLING)
+        if not self.counted.any():
+            raise InputError(f"{log.source}: no stretch in which every sensor reads")
         self.experiment = Experiment(
-            _scenario(log, rig, self.time, self.measured, payload),
+            _scenario(log, rig, command, _start(log, samples) + np.array(moved), payload),
             list(keys),
-            signals=_signals(rig),
-            times=np.minimum(self.time, self.time[-1] * (1 - 1e-12)),
+            signals=[f"cylinder.{rig.cylinder_names[0]}.{name}" for name in SIGNALS],
+            times=np.minimum(self.blocks.nodes, time[-1] * (1 - 1e-12)),
         )
+        self._near = rig if near is None else with_values(rig, keys, near)
 
-    @property
-    def deviation(self) -> Array:
-        """(3,) standard deviation that one sample of x, p1, p2 is weighed by."""
-        r = self.reader
-        thinned = len(self.time) / INDEPENDENT_POSITIONS
-        x = np.sqrt(r.position_noise**2 + r.position_error**2 * max(thinned, 1.0))
-        return np.array([x, r.pressure_noise, r.pressure_noise])
+    def restarted(self, by: Array, near: Array) -> LogModel:
+        """This log, started from p1 (Pa) and x (m) that lie further off what was read, `by` (2,)."""
+        moved = (self.moved[0] + float(by[0]), self.moved[1] + float(by[1]))
+        keys = self.experiment.keys
+        return LogModel(self.log, self.rig, self.sensors, payload=self.payload, keys=keys, moved=moved, near=near)
 
-    @property
-    def weight(self) -> Array:
-        """(m, 3) one over :attr:`deviation`; zero while the transmitters settle."""
-        return self.counted[:, np.newaxis] / self.deviation
+    @cached_property
+    def by_start(self) -> Array:
+        """(b, 3, 2) slopes of x, p1, p2 by the start pressure p1 with forces in balance, and by the start
+        position with the
+        same reading of it."""
+        plan, rig = self.experiment.plan, self.experiment.machine
+        cylinder, (a1, a2) = rig.cylinder_names[0], rig.piston_areas[0]
+        p1, p2 = plan.pressures[cylinder]
+        balanced = {cylinder: (p1 + OTHER_PRESSURE, p2 + OTHER_PRESSURE * a1 / a2)}
+        by_pressure = (self._started(pressures=balanced) - self._nominal) / OTHER_PRESSURE
+        ((joint, place),) = plan.joints.items()
+        other = rig.joints_from_strokes(rig.strokes([place]) + OTHER_PLACE)
+        by_place = (self._started(joints={joint: float(other[0])}) - self._nominal) / OTHER_PLACE
+        by_place[:, 0] -= 1.0
+        return np.stack([by_pressure, by_place], axis=-1)
+
+    def _started(self, **start: Any) -> Array:
+        """(b, 3) prediction from another start."""
+        made, plan = self.experiment, self.experiment.plan.changed(machine=self._near, **start)
+        times = np.minimum(self.blocks.nodes, plan.duration * (1 - 1e-12))
+        one = Experiment(plan, made.keys[:1], signals=made.signals, times=times)
+        return self._means(one, one.values)[0]
+
+    @cached_property
+    def turned(self) -> Array:
+        """(b,) how far the position sensor's hysteresis is used up, along the motion that was supposed before "
+        "the fit."""
+        return self.sensors.turned(self._nominal[:, 0])
 
     def predict(self, values: Array) -> tuple[Array, Array]:
-        """x, p1, p2 as a sensor without bias reads them (m, 3), SI, and their slopes by the keys (m, 3, k)."""
-        found = solve(self.experiment, values)
-        if len(found.times) < len(self.time):
-            raise InputError(f"the rig could not be simulated with these parameters: {found.outcome.message}")
-        y, slopes = found.y.copy(), found.slopes.copy()
-        y[:, 1:] = self._lagged(y[:, 1:])
-        slopes[:, 1:] = self._lagged(slopes[:, 1:])
+        """Mean x, p1, p2 (b, 3), SI, as sensors without error read them, and their slopes by the keys (b, 3, k)."""
+        y, slopes = self._means(self.experiment, values)
+        y[:, 0] -= self.moved[1]
         return y, slopes
 
-    def _lagged(self, signal: Array) -> Array:
-        """Behind a first-order lag, between samples along straight lines: what the transmitter's law gives."""
-        if self.reader.lag <= 0.0:
-            return signal
-        ratio = self.interval / self.reader.lag
-        fade = np.exp(-ratio)
-        mean = (1.0 - fade) / ratio
-        b, a = [1.0 - mean, mean - fade], [1.0, -fade]
-        # With this memory the filter begins settled at the first value.
-        memory = (1.0 - b[0]) * signal[:1]
-        return np.asarray(lfilter(b, a, signal, axis=0, zi=memory)[0], dtype=np.float64)
+    def _means(self, experiment: Experiment, values: Array) -> tuple[Array, Array]:
+        found = solve(experiment, values)
+        if len(found.times) < len(self.blocks.nodes):
+            raise InputError(f"{self.source}: the rig could not be simulated: {found.outcome.message}")
+        both = np.concatenate([found.y[:, :, np.newaxis], found.slopes], axis=-1)
+        both[:, 1:] = lagged(self.blocks.nodes, both[:, 1:], self.sensors.lag)
+        both = self.blocks.mean_of_nodes(both)
+        return both[:, :, 0].copy(), both[:, :, 1:]
+
+    def weighted(self, residuals: Array) -> tuple[Array, Array, Array]:
+        """Residuals (b, 3, ...) or their slopes of x, p1, p2 as independent numbers of variance one, one array each."""
+        kept = residuals[self.counted]
+        scale = np.sqrt(self.blocks.count[self.counted]) / self.sensors.pressure_noise
+        scale = scale.reshape(-1, *[1] * (kept.ndim - 2))
+        return whitened(self._root, kept[:, 0]), kept[:, 1] * scale, kept[:, 2] * scale
+
+    @cached_property
+    def _root(self) -> Array:
+        return self.sensors.root_of_covariance(self._nominal[self.counted, 0], self.blocks.count[self.counted])
+
+    @cached_property
+    def _nominal(self) -> Array:
+        return self._started()
 
 
-def _even(log: Log) -> Log:
-    """The log without a last interval that is shorter than the others."""
-    step = np.diff(log.time)
-    if len(step) > 2 and step[-1] < 0.999 * step[0]:
-        log, step = log.between(log.time[0], log.time[-2]), step[:-1]
-    if len(step) < 2 or np.ptp(step) > 1e-3 * step.mean():
-        raise InputError(f"{log.source}: a dynamic fit needs evenly spaced samples; resample the log first")
-    return log
-
-
-def _signals(rig: Machine) -> tuple[str, str, str]:
-    cylinder = rig.cylinder_names[0]
-    return f"cylinder.{cylinder}.x", f"cylinder.{cylinder}.p1", f"cylinder.{cylinder}.p2"
-
-
-def _scenario(log: Log, rig: Machine, time: Array, measured: Array, payload: float | None) -> Scenario:
-    first = np.median(measured[(0.5 * START <= time) & (time <= START)], axis=0)
-    a1, a2 = rig.piston_areas[0]
-    held = float(rig.static_cylinder_force([0.0], payload=payload)[0])
-    p1 = max(float(first[1]), (held + 1e5 * a2) / a1)
-    cylinder, joint = rig.cylinder_names[0], rig.joint_names[0]
-    low, high = rig.joint_limits[0]
-    at, spool = straight_lines(time, log["command"], COMMAND_TOLERANCE * float(np.abs(log["command"]).max()))
-    return Scenario(
-        machine=rig,
-        joints={joint: float(np.clip(rig.joints_from_strokes([first[0]])[0], low, high))},
-        commands={cylinder: Command(at, spool, "linear")},
-        pressures={cylinder: (p1, (p1 * a1 - held) / a2)},
-        duration=float(time[-1]),
-        record_interval=float(time[1] - time[0]),
-        payload=payload,
-        solver=SOLVER,
-        name=log.source or "log",
-    )
+def lagged(time: Array, signal: Array, lag: float) -> Array:
+    """A signal (n, ...) at times (n,), s, behind a first-order lag, s, settled at first; straight between the times."""
+    if lag <= 0.0:
+        return signal
+    ratio = np.diff(time) / lag
+    keep = np.exp(-ratio)
+    mean = (1.0 - keep) / ratio
+    out = signal.copy()
+    for i, (k, m) in enumerate(zip(keep, mean, strict=True)):
+        out[i + 1] = k * out[i] + (m - k) * signal[i] + (1.0 - m) * signal[i + 1]
+    return out
 
 
 def straight_lines(time: Array, values: Array, tolerance: float) -> tuple[Array, Array]:
-    """The fewest of the points (time, values) whose connecting lines stay within `tolerance` of all of them
+    """Few of the points (time, values) whose connecting lines stay within `tolerance` of all of them
     (Douglas and Peucker, 1973)."""
     keep = np.zeros(len(time), dtype=bool)
     keep[[0, -1]] = True
@@ -157,3 +192,78 @@ def straight_lines(time: Array, values: Array, tolerance: float) -> tuple[Array,
             keep[worst] = True
             stack += [(a, worst), (worst, b)]
     return time[keep], values[keep]
+
+
+def corners(time: Array, values: Array, tolerance: float) -> tuple[Array, Array]:
+    """:func:`straight_lines`, with a corner between two samples put where the lines on both sides meet.
+
+    A spool that opens half a sample earlier displaces oil that a stiff, closed chamber shows as pressure.
+    """
+    t, u = straight_lines(time, values, tolerance)
+    interval = 1.5 * (time[-1] - time[0]) / (time.size - 1)
+    adjacent = np.diff(t) < interval
+    # Between two longer lines; the ends of the log have only one.
+    lone = np.flatnonzero(adjacent[1:-1] & ~adjacent[:-2] & ~adjacent[2:]) + 1
+    drop = np.zeros(t.size, dtype=bool)
+    for k in lone:
+        before, after = (u[k] - u[k - 1]) / (t[k] - t[k - 1]), (u[k + 2] - u[k + 1]) / (t[k + 2] - t[k + 1])
+        if before == after:
+            continue
+        meet = (u[k + 1] - u[k] + before * t[k] - after * t[k + 1]) / (before - after)
+        if t[k] <= meet <= t[k + 1]:
+            u[k] += before * (meet - t[k])
+            t[k], drop[k + 1] = meet, True
+    return t[~drop], u[~drop]
+
+
+def _even(log: Log) -> Log:
+    """The log without a last interval that is shorter than the others."""
+    step = np.diff(log.time)
+    if len(step) > 2 and step[-1] < 0.999 * step[0]:
+        log, step = log.between(log.time[0], log.time[-2]), step[:-1]
+    if len(step) < 2 or np.ptp(step) > 1e-3 * step.mean():
+        raise InputError(
+            f"{log.source}: a dynamic fit needs evenly spaced samples; take hydrocrane.signals.resample first"
+        )
+    return log
+
+
+def _command(log: Log) -> Array:
+    command = log["command"]
+    if not np.isfinite(command).all():
+        raise InputError(f"{log.source}: the command has gaps, so that nobody knows what moved the piston; cut the log")
+    if not command.any():
+        raise InputError(f"{log.source}: the spool was never opened; a dynamic fit needs a log of a motion")
+    return command
+
+
+def _start(log: Log, samples: Array) -> Array:
+    """Pressure p1 (Pa) and position (m) at the first sample; p1 drifts by leakage while the spool is closed."""
+    time = log.time - log.time[0]
+    opened = time[np.argmax(log["command"] != 0.0)]
+    pick = (time > SETTLING) & (time <= min(START, opened)) & np.isfinite(samples).all(axis=1)
+    if np.count_nonzero(pick) < LEAST_SAMPLES:
+        raise InputError(
+            f"{log.source}: a log must begin with the piston at rest; it has {np.count_nonzero(pick)} readings between "
+            f"{SETTLING:g} s and the opening of the spool, {LEAST_SAMPLES} are needed"
+        )
+    p1 = np.polynomial.Polynomial.fit(time[pick], samples[pick, 1], 1)(0.0)
+    return np.array([p1, samples[pick, 0].mean()])
+
+
+def _scenario(log: Log, rig: Machine, command: tuple[Array, Array], start: Array, payload: float | None) -> Scenario:
+    a1, a2 = rig.piston_areas[0]
+    held = float(rig.static_cylinder_force([0.0], payload=payload)[0])
+    p1 = max(float(start[0]), LEAST_PRESSURE, (held + LEAST_PRESSURE * a2) / a1)
+    cylinder, joint = rig.cylinder_names[0], rig.joint_names[0]
+    return Scenario(
+        machine=rig,
+        joints={joint: float(np.clip(rig.joints_from_strokes([start[1]])[0], *rig.joint_limits[0]))},
+        commands={cylinder: Command(*command, "linear")},
+        pressures={cylinder: (p1, (p1 * a1 - held) / a2)},
+        duration=float(log.time[-1] - log.time[0]),
+        record_interval=float(log.time[1] - log.time[0]),
+        payload=payload,
+        solver=SOLVER,
+        name=log.source or "log",
+    )

@@ -38,6 +38,7 @@ def problem_of(
     points: FrictionPoints,
     exponents: Exponents,
     bias: OffsetPrior | float | None,
+    span: float,
     symmetric: bool,
     loss: str,
     floor: float | None,
@@ -59,6 +60,12 @@ def problem_of(
         raise InputError("only break-away readings (velocity 0): a map needs the piston to move")
     coordinates = Coordinates(float(used.speed.max()))
     start = _start(used, held, coordinates)
+    if not (np.isfinite(span) and span >= 0.0):
+        raise InputError(f"span needs a standard deviation of zero or more, as a share of the reading, got {span}")
+    if span and points.chambers is None:
+        raise InputError(
+            "span needs the forces of both chambers: take windows of steady_windows, or give FrictionPoints.of chambers"
+        )
     if floor is not None and not (np.isfinite(floor) and floor >= 0.0):
         raise InputError(f"floor must be a force of zero or more, N, got {floor}")
     smallest = 1e-9 * float(np.abs(used.force).max())
@@ -71,7 +78,7 @@ def problem_of(
         start.reshape(6, 2)[row, ~can[row]] = 0.0
     column = _columns(can, held, symmetric)
     untold = _untold(used, can)
-    return Problem(used, coordinates, start, column, max(chosen, smallest), _prior(bias), untold), rejected
+    return Problem(used, coordinates, start, column, max(chosen, smallest), _prior(bias), span, untold), rejected
 
 
 def _held(exponents: Exponents) -> dict[str, float | None]:

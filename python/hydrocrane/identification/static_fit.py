@@ -6,14 +6,15 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.optimize import OptimizeResult
+from scipy.optimize import OptimizeResult, brentq
 
 from hydrocrane.arrays import Array
+from hydrocrane.errors import InputError
 from hydrocrane.identification import advice
 from hydrocrane.identification.least_squares import Loss, OffsetPrior, Problem, Scatter, invert, scatter
 from hydrocrane.identification.points import FrictionPoints
 from hydrocrane.identification.profile import Solved
-from hydrocrane.identification.result import OFFSET, Rejected, Spread, StaticFit
+from hydrocrane.identification.result import OFFSET, SPANS, Rejected, Spread, StaticFit
 from hydrocrane.identification.setup import RESOLVED, Exponents, problem_of
 from hydrocrane.identification.static_map import LABELS, StaticMap
 
@@ -31,6 +32,8 @@ def fit_static(
     *,
     exponents: Exponents = "fixed",
     bias: OffsetPrior | float | None = None,
+    span: float = 0.0,
+    velocity_share: float = 0.0,
     symmetric: bool = False,
     loss: Loss = "soft_l1",
     floor: float | None = None,
@@ -46,24 +49,34 @@ def fit_static(
         What is known of a constant error of the force; a number is its standard deviation, N. The points alone
         cannot tell it from Coulomb friction that differs between the directions: the prior decides, and widens the
         intervals. None: there is no such error.
+    span : float
+        Standard deviation of the relative error of each pressure transmitter's span, as 0.003/sqrt(3) for a bound of
+        0.3 %. Levels at different pressures and equal friction tell the spans apart; logs at another supply pressure
+        do so best. The points need `chambers`.
+    velocity_share : float
+        Standard deviation of an error that all velocities share, relative: the slope of a position sensor that is not
+        quite linear. It is not seen in the scatter; Stribeck velocity and viscous coefficient carry it.
     symmetric : bool
         Coulomb and break-away force are the same in both directions. Then, and only then, the points tell the offset.
     loss : str
         Loss of the first, robust fit; what it shows to be stray is left out of the second. ``"linear"`` keeps all.
     floor : float, optional
-        Standard deviation of a whole level about the map, N; by default 1 % of the median force. Above the errors of
-        the points it makes all levels weigh the same; 0 weighs by the errors alone.
+        Standard deviation of a whole level about the map, N, beyond the errors of its points. Far above these it makes
+        all levels weigh the same; 0 weighs by the errors alone. By default it is as large as the scatter of the
+        levels asks for (Mandel and Paule), or 1 % of the median force where there are too few levels to say.
 
     Returns
     -------
     StaticFit
     """
-    problem, rejected = problem_of(points, exponents, bias, symmetric, loss, floor)
+    if not (np.isfinite(velocity_share) and velocity_share >= 0.0):
+        raise InputError(f"velocity_share needs a standard deviation of zero or more, relative, got {velocity_share}")
+    problem, rejected = problem_of(points, exponents, bias, span, symmetric, loss, floor)
     robust, scale = _robust(problem, loss)
     sigma = problem.standard_deviation(problem.theta(robust.x))
     kept, stray = _without_outliers(problem, robust, sigma * scale, loss)
-    solution, sigma = _refine(kept, robust.x)
-    return _result(points, kept, solution, sigma, rejected + _numbered(problem, stray, points))
+    kept, solution, sigma = _refine(kept, robust.x, floor is None)
+    return _result(points, kept, solution, sigma, rejected + _numbered(problem, stray, points), velocity_share)
 
 
 def _robust(problem: Problem, loss: Loss) -> tuple[OptimizeResult, float]:
@@ -113,15 +126,37 @@ def _numbered(problem: Problem, stray: list[tuple[int, float]], points: Friction
     return [Rejected(int(place[i]), f"{d:.1f} standard deviations off the map of the others") for i, d in stray]
 
 
-def _refine(problem: Problem, x: Array) -> tuple[OptimizeResult, Array]:
+def _refine(problem: Problem, x: Array, free_floor: bool) -> tuple[Problem, OptimizeResult, Array]:
     """Plain least squares with weights that follow the slope of the map and the scatter that was found."""
     scale = 1.0
     for _ in range(ROUNDS):
+        if free_floor:
+            problem = replace(problem, floor=_floor(problem, x))
         sigma = problem.standard_deviation(problem.theta(x))
         found = problem.solve(x, sigma * scale)
         x = found.x
         scale = max(_scale(scatter(problem.points, problem.misfit(x)[0], sigma, problem.unknowns))[0], 1e-6)
-    return found, sigma
+    return problem, found, sigma
+
+
+def _floor(problem: Problem, x: Array) -> float:
+    """Floor at which the levels scatter about the map as expected, N; none where their errors explain it.
+
+    Mandel and Paule, Analytical Chemistry 42, 1970: levels that are known to different precision neither weigh all the
+    same nor rule by the precision of their noise alone.
+    """
+    misfit, theta = problem.misfit(x)[0], problem.theta(x)
+
+    def excess(floor: float) -> float:
+        sigma = replace(problem, floor=floor).standard_deviation(theta)
+        return scatter(problem.points, misfit, sigma, problem.unknowns).between - 1.0
+
+    if scatter(problem.points, misfit, np.ones(len(problem.points)), problem.unknowns).between_freedom < FEW:
+        return problem.floor
+    smallest = 1e-9 * float(np.abs(problem.points.force).max())
+    # With the whole misfit as the floor nothing is left in excess.
+    largest = 10.0 * float(np.abs(misfit).max()) + smallest
+    return float(brentq(excess, smallest, largest)) if excess(smallest) > 0.0 else smallest
 
 
 def _scale(found: Scatter) -> tuple[float, float]:
@@ -141,33 +176,40 @@ def _scale(found: Scatter) -> tuple[float, float]:
 
 
 def _result(
-    points: FrictionPoints, problem: Problem, found: OptimizeResult, sigma: Array, rejected: list[Rejected]
+    points: FrictionPoints,
+    problem: Problem,
+    found: OptimizeResult,
+    sigma: Array,
+    rejected: list[Rejected],
+    share: float,
 ) -> StaticFit:
     theta = problem.theta(found.x)
     misfit, slopes = problem.misfit(found.x)
     of_levels = scatter(problem.points, misfit, sigma, problem.unknowns)
     scale, freedom = _scale(of_levels)
-    spread = _spread(problem, theta, slopes / (sigma[:, None] * max(scale, 1e-9)), scale, freedom)
+    spread = _spread(problem, theta, slopes / (sigma[:, None] * max(scale, 1e-9)), scale, freedom, share)
     values = problem.coordinates.to_map(theta).values.reshape(-1, 2).copy()
     for side in (0, 1):
         if not (points.direction == side).any():
             values[:, side] = np.nan
+    of_sensors = dict(zip(problem.priors, map(float, found.x[problem.unknowns :]), strict=True))
     details: dict[str, Any] = {
         "law": StaticMap(values.ravel()),
-        "offset": float(found.x[-1]) if problem.offset else 0.0,
+        "offset": of_sensors.get(OFFSET, 0.0),
+        "spans": tuple(of_sensors.get(name, 0.0) for name in SPANS),
         "spread": spread,
         "rejected": tuple(sorted(rejected, key=lambda r: r.index)),
         "at_bounds": _at_bounds(problem, found.x),
         "solved": Solved(problem, found.x, sigma * max(scale, 1e-9)),
     }
     draft = StaticFit(points=points, **details)
-    return StaticFit(points=points, warnings=advice.on_fit(draft, of_levels, problem.offset is not None), **details)
+    return StaticFit(points=points, warnings=advice.on_fit(draft, of_levels, bool(problem.priors)), **details)
 
 
-def _spread(problem: Problem, theta: Array, jacobian: Array, scale: float, freedom: float) -> Spread:
+def _spread(problem: Problem, theta: Array, jacobian: Array, scale: float, freedom: float, share: float) -> Spread:
     """Covariance of the free parameters, by label."""
-    inverse = invert(jacobian, problem.offset)
-    size = problem.unknowns + (problem.offset is not None)
+    inverse = invert(jacobian, np.array([prior.deviation for prior in problem.priors.values()]))
+    size = problem.unknowns + len(problem.priors)
     over_theta = np.zeros((len(theta), size))
     for i in np.flatnonzero(problem.column >= 0):
         over_theta[i, problem.column[i]] = 1.0
@@ -175,14 +217,16 @@ def _spread(problem: Problem, theta: Array, jacobian: Array, scale: float, freed
     free = (to_parameters != 0.0).any(axis=1)
     labels = [label for i, label in enumerate(LABELS) if free[i] or label in problem.untold]
     rows = to_parameters[[LABELS.index(label) for label in labels]]
-    if problem.offset is not None:
-        labels.append(OFFSET)
-        rows = np.vstack([rows, np.eye(size)[-1]])
-    data, prior = rows @ inverse.from_data @ rows.T, rows @ inverse.from_prior @ rows.T
+    stretched = share * problem.coordinates.to_map(theta).stretched[[LABELS.index(label) for label in labels]]
+    stretched = np.append(stretched, np.zeros(len(problem.priors)))
+    labels += problem.priors
+    rows = np.vstack([rows, np.eye(size)[problem.unknowns :]])
+    data = rows @ inverse.from_data @ rows.T
+    prior = rows @ inverse.from_prior @ rows.T + np.outer(stretched, stretched)
     blind = (np.abs(rows[:, inverse.undetermined]) > 0.0).any(axis=1)
     unknown_rows = blind | np.isin(labels, problem.untold)
     data[unknown_rows, unknown_rows] = np.inf
-    return Spread(tuple(labels), data, prior, freedom, scale, inverse.condition)
+    return Spread(tuple(labels), data, prior, freedom, scale, inverse.condition, problem.floor)
 
 
 def _at_bounds(problem: Problem, x: Array) -> tuple[str, ...]:

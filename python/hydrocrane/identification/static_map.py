@@ -80,6 +80,13 @@ class StaticMap:
         """Force (n,), its slope over velocity (n,) and over the parameters (n, 12), at velocities (n,)."""
         return _core.friction_map(np.ascontiguousarray(self.values), np.ascontiguousarray(v))
 
+    @property
+    def stretched(self) -> Array:
+        """(12,) change of each parameter, per unit, where all velocities are read too large by a share."""
+        _, _, speed, _, viscous, power = self.values.reshape(6, 2)
+        none = np.zeros(2)
+        return np.concatenate([none, none, speed, none, -power * viscous, none])
+
 
 @dataclass(frozen=True)
 class Coordinates:

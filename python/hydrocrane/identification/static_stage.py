@@ -12,7 +12,7 @@ from hydrocrane.identification.graphical import graphical
 from hydrocrane.identification.least_squares import Loss, OffsetPrior
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints, SteadyWindow
 from hydrocrane.identification.report import Report, Section, Table
-from hydrocrane.identification.result import OFFSET, StaticFit
+from hydrocrane.identification.result import OF_SENSORS, OFFSET, StaticFit
 from hydrocrane.identification.setup import Exponents
 from hydrocrane.identification.static_fit import fit_static
 from hydrocrane.identification.static_map import EXPONENTS, unit_of
@@ -94,7 +94,8 @@ class StaticIdentification:
         text = ""
         if spread is not None:
             text = (
-                f"Scatter about the map {spread.scale:.2f} of what the stated errors and the floor lead to expect; "
+                f"Scatter about the map {spread.scale:.2f} of what the stated errors and {spread.floor:.2g} N more of "
+                "each level lead to expect; "
                 f"{spread.degrees_of_freedom:g} degrees of freedom, condition number {spread.condition:.2g}."
             )
         return Section("Static friction", text, figure=self.fit.plot(), warnings=self.fit.warnings)
@@ -109,11 +110,11 @@ class StaticIdentification:
         return Section("Parameters", text, Table(heads, rows), warnings=self.reading.warnings)
 
     def _row(self, label: str, ends: tuple[float, float]) -> tuple[str, ...]:
-        ruler = "-" if label == OFFSET else f"{self.reading.value(label):.4g}"
+        ruler = "-" if label in OF_SENSORS else f"{self.reading.value(label):.4g}"
         power = None
         if label.startswith("viscous."):
             power = float(f"{self.fit.value(label.replace('viscous', 'viscous-exponent')):.4g}")
-        unit = "N" if label == OFFSET else unit_of(label, power)
+        unit = ("N" if label == OFFSET else "1") if label in OF_SENSORS else unit_of(label, power)
         value = self.fit.value(label)
         # An offset that only its prior decides comes out as rounding errors.
         shown = "0" if abs(value) < 1e-6 * max(map(abs, ends)) else f"{value:.4g}"
@@ -149,6 +150,8 @@ def identify_static(
     rejected_windows: Iterable[RejectedWindow] = (),
     exponents: Exponents = "fixed",
     bias: OffsetPrior | float | None = None,
+    span: float = 0.0,
+    velocity_share: float = 0.0,
     symmetric: bool = False,
     loss: Loss = "soft_l1",
 ) -> StaticIdentification:
@@ -161,9 +164,18 @@ def identify_static(
     source : iterable of str
         Names of the logs, for the report and the block.
     rejected_windows : iterable
-        Windows with start, end, reason, for the report.
+        Windows with start, end, reason, for the report; by default those that `windows` itself names.
     """
     points = windows if isinstance(windows, FrictionPoints) else FrictionPoints.from_windows(windows, source=source)
-    fit = fit_static(points, exponents=exponents, bias=bias, symmetric=symmetric, loss=loss)
+    fit = fit_static(
+        points,
+        exponents=exponents,
+        bias=bias,
+        span=span,
+        velocity_share=velocity_share,
+        symmetric=symmetric,
+        loss=loss,
+    )
     held = {name: value for name in EXPONENTS if np.isfinite(value := float(np.nanmean(fit.params[name])))}
-    return StaticIdentification(points, graphical(points, exponents=held), fit, tuple(rejected_windows))
+    rejected = tuple(rejected_windows) or tuple(getattr(windows, "rejected", ()))
+    return StaticIdentification(points, graphical(points, exponents=held), fit, rejected)

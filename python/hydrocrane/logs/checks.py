@@ -70,8 +70,8 @@ def _time_flags(time: Array) -> list[Flag]:
     if (interval <= 0).any():
         first = int(np.argmax(interval <= 0))
         message = (
-            f"time does not increase at {int((interval <= 0).sum())} places, first after {time[first]:.6g} s; cut the "
-            f"log where the clock restarts, or give `sample-rate` in a mapping"
+            f"time does not increase at {int((interval <= 0).sum())} of its steps, first after {time[first]:.6g} s; "
+            f"cut the log where the clock restarts, or give `sample-rate` in a mapping"
         )
         return [Flag("time-not-increasing", "time", start, end, message, fatal=True)]
     return _intervals(time, interval)

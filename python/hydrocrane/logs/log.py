@@ -28,7 +28,8 @@ class Log:
     ----------
     data : xarray.Dataset
         Over ``time``, s; each variable with `units` and `long_name`. The signals of a friction rig are ``x``, ``p1``,
-        ``p2``, and where there are any ``v``, ``force`` and ``command``.
+        ``p2``, and where there are any ``v``, ``force`` and ``command``. `attrs` hold what the file says about itself;
+        files of the virtual rig say ``experiment``, ``payload``, ``supply``, ``calibration`` and more.
     flags : tuple of Flag
         What the checks found, fatal ones first.
     source : str
@@ -162,7 +163,7 @@ def _log(table: Table, mapping: LogMapping | None, source: str) -> Log:
                 assumed.append(name)
         about = SIGNALS[name].long_name if name in SIGNALS else column
         data[name] = ("time", si, {"units": stated_unit, "long_name": about})
-    data.attrs["source"] = source
+    data.attrs = {**table.about, "source": source}
     if assumed and not table.in_memory:
         notes.append(_assumed(assumed, time))
     return Log(data, checked(data, notes), source)

@@ -10,7 +10,7 @@ import numpy as np
 
 from hydrocrane.errors import ResultFileError
 from hydrocrane.logs.nested import Measured, table_of
-from hydrocrane.logs.table import Table
+from hydrocrane.logs.table import Table, plain_facts
 
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 # MATLAB writes its own text header in front of the HDF5 part.
@@ -45,7 +45,9 @@ def read_hdf5(path: Path) -> Table:
         raise ResultFileError(f"{path} is not an HDF5 file; is its suffix right?")
     try:
         with h5py.File(path, "r", track_order=True) as stored:
-            return table_of({name: _node(stored[name], stored) for name in stored if not name.startswith("#")})
+            table = table_of({name: _node(stored[name], stored) for name in stored if not name.startswith("#")})
+            table.about |= plain_facts(stored.attrs)
+            return table
     except (OSError, RuntimeError, KeyError) as error:
         raise ResultFileError(f"{path} is damaged or cut off: {error}; copy it again from the logger") from None
 

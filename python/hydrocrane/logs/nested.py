@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hydrocrane.logs.table import Table, as_column
+from hydrocrane.logs.table import Table, as_column, plain_facts
 
 
 class Measured(NamedTuple):
@@ -26,7 +26,8 @@ def table_of(content: Mapping[str, Any]) -> Table:
     names, units = content.get("names"), content.get("units")
     full = names if isinstance(names, Mapping) else {}
     stated = units if isinstance(units, Mapping) else {}
-    table = Table({})
+    about = content.get("about")
+    table = Table({}, about=plain_facts(about) if isinstance(about, Mapping) else {})
     own = ("names", "units", "about")
     for path, leaf, unit in _leaves({k: v for k, v in content.items() if not (k in own and isinstance(v, Mapping))}):
         for name, column in _columns(path, leaf):

@@ -10,7 +10,7 @@ import xarray as xr
 
 from hydrocrane.errors import ResultFileError, nearest
 from hydrocrane.logs.flags import Flag
-from hydrocrane.logs.table import Table, as_column
+from hydrocrane.logs.table import Table, as_column, plain_facts
 
 
 def read_table(path: Path) -> Table:
@@ -21,6 +21,8 @@ def read_table(path: Path) -> Table:
     ResultFileError
         Where there is no such file, or it is not what its suffix says.
     """
+    if path.is_dir():
+        raise ResultFileError(f"{path} is a folder; name a log in it")
     suffix = path.suffix.lower()
     if suffix not in _READERS:
         raise ResultFileError(f"cannot read `{path.name}`: unknown suffix `{suffix}`{nearest(suffix, _READERS)}")
@@ -44,6 +46,7 @@ def table_of_dataset(data: xr.Dataset) -> Table:
         if column is not None and column.ndim == 1:
             table.columns[str(name)] = column
             table.units[str(name)] = str(data[name].attrs.get("units", ""))
+    table.about = plain_facts(data.attrs)
     return table
 
 

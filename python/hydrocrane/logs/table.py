@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -32,12 +34,15 @@ class Table:
         What was odd in the file itself.
     in_memory : bool
         Whether a program made it, which hands over SI unless it says otherwise.
+    about : dict
+        What the file says about the whole log, for example ``payload``: texts and numbers.
     """
 
     columns: dict[str, Array]
     units: dict[str, str] = field(default_factory=dict)
     notes: list[Flag] = field(default_factory=list)
     in_memory: bool = False
+    about: dict[str, str | float | int] = field(default_factory=dict)
 
     def find(self, wanted: str | int) -> str | None:
         """Full name of a column by its name, its name without the unit, or its number counted from 1."""
@@ -93,6 +98,22 @@ def scaled(values: Array, factor: float) -> Array:
     """`values` times `factor`; by dividing where its inverse is whole, which rounds once, as for machine files."""
     inverse = round(1.0 / factor) if 0.0 < factor < 1.0 else 0
     return values / inverse if inverse and 1.0 / inverse == factor else values * factor
+
+
+def plain_facts(content: Mapping[Any, Any]) -> dict[str, str | float | int]:
+    """The texts and numbers of what a file holds about itself, as Python's own; what is neither is left out."""
+    facts: dict[str, str | float | int] = {}
+    for name, value in content.items():
+        if isinstance(value, np.ndarray):
+            # MATLAB has no empty text: it is an empty array.
+            value = value.item() if value.size == 1 else "" if not value.size else None
+        if isinstance(value, np.generic):
+            value = value.item()
+        if isinstance(value, bytes):
+            value = value.decode("utf-8", "replace")
+        if isinstance(value, str | float | int) and not isinstance(value, bool):
+            facts[str(name)] = value
+    return facts
 
 
 def as_column(values: object) -> Array | None:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
+import tomllib
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
 from hydrocrane.errors import ResultFileError
 from hydrocrane.logs.flags import Flag
-from hydrocrane.logs.table import Table, split_name, tidy_unit
+from hydrocrane.logs.table import Table, plain_facts, split_name, tidy_unit
 
 DELIMITERS = ("\t", ";", ",")
 COMMENTS = ("#", "%", "//")
@@ -20,7 +22,9 @@ _MISSING = {"", "nan", "na", "n/a", "null", "inf", "-inf", "+inf", "#n/a"}
 
 def read_text(path: Path) -> Table:
     """Read a CSV file: a header row, perhaps a row of units, then rows of numbers."""
-    lines = [line for line in _text(path).splitlines() if line.strip() and not line.lstrip().startswith(COMMENTS)]
+    stripped = [line.strip() for line in _text(path).splitlines()]
+    lines = [line for line in stripped if line and not line.startswith(COMMENTS)]
+    about = _facts(line for line in stripped if line.startswith(COMMENTS))
     if not lines:
         raise ResultFileError(f"{path} is empty; a log is a table with a time column")
     delimiter = _delimiter(lines[:_LOOKED_AT])
@@ -31,7 +35,18 @@ def read_text(path: Path) -> Table:
     table, notes = _numbers(path, lines[head:], delimiter, names)
     if not table:
         raise ResultFileError(f"{path} is not a CSV table: no column of numbers in it")
-    return Table(table, {name: unit for name, unit in units.items() if name in table}, notes)
+    return Table(table, {name: unit for name, unit in units.items() if name in table}, notes, about=about)
+
+
+def _facts(comments: Iterable[str]) -> dict[str, str | float | int]:
+    """What comment lines like ``# payload = 20`` say about the log, as TOML; other comments are passed over."""
+    facts = {}
+    for line in comments:
+        try:
+            facts |= tomllib.loads(line.lstrip("#%/"))
+        except tomllib.TOMLDecodeError:
+            continue
+    return plain_facts(facts)
 
 
 def _text(path: Path) -> str:
@@ -115,7 +130,8 @@ def _columns(lines: list[str], delimiter: str, names: list[str], notes: list[Fla
         cells = [row[i] if i < len(row) else "" for row in rows]
         values = np.array([_value(cell) for cell in cells])
         bad = [cell for cell, value in zip(cells, values) if np.isnan(value) and cell.lower() not in _MISSING]
-        if len(bad) * 2 > len(cells) or not any(cells):
+        # Delimiters at the ends of the lines make columns that nobody named.
+        if len(bad) * 2 > len(cells) or (not any(cells) and name == f"column {i + 1}"):
             continue
         if bad:
             message = f"{len(bad)} cells of `{name}` are no numbers, the first is `{bad[0]}`; they count as missing"

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import re
+from collections.abc import Callable
 from pathlib import Path
 
 import h5py
@@ -10,26 +13,39 @@ import xarray as xr
 from hydrocrane.errors import ResultFileError, nearest
 from hydrocrane.files import frame, save
 from hydrocrane.logs.readers import mdf_reader
+from hydrocrane.logs.table import plain_facts
 
 
 def write_log(data: xr.Dataset, path: Path) -> Path:
-    """Write a log's signals in the format of the suffix; missing folders are made."""
-    suffix = path.suffix.lower()
-    writers = {".csv": _csv, ".h5": _hdf5, ".mf4": _mdf, ".mat": save, ".nc": save}
-    if suffix not in writers:
-        raise ResultFileError(f"cannot write `{path.name}`: unknown suffix `{suffix}`{nearest(suffix, writers)}")
+    """Write a log's signals and attributes in the format of the suffix; missing folders are made."""
+    writer = _WRITERS[checked_suffix(path)]
     path.parent.mkdir(parents=True, exist_ok=True)
-    writers[suffix](data, path)
+    writer(data.assign_attrs(plain_facts(data.attrs)), path)
     return path
 
 
+def checked_suffix(path: Path) -> str:
+    """The suffix of a log's file, or an error that names those that can be written."""
+    suffix = path.suffix.lower()
+    if suffix not in _WRITERS:
+        raise ResultFileError(f"cannot write `{path.name}`: unknown suffix `{suffix}`{nearest(suffix, _WRITERS)}")
+    return suffix
+
+
 def _csv(data: xr.Dataset, path: Path) -> None:
-    """A row of names, a row of units, then the shortest text that reads back as the same double."""
+    """Comment lines about the log, a row of names, a row of units, then the shortest text that reads back as the same
+    double."""
     table = frame(data)
     units = [table.attrs["units"][name] or "-" for name in table.columns]
     with path.open("w", encoding="utf-8", newline="\n") as stream:
+        stream.writelines(f"# {_key(str(name))} = {json.dumps(value)}\n" for name, value in data.attrs.items())
         stream.write(",".join(map(str, table.columns)) + "\n" + ",".join(units) + "\n")
         table.to_csv(stream, index=False, header=False, lineterminator="\n")
+
+
+def _key(name: str) -> str:
+    """A key of TOML: bare where it can be."""
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else json.dumps(name)
 
 
 def _hdf5(data: xr.Dataset, path: Path) -> None:
@@ -37,6 +53,7 @@ def _hdf5(data: xr.Dataset, path: Path) -> None:
         for name in ["time", *map(str, data.data_vars)]:
             column = stored.create_dataset(name, data=data[name].values)
             column.attrs["units"] = str(data[name].attrs.get("units", ""))
+        stored.attrs.update(data.attrs)
 
 
 def _mdf(data: xr.Dataset, path: Path) -> None:
@@ -52,3 +69,12 @@ def _mdf(data: xr.Dataset, path: Path) -> None:
             ]
         )
         stored.save(path, overwrite=True)
+
+
+_WRITERS: dict[str, Callable[[xr.Dataset, Path], object]] = {
+    ".csv": _csv,
+    ".mat": save,
+    ".nc": save,
+    ".h5": _hdf5,
+    ".mf4": _mdf,
+}

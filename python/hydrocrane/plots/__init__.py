@@ -7,6 +7,8 @@ from hydrocrane.plots.friction_maps import friction_maps
 from hydrocrane.plots.joint_stroke import joint_stroke
 from hydrocrane.plots.loadchart import load_chart
 from hydrocrane.plots.modes import mode_map
+from hydrocrane.plots.overlay import overlay
+from hydrocrane.plots.ranking import ranking
 from hydrocrane.plots.tip_path import tip_charts
 from hydrocrane.plots.workspace import workspace
 
@@ -18,7 +20,9 @@ __all__ = [
     "joint_stroke",
     "load_chart",
     "mode_map",
+    "overlay",
     "overview",
+    "ranking",
     "tip_charts",
     "workspace",
 ]

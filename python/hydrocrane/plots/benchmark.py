@@ -76,7 +76,7 @@ def _path(axes: Axes, result: Result | None, controller: str, colour: str) -> No
     axes.plot(*drawn.T, color=colour, lw=1.4)
     axes.plot(*result.asked[0], marker="o", ms=4, color=INK)
     largest = significant(float(np.hypot(*aside.T).max()) * 1e3)
-    axes.set_title(f"{controller}: {result.case.task.name}\n{largest} mm, drawn x {factor:g}", fontsize=9)
+    axes.set_title(f"{controller}\n{result.case.task.name}\n{largest} mm, drawn x {factor:g}", fontsize=9)
 
 
 def _enlargement(aside: np.ndarray, size: float) -> float:

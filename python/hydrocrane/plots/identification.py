@@ -29,20 +29,21 @@ def static_fit(fit: StaticFit) -> Figure:
     whole = fig.add_subplot(axes[1, 0].get_gridspec()[:, 0])
     axes[0, 0].remove()
     for side, (name, sign) in enumerate(SIDES):
-        points = fit.points.select(fit.points.direction == side)
+        here = fit.points.direction == side
+        points = fit.points.select(here)
         if not len(points):
             continue
-        used = fit.accepted[fit.points.direction == side]
+        used = fit.accepted[here]
         speed = _speeds(points)
         colour = COLOURS[side]
         force, error = fit.force(sign * speed), _band(fit, sign * speed)
         for axes_, v, f in ((whole, sign * speed * 1e3, force), (axes[0, 1], speed * 1e3, np.abs(force))):
             axes_.plot(v, f, color=colour, label=name)
             axes_.fill_between(v, f - error, f + error, color=colour, alpha=0.2, lw=0)
-        shift = points.force - fit.offset
+        shift = points.force - fit.of_sensors[here]
         _dots(whole, points.velocity * 1e3, shift, used, colour)
         _dots(axes[0, 1], _shown_speed(points) * 1e3, shift * sign, used, colour)
-        left = fit.residuals[fit.points.direction == side]
+        left = fit.residuals[here]
         _dots(axes[1, 1], _shown_speed(points) * 1e3, left * sign, used, colour)
     _finish(fig, whole, axes[0, 1], axes[1, 1])
     how = {"least-squares": "least squares", "graphical": "read by ruler"}.get(fit.method, fit.method)

@@ -71,12 +71,20 @@ def _ramp(seal: Seal, *, speed: float = 0.25, last: float = 1.0) -> Course:
     return course
 
 
-def _step(seal: Seal, *, shares: Sequence[float] = (0.1, 0.3), seconds: float = 0.5) -> Course:
-    """Figure 73: spool steps that bend the bristles by `shares` of their slip within `seconds`, and back."""
+def _step(seal: Seal, *, shares: Sequence[float] = (0.3, 0.5), seconds: float = 0.1, pulses: int = 2) -> Course:
+    """Figure 73: spool steps that bend the bristles by `shares` of their slip within `seconds`, and back,
+    `pulses` times.
+
+    Damping shows in the velocity of bristles that do not slip yet: short steps tell more of it than long ones,
+    up to where
+    the spool's own time is reached (docs/validation/dynamic-friction.md).
+    """
+    if pulses < 1:
+        raise InputError(f"pulses must be 1 or more, got {pulses!r}")
     course = Course()
     course.rest(REST)
     for share in _increasing("shares", shares):
-        for direction in (1, -1):
+        for direction in (1, -1) * pulses:
             course.hold(f"{direction * share:g} of slip", direction * share * seal.slip / seconds, seconds)
             course.rest(2 * REST)
     return course

@@ -1,28 +1,24 @@
-"""Running an experiment: scenario, simulation, calibration, readings."""
+"""Running an experiment: scenario and simulation."""
 
 from __future__ import annotations
 
-import dataclasses
-import json
 from collections.abc import Mapping
-from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hydrocrane.arrays import real_array
 from hydrocrane.errors import InputError
-from hydrocrane.machine import Machine, load_machine, plain_overrides
+from hydrocrane.machine import Machine
 from hydrocrane.rig.course import Course, seal_of
 from hydrocrane.rig.experiments import course_of, experiment
-from hydrocrane.rig.log import COLUMNS, RigLog
+from hydrocrane.rig.log import RigLog
+from hydrocrane.rig.reading import Rig, machine_of, reading
 from hydrocrane.rig.steady import SteadyValve
 from hydrocrane.scenario import Command, Scenario, Solver
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Rig = str | PathLike[str] | Machine
 # Intervals of a log, s; one is taken that gives at most as many samples.
 INTERVALS = (1e-3, 2e-3, 5e-3, 1e-2)
 MOST_SAMPLES = 20_000
@@ -39,7 +35,7 @@ def scenario(
     **options: Any,
 ) -> Scenario:
     """The experiment `name` on `rig` as an open-loop scenario; parameters as for :func:`run`."""
-    crane = _machine(rig, supply, overrides)
+    crane = machine_of(rig, supply, overrides)
     return _plan(crane, name, payload, interval, course_of(name, seal_of(crane), options))
 
 
@@ -89,18 +85,12 @@ def run(
     """
     from hydrocrane.simulation import simulate
 
-    crane = _machine(rig, supply, overrides, bits)
+    crane = machine_of(rig, supply, overrides, bits)
     course = course_of(name, seal_of(crane), options)
     plan = _plan(crane, name, payload, interval, course)
-    lead = _lead(calibration, plan.record_interval)
     done = simulate(plan, ledger=False)
-    recorded = _with_calibration(crane, done.data, lead, plan.record_interval)
-    readings = crane.measure(recorded, sensors=sensors, seed=seed)
-    data = _data(crane, recorded, readings, load_cell)
-    data.attrs = _about(crane, name, plan, recorded, {"seed": int(seed), "sensors": sensors, "calibration": lead}) | {
-        "segments": json.dumps([dataclasses.asdict(segment) for segment in course.segments(lead)])
-    }
-    return RigLog(data, _truth(crane, recorded), done)
+    about = _about(crane, name, plan, done.data)
+    return reading(crane, done, course.segments(0.0), about, seed, sensors, load_cell, calibration)
 
 
 def series(name: str, rig: Rig = "rig-rottne", **settings: Any) -> list[RigLog]:
@@ -115,28 +105,10 @@ def series(name: str, rig: Rig = "rig-rottne", **settings: Any) -> list[RigLog]:
         raise InputError(f"{name} varies `{key}` itself; leave it out, or run one of them with hydrocrane.rig.run")
     rest = {key: value for key, value in settings.items() if key not in varied}
     if "supply" in varied:
-        own = _machine(rig, None, settings.get("overrides")).supply_pressure
+        own = machine_of(rig, None, settings.get("overrides")).supply_pressure
         largest = max(member["supply"] for member in members)
         members = tuple({"supply": own * member["supply"] / largest} for member in members)
     return [run(name, rig, **rest, **member) for member in members]
-
-
-def _machine(
-    rig: Rig, supply: float | str | None, overrides: Mapping[str, Any] | None, bits: int | None = None
-) -> Machine:
-    """The rig with everything that its file is to be changed in."""
-    given = rig if isinstance(rig, Machine) else load_machine(rig)
-    if len(given.joint_names) != 1 or given.joint_units[0] != "m":
-        raise InputError(
-            f"{given.name} is no friction rig: it takes one cylinder on one sliding joint, as rig-rottne has"
-        )
-    changes = plain_overrides(overrides or {})
-    if supply is not None:
-        changes |= plain_overrides({"supply.pressure": supply})
-    if bits is not None:
-        sensors = {key.split(".")[1] for key, _, _ in given.provenance if key.startswith("sensor.")}
-        changes |= {f"sensor.{sensor}.bits": bits for sensor in sorted(sensors)}
-    return load_machine(given.source, {**given.overrides, **changes}) if changes else given
 
 
 def _plan(crane: Machine, name: str, payload: float | None, interval: float | None, course: Course) -> Scenario:
@@ -168,74 +140,14 @@ def _relaxed(crane: Machine, valve: SteadyValve, course: Course, payload: float)
     return float((p2 * a2 + weight) / a1), p2
 
 
-def _lead(calibration: float, interval: float) -> float:
-    """Whole intervals of calibration before the run, s."""
-    duration = real_array(calibration, "calibration")
-    if duration.ndim or duration < 0:
-        raise InputError(f"calibration must be one time in s, zero or more; got {calibration!r}")
-    return float(np.ceil(duration / interval * (1 - 1e-9)) * interval)
-
-
-def _with_calibration(crane: Machine, data: xr.Dataset, lead: float, step: float) -> xr.Dataset:
-    """The record with `lead` seconds before it in which the rig rests on a support, open to the tank."""
-    import xarray as xr
-
-    later = data.assign_coords(time=data.time + lead)
-    later.time.attrs = data.time.attrs
-    if lead == 0.0 or not data.sizes["time"]:
-        return later
-    rest = xr.zeros_like(data.isel(time=np.zeros(round(lead / step), dtype=int)))
-    joint = f"joint.{crane.joint_names[0]}.q"
-    cylinder = f"cylinder.{crane.cylinder_names[0]}"
-    rest[joint] = rest[joint] + data[joint].values[0]
-    rest[f"{cylinder}.x"] = rest[joint]
-    for name in ("p1", "p2"):
-        rest[f"{cylinder}.{name}"] = rest[f"{cylinder}.{name}"] + float(crane.core.tank_pressure)
-    rest = rest.assign_coords(time=np.arange(rest.sizes["time"]) * step)
-    joined = xr.concat([rest, later], "time", combine_attrs="override")
-    joined.attrs = data.attrs
-    return joined
-
-
-def _data(crane: Machine, recorded: xr.Dataset, readings: xr.Dataset, load_cell: bool) -> xr.Dataset:
-    import xarray as xr
-
-    cylinder = f"cylinder.{crane.cylinder_names[0]}"
-    signals = {"x": f"joint.{crane.joint_names[0]}.q", "p1": f"{cylinder}.p1", "p2": f"{cylinder}.p2"}
-    if load_cell:
-        signals["force"] = f"{cylinder}.force"
-        if signals["force"] not in readings:
-            raise InputError(
-                f"{crane.name} has no load cell; give load_cell=False, or a [sensor] that measures the force"
-            )
-    data = xr.Dataset(coords={"time": recorded.time})
-    for name, signal in signals.items():
-        data[name] = readings[signal]
-    data["command"] = recorded[f"{cylinder}.command"]
-    for column in data.data_vars:
-        data[column].attrs["units"] = COLUMNS[str(column)]
-    return data
-
-
-def _truth(crane: Machine, recorded: xr.Dataset) -> xr.Dataset:
-    import xarray as xr
-
-    cylinder = f"cylinder.{crane.cylinder_names[0]}"
-    names = {name: f"{cylinder}.{name}" for name in ("x", "v", "p1", "p2", "force", "friction", "z")}
-    names["spool"] = f"{cylinder}.xs"
-    kept = {name: recorded[signal] for name, signal in names.items() if signal in recorded}
-    return xr.Dataset(kept, coords={"time": recorded.time}, attrs=recorded.attrs)
-
-
-def _about(crane: Machine, name: str, plan: Scenario, recorded: xr.Dataset, reading: dict[str, Any]) -> dict[str, Any]:
+def _about(crane: Machine, name: str, plan: Scenario, recorded: xr.Dataset) -> dict[str, Any]:
     """What was run: plain strings and numbers, so that every file format keeps them."""
     kept = ("machine", "machine_source", "machine_overrides", "outcome", "outcome_time", "outcome_message", "source")
-    about = {key: recorded.attrs[key] for key in kept}
-    own = {"experiment": name, "payload": crane.payload(plan.payload), "supply": crane.supply_pressure}
     return {
         "title": f"{crane.title}: {plan.title}",
-        **own,
-        **reading,
-        **about,
+        "experiment": name,
+        "payload": crane.payload(plan.payload),
+        "supply": crane.supply_pressure,
+        **{key: recorded.attrs[key] for key in kept},
         "Conventions": "SI units, gauge pressures",
     }

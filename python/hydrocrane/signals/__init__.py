@@ -6,6 +6,7 @@ from hydrocrane.signals.friction import RigParameters, friction_force, pressure_
 from hydrocrane.signals.resample import resample, sampling_rate
 from hydrocrane.signals.search import steady_windows
 from hydrocrane.signals.windows import Rejected, SteadyWindows, Window, friction_over_velocity
+from hydrocrane.signals.zero import ZeroCalibrated, zero_calibrated
 
 __all__ = [
     "Derivative",
@@ -13,6 +14,7 @@ __all__ = [
     "RigParameters",
     "SteadyWindows",
     "Window",
+    "ZeroCalibrated",
     "derivative",
     "friction_force",
     "friction_over_velocity",
@@ -22,4 +24,5 @@ __all__ = [
     "sampling_rate",
     "steady_friction",
     "steady_windows",
+    "zero_calibrated",
 ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -11,7 +12,7 @@ from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
 from hydrocrane.logs.log import Log
 from hydrocrane.logs.noise import noise_of
-from hydrocrane.machine import Machine
+from hydrocrane.machine import Machine, load_machine
 from hydrocrane.signals.derivative import derivative
 from hydrocrane.signals.resample import resample, unbroken
 
@@ -49,12 +50,14 @@ class RigParameters:
             raise InputError("gravity of a rig must be finite, and rod_mass finite and not negative")
 
     @classmethod
-    def of(cls, machine: Machine, *, payload: float | None = None, rod_mass: float = 0.0) -> RigParameters:
-        """The parameters of a machine with one cylinder that moves its load along a straight line."""
+    def of(cls, machine: Machine | str, *, payload: float | None = None, rod_mass: float = 0.0) -> RigParameters:
+        """The parameters of a machine with one cylinder that moves its load along a straight line; or of its name."""
+        if not isinstance(machine, Machine):
+            machine = load_machine(machine)
         if len(machine.cylinder_names) != 1:
             raise InputError(
                 f"a friction rig has one cylinder; {machine.name} has {', '.join(machine.cylinder_names)}. "
-                f"Take `single-cylinder`, or give RigParameters of the cylinder alone"
+                f"Take a machine like rig-rottne that has the cylinder alone, or give RigParameters"
             )
         low, high = machine.joint_limits[0]
         q = np.linspace(low, high, 5)[:, np.newaxis]
@@ -85,7 +88,7 @@ def steady_friction(log: Log, rig: RigParameters, *, load_cell: bool = False) ->
     return pressure_force(log, rig) + rig.mass * rig.gravity
 
 
-def friction_force(log: Log, rig: RigParameters | Machine, *, load_cell: bool = False) -> xr.Dataset:
+def friction_force(log: Any, rig: RigParameters | Machine | str, *, load_cell: bool = False) -> xr.Dataset:
     """Friction force over time, N: F = p1 A1 - p2 A2 + m g - m x''   (118, with the sign of erratum E17).
 
     With `load_cell` the measured net force on the load holds the load's weight and inertia, so that only `rod_mass`
@@ -94,8 +97,8 @@ def friction_force(log: Log, rig: RigParameters | Machine, *, load_cell: bool = 
     Parameters
     ----------
     log : Log
-        With ``x``, ``p1``, ``p2``, and ``force`` for `load_cell`.
-    rig : RigParameters or Machine
+        Or anything that :meth:`Log.of` takes. With ``x``, ``p1``, ``p2``, and ``force`` for `load_cell`.
+    rig : RigParameters, Machine, or the name or path of one
     load_cell : bool
 
     Returns
@@ -106,7 +109,7 @@ def friction_force(log: Log, rig: RigParameters | Machine, *, load_cell: bool = 
     """
     rig = rig if isinstance(rig, RigParameters) else RigParameters.of(rig)
     signals = ("x", "p1", "p2", *(("force",) if load_cell else ()))
-    log = resample(log.usable(*signals))
+    log = resample(Log.of(log).usable(*signals))
     table = {name: np.full(log.time.size, np.nan) for name in _UNITS}
     rate = (log.time.size - 1) / (log.time[-1] - log.time[0])
     noise = noise_of(log["x"])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from hydrocrane.errors import InputError
@@ -10,7 +12,7 @@ from hydrocrane.logs.noise import noise_of
 from hydrocrane.machine import Machine
 from hydrocrane.signals.friction import RigParameters, pressure_force, steady_friction
 from hydrocrane.signals.resample import unbroken
-from hydrocrane.signals.segments import command_changes, straight_pieces
+from hydrocrane.signals.segments import LEAST_SAMPLES, command_changes, straight_pieces
 from hydrocrane.signals.steadiness import (
     MARGIN,
     OSCILLATION_SHARE,
@@ -33,8 +35,8 @@ STRAIGHTNESS = 0.002
 
 
 def steady_windows(
-    log: Log,
-    rig: RigParameters | Machine,
+    log: Any,
+    rig: RigParameters | Machine | str,
     *,
     load_cell: bool = False,
     least_duration: float = 0.2,
@@ -47,8 +49,9 @@ def steady_windows(
     Parameters
     ----------
     log : Log
-        With ``x``, ``p1``, ``p2``; a ``command`` helps to cut; ``force`` for `load_cell`.
-    rig : RigParameters or Machine
+        Or what :meth:`Log.of` makes one of, such as a log of the virtual rig. With ``x``, ``p1``, ``p2``; a
+        ``command`` helps to cut; ``force`` for `load_cell`.
+    rig : RigParameters, Machine, or the name or path of one
     load_cell : bool
         Take the load's weight from the load cell, see :func:`friction_force`.
     least_duration, least_travel : float
@@ -71,7 +74,7 @@ def steady_windows(
     if not (settle_travel >= 0 and straightness >= 0):
         raise InputError("settle_travel and straightness must not be negative")
     signals = ("x", "p1", "p2", *(("force",) if load_cell else ()))
-    log = log.usable(*signals)
+    log = Log.of(log).usable(*signals)
     limits = (least_duration, least_travel, settle_travel)
     found = _Reader(log, rig, load_cell, limits, _pieces(log, signals, straightness)).judged()
     windows = tuple(w for w in found if isinstance(w, Window))
@@ -127,6 +130,9 @@ class _Reader:
     def judged(self) -> list[Window | Rejected]:
         found: list[Window | Rejected] = []
         for i, (a, b) in enumerate(self.pieces):
+            if b - a < LEAST_SAMPLES:
+                # A corner between two pieces is no stretch that anybody would look for.
+                continue
             result = self._piece(i, a, b)
             if isinstance(result, str):
                 speed = self.motions[i].velocity
@@ -136,7 +142,7 @@ class _Reader:
         return found
 
     def _motion(self, a: int, b: int) -> Motion:
-        if b - a < 4:
+        if b - a < LEAST_SAMPLES:
             return Motion(float("nan"), float("inf"), 0.0)
         return motion_of(self.time[a:b], self.x[a:b], self.noise)
 
@@ -175,7 +181,7 @@ class _Reader:
             if b != self.pieces[j + 1][0] or b in self.jumps or self.bad[a:b].any():
                 break
             motion = self.motions[j]
-            if b - a >= 4 and abs(motion.velocity - speed) > SAME_SPEED * abs(speed) + 4.0 * motion.error:
+            if b - a >= LEAST_SAMPLES and abs(motion.velocity - speed) > SAME_SPEED * abs(speed) + 4.0 * motion.error:
                 break
             first = j
             if self._moves(j):
@@ -203,7 +209,15 @@ class _Reader:
             return f"velocity swings by {share:.0%} at {frequency:.3g} Hz, so that friction is no single value"
         readings = [(self.log[name][a:b], noise.step, factor) for name, (noise, factor) in self.noises.items()]
         force, error, effective = mean_force(time, self.friction[a:b], readings)
-        direction = 1 if motion.velocity > 0 else -1
         return Window(
-            float(time[0]), float(time[-1]), motion.velocity, motion.error, force, error, direction, b - a, effective
+            start=float(time[0]),
+            end=float(time[-1]),
+            velocity=motion.velocity,
+            velocity_error=motion.error,
+            force=force,
+            force_error=error,
+            direction=1 if motion.velocity > 0 else -1,
+            samples=b - a,
+            effective_samples=effective,
+            chambers=(float(self.parts[0][a:b].mean()), float(self.parts[1][a:b].mean())),
         )

@@ -23,6 +23,8 @@ STEADY_SHARE, STEADY_ERRORS = 0.03, 2.5
 # Pressures may drift more than friction: common drift of both chambers moves nothing.
 PRESSURE_SHARE = 0.1
 BATCHES = 100
+# A later start must lessen the error of the mean by more than this factor.
+WORTH = 1.1
 
 
 class Piece(NamedTuple):
@@ -156,8 +158,9 @@ def _least_marginal_error(values: Array) -> int:
     spread = np.cumsum(centred**2) - np.cumsum(centred) ** 2 / size
     # Fewer than a quarter of the batches say too little about their own spread.
     lowest = max(count // 4, 1)
-    error = spread[lowest - 1 :] / size[lowest - 1 :] ** 2
-    kept = lowest + int(np.argmin(error))
+    error = np.maximum(spread[lowest - 1 :], 0.0) / size[lowest - 1 :] ** 2
+    # Where several starts are as good the first is taken: the least of many estimated errors is one by chance.
+    kept = lowest + int(np.flatnonzero(error <= WORTH * error.min())[-1])
     return values.size - kept * batch if kept < count else 0
 
 

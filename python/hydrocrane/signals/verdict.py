@@ -26,6 +26,14 @@ def verdict(log: Log, rig: RigParameters, windows: Sequence[Window]) -> list[Fla
     for direction, word in DIRECTIONS:
         moving = [w for w in windows if w.direction == direction]
         driven = [w for w in moving if w.force * direction < -3.0 * w.force_error]
+        if driven and len(driven) * 2 <= len(moving):
+            worst = max(abs(w.force) for w in driven)
+            text = (
+                f"in {len(driven)} of {len(moving)} windows {word} friction would push the piston on, by up to "
+                f"{worst:.3g} N; the zeros of the pressure sensors are off by so much at least: log them at zero "
+                "pressure and subtract them"
+            )
+            texts.append(("friction-drives", text))
         if len(driven) * 2 > len(moving):
             text = (
                 f"in {len(driven)} of {len(moving)} windows {word} friction would push the piston on; are p1 and p2 "

@@ -34,6 +34,8 @@ class Window:
     samples : int
     effective_samples : float
         How many independent samples would give the same error of the force.
+    chambers : (float, float)
+        Means of p1 A1 and p2 A2, N.
     """
 
     start: float
@@ -45,6 +47,7 @@ class Window:
     direction: int
     samples: int
     effective_samples: float = float("nan")
+    chambers: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

@@ -26,8 +26,9 @@ use crate::reader::{Log, Reader, Sign};
 
 type Result<T> = std::result::Result<T, MachineError>;
 
-const ROOT_KEYS: [&str; 16] = [
+const ROOT_KEYS: [&str; 17] = [
     "extends",
+    "include",
     "machine",
     "environment",
     "link",

@@ -1,0 +1,64 @@
+//! Redundancy of the tip over slices, without the number of joints in the type.
+
+use hydrocrane_control::redundancy::{resolve, Preference, Task};
+
+/// What [`resolve_rates`] is asked for; slices have one entry per joint, `bounds` one pair.
+pub struct RateWish<'a> {
+    /// Row-major `2 x n`.
+    pub jacobian: &'a [f64],
+    /// Of the tip, m/s: may be slowed down.
+    pub velocity: [f64; 2],
+    /// Of the tip, m/s: is not slowed down.
+    pub correction: [f64; 2],
+    pub weights: &'a [f64],
+    pub preferred: &'a [f64],
+    pub bounds: &'a [f64],
+}
+
+/// Joint rates and the share of the velocity that they give; `None` for a number of joints that no controller handles.
+pub fn resolve_rates(wish: &RateWish) -> Option<(Vec<f64>, f64)> {
+    match wish.weights.len() {
+        1 => Some(sized::<1>(wish)),
+        2 => Some(sized::<2>(wish)),
+        3 => Some(sized::<3>(wish)),
+        4 => Some(sized::<4>(wish)),
+        5 => Some(sized::<5>(wish)),
+        6 => Some(sized::<6>(wish)),
+        _ => None,
+    }
+}
+
+fn sized<const N: usize>(wish: &RateWish) -> (Vec<f64>, f64) {
+    let jacobian: [[f64; N]; 2] = std::array::from_fn(|r| std::array::from_fn(|i| wish.jacobian[r * N + i]));
+    let prefer = Preference {
+        weights: std::array::from_fn(|i| wish.weights[i]),
+        rates: std::array::from_fn(|i| wish.preferred[i]),
+        bounds: std::array::from_fn(|i| [wish.bounds[2 * i], wish.bounds[2 * i + 1]]),
+    };
+    let motion = resolve(&jacobian, &Task { velocity: wish.velocity, correction: wish.correction }, &prefer);
+    (motion.rates.to_vec(), motion.scale)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slices_give_what_arrays_give() {
+        let jacobian = [[0.929, 1.4097, 0.342], [2.8251, 0.5652, -0.9397]];
+        let prefer = Preference { weights: [1.0, 2.0, 3.0], rates: [0.1, 0.0, -0.1], bounds: [[-0.1, 0.1]; 3] };
+        let task = Task { velocity: [0.4, 0.1], correction: [0.01, 0.0] };
+        let typed = resolve(&jacobian, &task, &prefer);
+        let wish = RateWish {
+            jacobian: jacobian.as_flattened(),
+            velocity: task.velocity,
+            correction: task.correction,
+            weights: &prefer.weights,
+            preferred: &prefer.rates,
+            bounds: prefer.bounds.as_flattened(),
+        };
+        assert!(typed.scale > 0.0 && typed.scale < 1.0);
+        assert_eq!(resolve_rates(&wish), Some((typed.rates.to_vec(), typed.scale)));
+        assert_eq!(resolve_rates(&RateWish { weights: &[], ..wish }), None);
+    }
+}

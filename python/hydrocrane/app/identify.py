@@ -1,0 +1,99 @@
+"""``hydrocrane identify``: from logs of a rig to the blocks of a machine file."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hydrocrane.app.console import complain, reporting, say
+
+identify = typer.Typer(name="identify", help="Identification from measured logs.", no_args_is_help=True)
+
+
+class ExponentChoice(StrEnum):
+    fixed = "fixed"
+    free = "free"
+
+
+@identify.callback()
+def _group() -> None:
+    """Identification from measured logs."""
+
+
+@identify.command(
+    name="friction",
+    epilog="Example:  hydrocrane identify friction levels.csv ramp.csv step.csv --rig rig-rottne --write friction.toml",
+)
+def identify_friction(
+    logs: Annotated[
+        list[Path], typer.Argument(help="Logs of constant velocities; those that say so may be ramps or steps.")
+    ] = [],  # noqa: B006
+    rig: Annotated[str, typer.Option(help="Machine with one cylinder: bundled rig or path of a file.")] = "rig-rottne",
+    mapping: Annotated[Path | None, typer.Option(help="Which column is which signal, TOML.")] = None,
+    ramp: Annotated[list[Path], typer.Option(help="Log of a slowly opening valve, from rest.")] = [],  # noqa: B006
+    step: Annotated[list[Path], typer.Option(help="Log of small steps, from rest.")] = [],  # noqa: B006
+    payload: Annotated[float | None, typer.Option(help="Load on the rod, kg; else as the logs say.")] = None,
+    zero: Annotated[str | None, typer.Option(help="Seconds at zero pressure, FROM:TO, e.g. 0:1.")] = None,
+    load_cell: Annotated[bool, typer.Option("--load-cell", help="Take the load's weight from `force`.")] = False,
+    rod_mass: Annotated[float, typer.Option(help="What moves on the cylinder's side of the load cell, kg.")] = 0.0,
+    exponents: Annotated[ExponentChoice, typer.Option(help="Hold both exponents, or fit them.")] = ExponentChoice.fixed,
+    cylinder: Annotated[str | None, typer.Option(help="Name that the cylinder has in the machine file.")] = None,
+    report: Annotated[Path | None, typer.Option(help="Page with every stage: .html.")] = None,
+    write: Annotated[Path | None, typer.Option(help="Block for a machine file: .toml.")] = None,
+) -> None:
+    """Identify the friction of a cylinder: static map, bristles, intervals, a page, and a block for a machine file."""
+    import matplotlib as mpl
+
+    import hydrocrane as hc
+
+    mpl.use("Agg")
+    # A wrong name shall not cost the fit.
+    _check_suffixes(report, write)
+    with reporting() as tell:
+        found = hc.identify_friction(
+            logs, rig, ramps=ramp, steps=step, mapping=mapping, payload=payload, zero=_stretch(zero),
+            load_cell=load_cell, rod_mass=rod_mass, exponents=exponents.value, progress=tell,
+        )  # fmt: skip
+    say(found.summary())
+    written = []
+    failed = [f"{stage.name} failed: {stage.message}" for stage in found.failures]
+    if write:
+        try:
+            written.append(found.write(write, cylinder))
+        except hc.InputError as error:
+            failed.append(str(error))
+    if report:
+        written.append(found.report().write(report))
+    if written:
+        say("", "written:", *(f"  {path}" for path in written))
+    for message in failed:
+        complain(message)
+    if failed:
+        raise typer.Exit(1)
+
+
+def _check_suffixes(report: Path | None, write: Path | None) -> None:
+    from hydrocrane.errors import ResultFileError
+
+    for option, path, suffixes in (("--report", report, (".html", ".htm")), ("--write", write, (".toml",))):
+        if path is not None and path.suffix.lower() not in suffixes:
+            raise ResultFileError(f"{option} takes a file that ends in {suffixes[0]}, unlike `{path.name}`")
+
+
+def _stretch(text: str | None) -> tuple[float, float] | None:
+    """``0:1`` as two times, s."""
+    from hydrocrane.errors import InputError
+
+    if text is None:
+        return None
+    first, _, last = text.partition(":")
+    try:
+        start, end = float(first), float(last)
+    except ValueError:
+        raise InputError(f"--zero takes two times in s, FROM:TO, for example 0:1; got `{text}`") from None
+    if not start < end:
+        raise InputError(f"--zero takes FROM:TO with FROM before TO, for example 0:1; got `{text}`")
+    return start, end

@@ -1,0 +1,326 @@
+"""From the logs of a rig to the friction of its cylinder: every stage in its order, failures in their place."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Callable, Iterable
+from os import PathLike
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from hydrocrane.errors import InputError
+from hydrocrane.identification.campaign_result import Identification, LeftOut, Stage
+from hydrocrane.identification.comparison import FrictionComparison, compare_friction
+from hydrocrane.identification.dynamic import fit_dynamic
+from hydrocrane.identification.dynamic_result import DynamicFit
+from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
+from hydrocrane.identification.records import RAMP, STEADY, STEP, Reading, Record
+from hydrocrane.identification.sensors import PRESSURES, bias_without_zero, largest_error, slope_error, span_error
+from hydrocrane.identification.setup import Exponents
+from hydrocrane.identification.static_stage import StaticIdentification, identify_static
+from hydrocrane.machine import Machine, load_machine
+from hydrocrane.signals import RigParameters, SteadyWindows, steady_windows
+
+if TYPE_CHECKING:
+    from hydrocrane.identification.result import StaticFit
+
+T = TypeVar("T")
+LOGS, WINDOWS, STATIC, COMPARISON, BRISTLES = (
+    "logs",
+    "steady windows",
+    "static friction",
+    "load and pressure",
+    "bristles",
+)
+# A difference between loads or pressures that would matter, as a share of the friction.
+MARGIN = 0.1
+# Errors of the sensors are not held responsible beyond this many standard deviations.
+CLEAR = 3.0
+
+
+def identify_friction(
+    logs: Any = (),
+    rig: str | PathLike[str] | Machine = "rig-rottne",
+    *,
+    ramps: Any = (),
+    steps: Any = (),
+    mapping: Any = None,
+    payload: float | None = None,
+    zero: tuple[float, float] | None = None,
+    load_cell: bool = False,
+    rod_mass: float = 0.0,
+    exponents: Exponents = "fixed",
+    progress: Callable[[str], None] | None = None,
+) -> Identification:
+    """Identify the friction of a rig's cylinder from its logs.
+
+    Parameters
+    ----------
+    logs : path, Log, RigLog, or several
+        Logs of constant velocities; those that name their experiment may also be ramps and steps.
+    rig : str, path or Machine
+        With one cylinder that moves its load along a straight line.
+    ramps, steps : as `logs`
+        Logs from rest of a slowly opening valve and of small steps within the bristles' reach.
+    mapping : path or dict, optional
+        Which column of the logs is which signal, see ``docs/reference/log-files.md``.
+    payload : float, optional
+        Load on the rod, kg; by default what the logs state, else the rig's own.
+    zero : (float, float), optional
+        From when to when (s) both chambers were open to the tank with the load supported, in every log. By default the
+        calibration that a log states.
+    load_cell : bool
+        Take the load's weight from ``force``.
+    rod_mass : float
+        What moves on the cylinder's side of the load cell, kg.
+    exponents : {"fixed", "free"} or dict
+        As for :func:`~hydrocrane.identification.fit_static`.
+    progress : callable, optional
+        Called with what is being done.
+
+    Returns
+    -------
+    Identification
+        With everything that could be found, and why the rest could not.
+
+    Raises
+    ------
+    HydrocraneError
+        Where a file cannot be read or an argument cannot be right. What is wrong with the readings fails a stage.
+    """
+    crane = rig if isinstance(rig, Machine) else load_machine(rig)
+    RigParameters.of(crane, payload=payload)
+    tell = progress or (lambda _: None)
+    tell("reading the logs")
+    reading = Reading(crane, mapping, payload, zero, load_cell)
+    records = [*reading.records(logs, ""), *reading.records(ramps, RAMP), *reading.records(steps, STEP)]
+    if not records:
+        raise InputError("no log was handed over; identification starts from logs of constant velocity")
+    campaign = _Campaign(Identification(crane, records), tell, load_cell, rod_mass, exponents)
+    campaign.run()
+    return campaign.found
+
+
+class _Campaign:
+    """The stages, one after the other, on what the earlier ones left."""
+
+    def __init__(
+        self,
+        found: Identification,
+        tell: Callable[[str], None],
+        load_cell: bool,
+        rod_mass: float,
+        exponents: Exponents,
+    ) -> None:
+        self.found, self.tell, self.load_cell = found, tell, load_cell
+        self.rod_mass, self.exponents = rod_mass, exponents
+        self.usable: list[Record] = []
+        self.steady: list[Record] = []
+
+    def run(self) -> None:
+        found = self.found
+        self._stage(LOGS, self._check)
+        if self._of(STEADY):
+            self._stage(WINDOWS, self._windows)
+            found.static = self._stage(STATIC, self._static) if found.windows else None
+            if found.static is not None:
+                found.warnings += found.static.fit.warnings
+            if len(self._groups()) > 1:
+                found.comparison = self._stage(COMPARISON, self._compare)
+        else:
+            found.stages.append(Stage(STATIC, "skipped", self._lack("log of constant velocity", STEADY)))
+        if self._of(RAMP, STEP):
+            found.dynamic = self._stage(BRISTLES, self._dynamic)
+        else:
+            found.stages.append(Stage(BRISTLES, "skipped", self._lack("ramp or step", RAMP, STEP)))
+
+    def _of(self, *roles: str) -> list[Record]:
+        return [record for record in self.usable if record.role in roles]
+
+    def _lack(self, what: str, *roles: str) -> str:
+        given = any(record.role in roles for record in self.found.records)
+        return f"no {what} can be used" if given else f"no {what} was handed over"
+
+    def _stage(self, name: str, make: Callable[[], T]) -> T | None:
+        """What `make` returns; where it fails, the message takes its place."""
+        try:
+            result = make()
+        except (ValueError, ArithmeticError) as error:
+            self.found.stages.append(Stage(name, "failed", str(error) or type(error).__name__))
+            return None
+        if not any(stage.name == name for stage in self.found.stages):
+            self.found.stages.append(Stage(name))
+        return result
+
+    # --- logs -------------------------------------------------------------------------------------------------------
+
+    def _check(self) -> None:
+        """Logs with a fatal flag are left out; what else was noticed becomes a warning."""
+        spoilt = []
+        for record in self.found.records:
+            self.found.warnings += [f"{record.name} {note}" for note in record.notes]
+            self.found.warnings += [f"{record.name}: {flag.message}" for flag in record.log.flags if not flag.fatal]
+            if record.log.fatal:
+                spoilt.append(f"{record.name}: " + "; ".join(flag.message for flag in record.log.fatal))
+            elif record.role:
+                self.usable.append(record)
+        self._warn_of_zeros()
+        if spoilt:
+            raise InputError("; ".join(spoilt))
+
+    def _warn_of_zeros(self) -> None:
+        rig = self.found.rig
+        if any(largest_error(rig, name) is None for name in PRESSURES):
+            self.found.warnings.append(
+                f"the file of {rig.name} has no sensors of p1 and p2: intervals know nothing of their bias and span"
+            )
+        lacking = [record for record in self.usable if record.zero is None]
+        bias = max((self._bias(record) for record in lacking), default=0.0)
+        if bias:
+            self.found.warnings.append(
+                f"no zero calibration in {', '.join(record.name for record in lacking)}: by their data sheets the "
+                f"sensors may add a constant {bias:.0f} N (standard deviation) to the friction; `zero` says where a "
+                "log has one"
+            )
+
+    def _bias(self, record: Record) -> float:
+        """Standard deviation of the constant error of a log's friction, N."""
+        parameters = self._parameters(record)
+        if record.zero is None:
+            return bias_without_zero(self.found.rig, parameters, load_cell=self.load_cell)
+        return record.zero.force_error(parameters, load_cell=self.load_cell)
+
+    def _parameters(self, record: Record) -> RigParameters:
+        return RigParameters.of(self.found.rig, payload=record.payload, rod_mass=self.rod_mass)
+
+    # --- static map -------------------------------------------------------------------------------------------------
+
+    def _windows(self) -> None:
+        """Windows of every steady log; logs without any, or in which friction drives, are left out."""
+        reasons = []
+        for record in self._of(STEADY):
+            self.tell(f"looking for steady motion in {record.name}")
+            windows = steady_windows(record.log, self._parameters(record), load_cell=self.load_cell)
+            known = {flag.message for flag in record.log.flags}
+            span = span_error(self.found.rig)
+            reason = _driving(windows, self._bias(record), span) if len(windows) else _why(windows)
+            if reason:
+                reasons.append(f"{record.name}: {reason}")
+                continue
+            self.found.warnings += [f"{record.name}: {f.message}" for f in windows.flags if f.message not in known]
+            self.steady.append(record)
+            self.found.windows.append(windows)
+        if reasons:
+            raise InputError("; ".join(reasons))
+
+    def _points(self, chosen: Iterable[int]) -> FrictionPoints:
+        """Points of some of the steady logs, by number."""
+        numbers = list(chosen)
+        windows = [w for i in numbers for w in self.found.windows[i]]
+        return FrictionPoints.from_windows(windows, source=[self.steady[i].name for i in numbers])
+
+    def _static(self) -> StaticIdentification:
+        self.tell("fitting the static map")
+        pairs = list(zip(self.steady, self.found.windows, strict=True))
+        left_out = [LeftOut(r.start, r.end, f"{log.name}: {r.reason}") for log, found in pairs for r in found.rejected]
+        return identify_static(
+            self._points(range(len(pairs))),
+            rejected_windows=left_out,
+            exponents=self.exponents,
+            # One offset stands for all logs: that of the worst.
+            bias=max(self._bias(record) for record in self.steady),
+            span=span_error(self.found.rig),
+            velocity_share=max(slope_error(self.found.rig, windows) for windows in self.found.windows),
+        )
+
+    def _groups(self) -> dict[str, list[int]]:
+        """Numbers of the steady logs by load, by pressure, or by both, where they differ."""
+        found: dict[tuple[float, float], list[int]] = {}
+        for i, record in enumerate(self.steady):
+            found.setdefault((record.payload, record.supply), []).append(i)
+        by_load = len({payload for payload, _ in found}) > 1
+        by_pressure = len({supply for _, supply in found}) > 1
+        return {
+            " ".join([f"{payload:g} kg"] * by_load + [f"{supply * 1e-5:.3g} bar"] * by_pressure): numbers
+            for (payload, supply), numbers in found.items()
+        }
+
+    def _compare(self) -> FrictionComparison:
+        self.tell("comparing loads and pressures")
+        # The same sensors read all logs, so that their constant error does not differ between groups.
+        groups = {name: self._points(numbers) for name, numbers in self._groups().items()}
+        found = compare_friction(groups, margin=MARGIN)
+        if found.verdict.startswith("different"):
+            self.found.warnings.append(f"one map was fitted to all logs, but: {found.sentence}")
+        return found
+
+    # --- bristles ---------------------------------------------------------------------------------------------------
+
+    def _dynamic(self) -> DynamicFit:
+        ramps, steps = self._of(RAMP), self._of(STEP)
+        chosen = [*ramps, *steps]
+        _one_alone("loads", "kg", {r.payload for r in chosen})
+        _one_alone("pressures", "Pa", {r.supply for r in chosen})
+        self.tell("fitting the bristles")
+        fit = fit_dynamic(
+            [r.log for r in ramps],
+            [r.log for r in steps],
+            self._at_pressure(chosen[0].supply),
+            self._whole_map(),
+            payload=chosen[0].payload,
+            calibrated=all(r.zero is not None for r in chosen),
+            progress=self._evaluation,
+        )
+        if fit.estimate is None:
+            self.found.stages.append(Stage(BRISTLES, "failed", "; ".join(fit.warnings)))
+        else:
+            self.found.warnings += fit.warnings
+        return fit
+
+    def _at_pressure(self, supply: float) -> Machine:
+        rig = self.found.rig
+        if supply == rig.supply_pressure:
+            return rig
+        return load_machine(rig.source, {**rig.overrides, "supply.pressure": supply})
+
+    def _whole_map(self) -> StaticFit | None:
+        """The fitted map where it has both directions."""
+        fit = self.found.static.fit if self.found.static is not None else None
+        return fit if fit is not None and np.isfinite(fit.law.values).all() else None
+
+    def _evaluation(self, count: int, misfit: float) -> None:
+        self.tell(f"fitting the bristles: evaluation {count}, misfit {misfit:.3g} of the sensors' noise")
+
+
+def _one_alone(what: str, unit: str, values: set[float]) -> None:
+    if len(values) > 1:
+        shown = ", ".join(f"{value:g}" for value in sorted(values))
+        raise InputError(f"ramps and steps of different {what}, {shown} {unit}; hand over those of one alone")
+
+
+def _why(windows: SteadyWindows) -> str:
+    """Why a log has no window: the reasons of its stretches, the most frequent first."""
+    reasons = Counter(re.sub(r" for [\d.e-]+ s only", " for too short a time", r.reason) for r in windows.rejected)
+    shown = "; ".join(f"{reason} ({count} x)" if count > 1 else reason for reason, count in reasons.most_common(3))
+    return (
+        f"no steady motion: {shown or 'the piston never moves along a straight line'}. Is it a log of constant "
+        "velocities? Ramps and steps are handed over as such"
+    )
+
+
+def _driving(windows: SteadyWindows, bias: float, span: float) -> str:
+    """What is wrong where friction drives the piston by more than its sensors explain; empty where it does not."""
+    for sign, name in zip((1, -1), DIRECTIONS, strict=True):
+        here = [w for w in windows if w.direction == sign]
+        chambers = [span * np.hypot(*w.chambers) if w.chambers else 0.0 for w in here]
+        errors = [np.linalg.norm([w.force_error, bias, error]) for w, error in zip(here, chambers, strict=True)]
+        driving = [w for w, error in zip(here, errors, strict=True) if w.force * sign < -CLEAR * error]
+        if 2 * len(driving) > len(here):
+            push = -sign * float(np.median([w.force for w in here]))
+            return (
+                f"{name}, friction would push the piston on with {push:.0f} N; are p1 and p2 exchanged, is the sign of "
+                "x right, are rig and load those of the log? It was left out"
+            )
+    return ""

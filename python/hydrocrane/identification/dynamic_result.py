@@ -1,0 +1,212 @@
+"""Bristle parameters found in measurements, with everything that says how far they can be trusted."""
+
+from __future__ import annotations
+
+import datetime
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import stats
+
+from hydrocrane.arrays import Array
+from hydrocrane.errors import InputError
+from hydrocrane.identification.bristle import Reading
+from hydrocrane.identification.output_error import Estimate
+from hydrocrane.identification.report import Section, Table
+from hydrocrane.identification.result import StaticFit
+from hydrocrane.identification.rig_misfit import RigMisfit
+from hydrocrane.identification.rig_unknowns import DYNAMIC
+from hydrocrane.machine import Machine
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+UNITS = {"bristle-stiffness": "N/m", "bristle-damping": "N s/m"}
+
+
+@dataclass(frozen=True)
+class DynamicFit:
+    """Bristle stiffness and damping.
+
+    Attributes
+    ----------
+    rig : Machine
+        With the static map that was taken.
+    table : str
+        Of the machine file, as ``friction.test``.
+    readings : dict
+        By parameter and motion, the first readings.
+    estimate : Estimate or None
+        Of all unknowns, nuisances too; None where the fit failed.
+    misfit : RigMisfit or None
+        The logs with what predicts them.
+    passive_up_to : float
+        Lowest speed (m/s) at which friction with these parameters gives energy back; infinite: nowhere.
+    static : StaticFit or None
+        What the static map was taken from.
+    warnings : tuple of str
+    """
+
+    rig: Machine
+    table: str
+    readings: dict[str, dict[str, Reading]]
+    estimate: Estimate | None
+    misfit: RigMisfit | None = field(repr=False)
+    passive_up_to: float
+    static: StaticFit | None = None
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def params(self) -> dict[str, float]:
+        """``bristle-stiffness`` (N/m) and ``bristle-damping`` (N s/m): fitted, else the mean of the readings."""
+        if self.estimate is not None:
+            return {name: self.estimate[self._key(name)] for name in DYNAMIC}
+        return {
+            name: float(np.mean([r.value for r in found.values()])) for name, found in self.readings.items() if found
+        }
+
+    @property
+    def bound(self) -> dict[str, float]:
+        """Smallest standard deviations that these logs allow at the estimate (Cramer-Rao), SI."""
+        found = self.fitted()
+        deviation = np.sqrt(np.diag(found.bound))
+        return {name: float(deviation[found.names.index(self._key(name))]) for name in DYNAMIC}
+
+    @property
+    def covariance(self) -> xr.DataArray:
+        """Covariance of all unknowns, in products of their SI units; the bristle parameters come first."""
+        return _labelled(self._names(), self.fitted().covariance)
+
+    @property
+    def correlation(self) -> xr.DataArray:
+        """Correlation of all unknowns; the bristle parameters come first."""
+        return _labelled(self._names(), self.fitted().correlation)
+
+    def intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
+        """Confidence intervals of the bristle parameters, SI."""
+        if not 0.0 < level < 1.0:
+            raise InputError(f"level must lie between 0 and 1, got {level:g}; 0.95 is usual")
+        found, width = self.fitted(), float(stats.norm.ppf(0.5 + 0.5 * level))
+        half = {name: width * found.deviation(self._key(name)) for name in DYNAMIC}
+        return {name: (value - half[name], value + half[name]) for name, value in self.params.items()}
+
+    def predicted(self, log: int) -> Array:
+        """x, p1, p2 of a log (b, 3), SI, as the fitted rig and its sensors give them at the times of its model."""
+        found = self.fitted()
+        assert self.misfit is not None
+        return self.misfit.predicted(found.values, log)
+
+    def summary(self) -> str:
+        """Parameters, intervals and warnings, one line each."""
+        if self.estimate is None:
+            lines = [f"{name} {value:.4g} {UNITS[name]} (first reading)" for name, value in self.params.items()]
+        else:
+            ends = self.intervals(0.95)
+            lines = [
+                f"{name} {value:.4g} {UNITS[name]}, 95 % {ends[name][0]:.4g} to {ends[name][1]:.4g}"
+                for name, value in self.params.items()
+            ]
+        return "\n".join([*lines, *(f"warning: {warning}" for warning in self.warnings)])
+
+    def plot(self) -> Figure:
+        """The logs with what the fitted rig would have given, and what is left."""
+        from hydrocrane.plots.dynamic_friction import dynamic_fit
+
+        return dynamic_fit(self)
+
+    def toml(self, *, source: Iterable[str] = (), date: str = "") -> str:
+        """The block ``[friction.<name>]`` for a machine file, with the static map where it was fitted too.
+
+        Parameters
+        ----------
+        source : iterable of str
+            Names of the logs; by default those that were fitted.
+        date : str
+            Day of the fit, by default today.
+        """
+        from hydrocrane import __version__
+
+        ends = self.intervals(0.95)
+        logs = ", ".join(source) or ", ".join(m.source for m in self.misfit.models if m.source)  # type: ignore[union-attr]
+        day = date or datetime.date.today().isoformat()
+        where = json.dumps(f"{logs}; output-error fit, hydrocrane {__version__}, {day}", ensure_ascii=False)
+        lines = [
+            f'{name} = {{ value = "{value:.5g} {UNITS[name]}", class = "fitted", source = {where} }}'
+            f"  # 95 %: {ends[name][0]:.4g} .. {ends[name][1]:.4g}"
+            for name, value in self.params.items()
+        ]
+        return "\n".join([self._static_block(), *lines]) + "\n"
+
+    def stages(self) -> list[tuple]:
+        """(title, function that makes the section) for :meth:`Report.stage`, in the order of a report."""
+        return [
+            ("Dynamic friction, first readings", self._first_readings),
+            ("Dynamic friction", self._fit),
+            ("What the fit left free", self._unknowns),
+            ("Block with bristles for the machine file", self._block),
+        ]
+
+    def _first_readings(self) -> Section:
+        rows = tuple(
+            (name, motion, f"{r.value:.4g}", f"{r.error:.2g}", UNITS[name])
+            for name, found in self.readings.items()
+            for motion, r in found.items()
+        )
+        text = "Straight lines through each motion, as the thesis reads them; the fit starts here."
+        heads = ("parameter", "motion", "reading", "scatter of the line", "unit")
+        return Section("Dynamic friction, first readings", text, Table(heads, rows))
+
+    def _fit(self) -> Section:
+        ends, best = self.intervals(0.95), self.bound
+        rows = tuple(
+            (name, UNITS[name], f"{value:.4g}", f"{ends[name][0]:.4g}", f"{ends[name][1]:.4g}", f"{best[name]:.2g}")
+            for name, value in self.params.items()
+        )
+        found = self.fitted()
+        passive = "at every speed" if np.isinf(self.passive_up_to) else f"up to {self.passive_up_to:.3g} m/s"
+        text = f"Residuals are {np.sqrt(found.variance):.2f} times the stated noise. Friction dissipates {passive}."
+        heads = ("parameter", "unit", "fitted", "95 % from", "to", "smallest standard deviation")
+        return Section("Dynamic friction", text, Table(heads, rows), self.plot(), self.warnings)
+
+    def _unknowns(self) -> Section:
+        found = self.fitted()
+        known = self.correlation.values[:2]
+        rows = tuple(
+            (name, f"{value:.4g}", f"{found.deviation(name):.2g}", f"{with_0:+.2f}", f"{with_1:+.2f}")
+            for name, value, with_0, with_1 in zip(found.names, found.values, *known, strict=True)
+        )
+        heads = ("unknown", "found, SI", "standard deviation", *(f"correlation with {name}" for name in DYNAMIC))
+        return Section("What the fit left free", table=Table(heads, rows))
+
+    def _block(self) -> Section:
+        return Section("Block with bristles for the machine file", code=self.toml())
+
+    def _static_block(self) -> str:
+        """The lines above the bristles'."""
+        cylinder = self.rig.cylinder_names[0]
+        if self.static is None:
+            return f'[{self.table}]\ncylinder = {json.dumps(cylinder)}\nmodel = "lugre"'
+        block = self.static.toml(cylinder, name=self.table.split(".", 1)[1])
+        return block.replace('model = "static"', 'model = "lugre"').rstrip("\n")
+
+    def fitted(self) -> Estimate:
+        """The estimate, or an error that says why there is none."""
+        if self.estimate is None:
+            raise InputError("the fit did not come to an end: " + "; ".join(self.warnings))
+        return self.estimate
+
+    def _names(self) -> list[str]:
+        return [name.removeprefix(f"{self.table}.") for name in self.fitted().names]
+
+    def _key(self, name: str) -> str:
+        return f"{self.table}.{name}"
+
+
+def _labelled(names: list[str], table: Array) -> xr.DataArray:
+    import xarray as xr
+
+    return xr.DataArray(table, dims=("parameter", "with"), coords={"parameter": names, "with": names})

@@ -1,0 +1,175 @@
+"""Logs of a rig made ready for identification: what each is for, under which load, and with its zero taken off."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hydrocrane.errors import InputError
+from hydrocrane.identification.sensors import PRESSURES, largest_error
+from hydrocrane.logs import Log, read_log
+from hydrocrane.machine import Machine
+from hydrocrane.signals import ZeroCalibrated, zero_calibrated
+
+STEADY, RAMP, STEP = "steady", "ramp", "step"
+# What a log that names its experiment is for; empty: no stage uses it.
+ROLES = {
+    "constant-velocity": STEADY,
+    "load-variation": STEADY,
+    "pressure-variation": STEADY,
+    "ramp": RAMP,
+    "step": STEP,
+    "small-sine": "",
+    "break-away": "",
+    "frictional-lag": "",
+}
+# With open chambers no pressure differs from zero by more than this many bounds of the data sheet.
+MOST_ZERO = 3.0
+
+
+@dataclass(frozen=True)
+class Record:
+    """One log and what it is for.
+
+    Attributes
+    ----------
+    log : Log
+        Less its zero, and from its end on.
+    role : {"steady", "ramp", "step", ""}
+        Empty where no stage has use for the log's experiment.
+    payload : float
+        kg.
+    supply : float
+        Pa.
+    zero : ZeroCalibrated or None
+        What was taken off, and how well it is known.
+    notes : tuple of str
+        What was assumed.
+    """
+
+    log: Log
+    role: str
+    payload: float
+    supply: float
+    zero: ZeroCalibrated | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """The file's name, or what else the log is called."""
+        return name_of(self.log)
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How logs are to be read: the options of :func:`~hydrocrane.identification.identify_friction`."""
+
+    rig: Machine
+    mapping: Any = None
+    payload: float | None = None
+    zero: tuple[float, float] | None = None
+    load_cell: bool = False
+
+    def records(self, given: Any, role: str) -> list[Record]:
+        """Records of one log or of several: paths, logs, or whatever :meth:`hydrocrane.Log.of` takes."""
+        single = isinstance(given, str | PathLike | Log) or not isinstance(given, Iterable)
+        return [self._record(each, role) for each in ([given] if single else given)]
+
+    def _record(self, given: Any, role: str) -> Record:
+        if isinstance(given, str | PathLike):
+            log = read_log(given, self.mapping)
+        else:
+            experiment = getattr(getattr(given, "data", None), "attrs", {}).get("experiment", "")
+            log = Log.of(given, self.mapping, source=str(experiment))
+        role = _role(log, role)
+        for signal in (
+            "x",
+            "p1",
+            "p2",
+            *(["force"] if self.load_cell else []),
+            *(["command"] if role != STEADY else []),
+        ):
+            if role:
+                log[signal]  # Names the missing signal and the cure.
+        payload, notes = self._payload(log)
+        about = log.data.attrs
+        if about.get("machine", self.rig.name) != self.rig.name:
+            notes.append(f"was recorded on {about['machine']} and is identified as of {self.rig.name}")
+        notes += _cut_off(log)
+        supply = float(about.get("supply", self.rig.supply_pressure))
+        if not role:
+            notes.append(f"is of the experiment `{about['experiment']}`, which no stage uses")
+        record = Record(log, role, payload, supply, notes=tuple(notes))
+        return record if log.fatal or not role else self._less_zero(record)
+
+    def _payload(self, log: Log) -> tuple[float, list[str]]:
+        stated = log.data.attrs.get("payload")
+        if self.payload is None and isinstance(stated, str):
+            raise InputError(f"{log.source}: its payload is `{stated}`; it must be a number of kg")
+        if self.payload is None and stated is None:
+            own = self.rig.payload()
+            return own, [f"states no load; {own:g} kg is taken"]
+        mass = self.rig.payload(stated if self.payload is None else self.payload)
+        if stated is not None and stated != mass:
+            return mass, [f"states a load of {stated} kg; {mass:g} kg is taken, as asked for"]
+        return mass, []
+
+    def _less_zero(self, record: Record) -> Record:
+        """The record without its calibration, and with the zeros found there taken off."""
+        log, stretch = record.log, self.zero
+        stated = log.data.attrs.get("calibration", 0.0)
+        if stretch is None and isinstance(stated, float | int) and stated > 0:
+            if log.time[0] > 0.5 * stated:
+                note = f"states a calibration in its first {stated:g} s, but begins at {log.time[0]:.6g} s"
+                return replace(record, notes=(*record.notes, note))
+            stretch = (0.0, float(stated))
+        if stretch is None:
+            return record
+        self._check_zero(log, *stretch)
+        signals = ("p1", "p2", *(["force"] if self.load_cell else []))
+        zero = zero_calibrated(log, stretch[1], start=stretch[0], signals=signals)
+        return replace(record, log=zero.log, zero=zero)
+
+    def _check_zero(self, log: Log, start: float, end: float) -> None:
+        """With open chambers no pressure differs from zero by more than its sensor may be off."""
+        inside = (log.time >= start) & (log.time < end)
+        for name in PRESSURES if inside.any() else ():
+            mean, bound = float(np.nanmean(log[name][inside])), largest_error(self.rig, name)
+            if bound is not None and abs(mean) > MOST_ZERO * bound:
+                raise InputError(
+                    f"{log.source}: `{name}` reads {mean * 1e-5:.4g} bar in its zero, where the data sheet allows "
+                    f"{bound * 1e-5:.3g} bar; were both chambers open to the tank?"
+                )
+
+
+def _cut_off(log: Log) -> list[str]:
+    """A note where a log ends before the last piece of its experiment does."""
+    try:
+        end = max(float(piece["end"]) for piece in json.loads(str(log.data.attrs.get("segments", "[]"))))
+    except (ValueError, TypeError, KeyError):
+        return []
+    if not log.time.size or log.time[-1] > end - 2.0 * float(np.median(np.diff(log.time))):
+        return []
+    return [f"ends at {log.time[-1]:.6g} s, its experiment at {end:.6g} s; was it cut, or not copied whole?"]
+
+
+def name_of(log: Log) -> str:
+    """The file's name, or what else a log is called."""
+    return Path(log.source).name or "log"
+
+
+def _role(log: Log, asked: str) -> str:
+    """What a log is for: what it was handed over as, checked against what it says itself."""
+    experiment = log.data.attrs.get("experiment")
+    own = ROLES.get(str(experiment))
+    if own is None:
+        return asked or STEADY
+    if asked and own != asked:
+        raise InputError(f"{log.source} was handed over as a {asked}, but says that it is a `{experiment}`")
+    return own

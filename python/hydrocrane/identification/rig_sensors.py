@@ -1,0 +1,171 @@
+"""What a rig's sensors do to its signals, as far as a fit has to know.
+                                                              theory: docs/theory/identification/dynamic.md
+
+Of each sensor: noise, a lag, and errors that stay the same throughout, which a fit finds along with everything else.
+Their standard deviations follow from the data sheet's bounds, taken as those of a uniform distribution.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cholesky, solve_triangular
+
+from hydrocrane.arrays import Array
+from hydrocrane.errors import InputError
+from hydrocrane.machine import Machine
+
+UNIFORM = 1.0 / np.sqrt(3.0)
+# Zero error of a pressure that is left after a zero calibration, Pa.
+CALIBRATED_ZERO = 500.0
+# How far a potentiometer's turning differs from the exponential approach that stands for it, as a share of its
+# hysteresis.
+TURNING = 0.4
+# How well a start is read, as a share of the noise of one reading; on the safe side.
+START_READING = 0.5
+# A parabola's deviation from a line between -d and d over its range r has at most the slope 8 d / r and the curvature
+# coefficient 8 d / r^2.
+PARABOLA = 8.0
+NUISANCES = ("p1.zero", "p2.zero", "p1.span", "p2.span", "x.slope", "x.curve", "x.hysteresis")
+# And of each log.
+STARTS = ("x.offset", "p1.start", "x.start")
+
+
+@dataclass(frozen=True)
+class RigSensors:
+    """Errors of the sensors of x, p1 and p2.
+
+    Attributes
+    ----------
+    lag : float
+        Time constant of the pressure transmitters, s.
+    pressure_noise, position_noise : float
+        Standard deviation of one reading, Pa and m.
+    zero, span : float
+        Standard deviation of a pressure's zero error, Pa, and of its span, 1.
+    bow, width : float
+        The position sensor's deviation from a line and the range of its parabola, m.
+    hysteresis : float
+        Of the position sensor, m: how far a place reads off by the way it was reached.
+    """
+
+    lag: float
+    pressure_noise: float
+    position_noise: float
+    zero: float
+    span: float
+    bow: float
+    width: float
+    hysteresis: float
+
+    @classmethod
+    def of(cls, rig: Machine, *, calibrated: bool) -> RigSensors:
+        """By the machine file of a rig; `calibrated`: the pressures' zero has been subtracted."""
+        pressure, position = _properties(rig, ".p1"), _properties(rig, ".q")
+        full, width = pressure["range"], position["range"]
+        span = UNIFORM * pressure.get("accuracy", 0.0)
+        return cls(
+            lag=pressure.get("rise-time", 0.0) / np.log(9.0),
+            pressure_noise=max(_noise(pressure) * full, 1.0),
+            position_noise=max(_noise(position) * width, 1e-8),
+            zero=CALIBRATED_ZERO if calibrated else max(span * full, CALIBRATED_ZERO),
+            span=max(span, 1e-6),
+            bow=max(UNIFORM * position.get("linearity", 0.0) * width, 1e-7),
+            width=width,
+            hysteresis=max(UNIFORM * position.get("repeatability", 0.0) * width, 1e-9),
+        )
+
+    @property
+    def starts(self) -> tuple[float, ...]:
+        """Standard deviations of the :data:`STARTS`: what a reading at rest does not tell."""
+        noise = START_READING * np.array([self.position_noise, self.pressure_noise])
+        return (float(noise[0]), float(np.hypot(noise[1], self.zero)), float(np.hypot(self.hysteresis, self.bow)))
+
+    @property
+    def deviations(self) -> tuple[float, ...]:
+        """Standard deviations of the :data:`NUISANCES`."""
+        slope = PARABOLA * self.bow / self.width
+        return (self.zero, self.zero, self.span, self.span, slope, slope / self.width, self.hysteresis)
+
+    def turned(self, x: Array) -> Array:
+        """(n,) in [-1, 1]: the share of its hysteresis by which the position sensor is off along a motion x (n,), m.
+
+        From nothing at the start it approaches the direction of the motion within twice the hysteresis.
+        """
+        steps = np.diff(x)
+        kept = np.exp(-np.abs(steps) / (2.0 * self.hysteresis))
+        share = np.zeros(x.size)
+        for i, (way, keep) in enumerate(zip(np.sign(steps), kept, strict=True)):
+            share[i + 1] = way + (share[i] - way) * keep
+        return share
+
+    def root_of_covariance(self, x: Array, count: NDArray[np.intp]) -> Array:
+        """(b, b) Cholesky factor of the covariance of mean positions along a motion x (b,), m, of `count` (b,) samples.
+
+        What is left of the hysteresis fades over the way and not over time: more samples at one place tell no
+        more of it.
+        """
+        way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(x)))])
+        near = np.exp(-np.abs(way[:, np.newaxis] - way) / (2.0 * self.hysteresis))
+        covariance = (TURNING * self.hysteresis) ** 2 * near + np.diag(self.position_noise**2 / count)
+        return np.asarray(cholesky(covariance, lower=True))
+
+
+def read(y: Array, turned: Array, by_start: Array, nuisances: Array, start: Array) -> tuple[Array, Array]:
+    """What the sensors read.
+
+    Parameters
+    ----------
+    y : (b, 3) array
+        x, p1, p2, SI.
+    turned : (b,) array
+        As of :meth:`RigSensors.turned`.
+    by_start : (b, 3, 2) array
+        As of :attr:`LogModel.by_start`.
+    nuisances, start : (7,) and (3,) arrays
+        In the order of :data:`NUISANCES` and :data:`STARTS`.
+
+    Returns
+    -------
+    readings : (b, 3) array
+    slopes : (b, 3, 10) array
+        By the nuisances and starts.
+    """
+    way = y[:, 0] - y[0, 0]
+    slopes = np.zeros((*y.shape, len(NUISANCES) + len(STARTS)))
+    slopes[:, 1, 0] = slopes[:, 2, 1] = slopes[:, 0, 7] = 1.0
+    slopes[:, 1, 2], slopes[:, 2, 3] = y[:, 1], y[:, 2]
+    slopes[:, 0, 4], slopes[:, 0, 5], slopes[:, 0, 6] = way, way**2, -turned
+    slopes[:, :, 8:] = by_start
+    # Everything that a sensor adds is linear in its errors.
+    return y + slopes @ np.concatenate([nuisances, start]), slopes
+
+
+def gains(y: Array, nuisances: Array) -> Array:
+    """(b, 3) slopes of the readings by the signals."""
+    _, _, p1_span, p2_span, x_slope, x_curve, _ = nuisances
+    way = y[:, 0] - y[0, 0]
+    ones = np.ones_like(way)
+    return np.stack([1.0 + x_slope + 2.0 * x_curve * way, (1.0 + p1_span) * ones, (1.0 + p2_span) * ones], axis=-1)
+
+
+def whitened(root: Array, values: Array) -> Array:
+    """Values (b, ...) of a covariance with Cholesky factor `root` (b, b) as independent ones of variance one."""
+    return np.asarray(solve_triangular(root, values, lower=True, check_finite=False))
+
+
+def _noise(sensor: dict[str, float]) -> float:
+    """Standard deviation of one reading with its rounding, as a share of the range."""
+    step = 2.0 ** -sensor["bits"] if "bits" in sensor else 0.0
+    return float(np.hypot(sensor.get("noise", 0.0), step / np.sqrt(12.0)))
+
+
+def _properties(rig: Machine, ending: str) -> dict[str, float]:
+    """Numbers of the sensor whose signal ends like this, SI."""
+    name = next((name for name, signal in rig.sensors.items() if signal.endswith(ending)), None)
+    if name is None:
+        raise InputError(f"{rig.name} has no sensor for a signal that ends in `{ending}`; add one to its file")
+    head = f"sensor.{name}."
+    return {key.removeprefix(head): float(rig.value(key).si) for key in rig.keys if key.startswith(head)}

@@ -1,0 +1,52 @@
+"""How far off the sensors of a rig may be, by its file."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydrocrane.machine import Machine
+from hydrocrane.signals import RigParameters, SteadyWindows
+
+# Standard deviations of an error that is evenly likely within its bound, and of the error at zero (zero point and half
+# of the span, each up to half of the accuracy), as shares of the accuracy: docs/theory/sensor/analogue.md.
+UNIFORM, AT_ZERO = 1 / np.sqrt(3.0), 1 / np.sqrt(6.0)
+PRESSURES = ("p1", "p2")
+ENDINGS = {"p1": ".p1", "p2": ".p2", "force": ".force", "x": ".q"}
+
+
+def stated(rig: Machine, signal: str, key: str) -> float | None:
+    """A number of the sensor of ``x``, ``p1``, ``p2`` or ``force``; None where the rig's file has none."""
+    for name, measured in rig.sensors.items():
+        full = f"sensor.{name}.{key}"
+        if measured.endswith(ENDINGS[signal]) and full in rig.keys:
+            return float(rig.value(full).si)
+    return None
+
+
+def largest_error(rig: Machine, signal: str) -> float | None:
+    """Bound of a sensor's error, Pa or N; None where the rig's file has none."""
+    share, full = stated(rig, signal, "accuracy"), stated(rig, signal, "range")
+    return None if share is None or full is None else share * full
+
+
+def bias_without_zero(rig: Machine, parameters: RigParameters, *, load_cell: bool) -> float:
+    """Standard deviation of the constant error of the friction without a zero calibration, N."""
+    factors = {"p1": parameters.piston_area, "p2": parameters.rod_area} | ({"force": 1.0} if load_cell else {})
+    return float(np.linalg.norm([(largest_error(rig, name) or 0.0) * AT_ZERO * f for name, f in factors.items()]))
+
+
+def span_error(rig: Machine) -> float:
+    """Standard deviation of the transmitters' spans, as a share of the reading."""
+    return max(stated(rig, name, "accuracy") or 0.0 for name in PRESSURES) * UNIFORM
+
+
+def slope_error(rig: Machine, windows: SteadyWindows) -> float:
+    """Standard deviation of the slope of the position sensor, as a share, at the window where it is largest.
+
+    The sensor's deviation is a parabola whose height, twice the linearity at most, is evenly likely; its slope grows
+    from the middle of the range on.
+    """
+    linearity, full = stated(rig, "x", "linearity"), stated(rig, "x", "range")
+    middle = [0.5 * (w.start + w.end) for w in windows]
+    place = float(np.abs(np.interp(middle, windows.log.time, windows.log["x"])).max(initial=0.0))
+    return 16.0 * linearity * UNIFORM * place / full if linearity and full else 0.0

@@ -1,0 +1,127 @@
+"""The zero calibration of a log: what the sensors read where nothing pushes, taken away from all of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hydrocrane.arrays import Array, real_array
+from hydrocrane.errors import InputError, unknown
+from hydrocrane.logs.checks import checked
+from hydrocrane.logs.log import Log
+from hydrocrane.logs.noise import noise_of
+from hydrocrane.signals.friction import RigParameters
+from hydrocrane.signals.statistics import fitted_line, rounding_bias
+
+# Signals that have a zero to be read while the rig rests, where the log has them.
+SIGNALS = ("p1", "p2", "force")
+LEAST_SAMPLES = 20
+# A reading at rest may wander by this many standard errors of its drift.
+STEADY_ERRORS = 4.0
+# Its scatter may exceed that of neighbouring samples so many times.
+WANDER = 3.0
+
+
+@dataclass(frozen=True)
+class ZeroCalibrated:
+    """A log without the zero errors of its sensors.
+
+    Attributes
+    ----------
+    log : Log
+        The rest of the log, after the calibration, zeros subtracted.
+    zeros, errors : dict
+        By signal, what it read at zero and the standard error of that, Pa or N.
+    """
+
+    log: Log
+    zeros: Mapping[str, float]
+    errors: Mapping[str, float]
+
+    def force_error(self, rig: RigParameters, *, load_cell: bool = False) -> float:
+        """Standard deviation of the constant error that is left in the friction force, N: `bias` of a fit."""
+        parts = [self.errors["p1"] * rig.piston_area, self.errors["p2"] * rig.rod_area]
+        if load_cell:
+            if "force" not in self.errors:
+                raise InputError("the zero of the load cell was not calibrated; name `force` among the signals too")
+            parts.append(self.errors["force"])
+        return float(np.sqrt(np.sum(np.square(parts))))
+
+
+def zero_calibrated(
+    log: Log, until: float, *, start: float | None = None, signals: Sequence[str] = ()
+) -> ZeroCalibrated:
+    """Subtract what the sensors read while nothing pushed: chambers open to the tank, load supported.
+
+    Parameters
+    ----------
+    log : Log
+    until, start : float
+        The calibration, s, by default from the start of the log. What lies before `until` is left out afterwards.
+    signals : sequence of str
+        Signals to calibrate; by default those of ``p1``, ``p2``, ``force`` that the log has.
+
+    Returns
+    -------
+    ZeroCalibrated
+        Its errors hold the noise with its correlation in time, and what rounding hides.
+
+    Raises
+    ------
+    InputError
+        Where the stretch is too short, spoilt, or was not at rest.
+    """
+    for name in signals:
+        if name not in SIGNALS:
+            raise unknown("signal with a zero", name, SIGNALS)
+    chosen = tuple(signals) or tuple(name for name in SIGNALS if name in log)
+    log = log.usable(*(chosen or SIGNALS[:2]))
+    time = log.time
+    first = float(time[0]) if start is None else float(real_array(start, "start"))
+    inside = _inside(log, first, float(real_array(until, "until")))
+    if log.spoilt(*chosen)[inside].any():
+        raise InputError(
+            f"{log.source}: between {first:g} and {until:g} s a sensor is frozen, missing or at the end of its range,"
+            f" so that its zero cannot be read; see the flags, or calibrate with another stretch"
+        )
+    found = {name: _zero(log, name, inside, first, until) for name in chosen}
+    data = log.data.isel(time=time >= until).copy()
+    for name, (zero, _) in found.items():
+        data[name] = (data[name] - zero).assign_attrs(log.data[name].attrs)
+    later = replace(log, data=data, flags=checked(data))
+    return ZeroCalibrated(later, {n: z for n, (z, _) in found.items()}, {n: e for n, (_, e) in found.items()})
+
+
+def _inside(log: Log, start: float, until: float) -> np.ndarray:
+    time = log.time
+    inside = (time >= start) & (time < until)
+    if inside.sum() < LEAST_SAMPLES:
+        raise InputError(
+            f"{log.source}: {int(inside.sum())} samples between {start:g} and {until:g} s are too few for a zero, which"
+            f" takes {LEAST_SAMPLES} or more; the log runs from {time[0]:g} to {time[-1]:g} s"
+        )
+    if not (time >= until).any():
+        raise InputError(
+            f"{log.source}: nothing is left after the calibration, which ends at {until:g} s; the log ends at"
+            f" {time[-1]:g} s"
+        )
+    return np.asarray(inside)
+
+
+def _zero(log: Log, name: str, inside: np.ndarray, start: float, until: float) -> tuple[float, float]:
+    """Mean reading and its standard error; an error where it drifts, as pressures that still sink do."""
+    values: Array = log[name][inside]
+    line, noise = fitted_line(log.time[inside], values), noise_of(values)
+    drift = line.slope * (until - start)
+    spread = float(np.std(values))
+    drifts = abs(drift) > max(STEADY_ERRORS * line.slope_error * (until - start), noise.step)
+    if drifts or spread > WANDER * noise.total + noise.step:
+        unit = log.data[name].attrs.get("units", "")
+        raise InputError(
+            f"{log.source}: {name} changes by {np.ptp(values):.3g} {unit} between {start:g} and {until:g} s; the rig"
+            f" was not at rest with nothing pushing. Wait until it is, or state the right stretch"
+        )
+    before = float(np.sqrt(max(spread**2 - noise.step**2 / 12.0, 0.0)))
+    return line.mean, float(np.hypot(line.mean_error, rounding_bias(before, noise.step)))
