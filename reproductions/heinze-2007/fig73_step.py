@@ -85,8 +85,8 @@ def compute() -> dict[str, float]:
 
 
 def repeatability(key: str) -> float:
-    """The fit stops where nothing changes by more than its tolerance; N s/m."""
-    return 1.0 if "_fit" in key else 1e-6
+    """The fit stops somewhere in a flat valley: about a tenth of its standard deviation, N s/m."""
+    return 20.0 if "_fit" in key else 1e-2
 
 
 def report(numbers: dict[str, float]) -> list[str]:

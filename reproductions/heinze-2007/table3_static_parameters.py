@@ -34,7 +34,7 @@ def compute() -> dict[str, float]:
 
 def repeatability(key: str) -> float:
     """Least-squares solutions repeat to their step tolerance, not to rounding."""
-    return 1e-6 if "velocity" in key else 1e-2
+    return 1e-5 if "velocity" in key else 2e-2
 
 
 def report(numbers: dict[str, float]) -> list[str]:

@@ -74,8 +74,8 @@ def compute() -> dict[str, float]:
 
 
 def repeatability(key: str) -> float:
-    """The fit stops where nothing changes by more than its tolerance."""
-    return 1e-3 if ".fit" in key or "distance" in key or "table" in key else 1e-6
+    """The fit stops somewhere in a flat valley, within a part of its standard deviation."""
+    return 1e-2 if ".fit" in key or "distance" in key or "table" in key else 1e-6
 
 
 def report(numbers: dict[str, float]) -> list[str]:
