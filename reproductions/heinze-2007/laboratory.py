@@ -12,7 +12,7 @@ import numpy as np
 
 from hydrocrane import rig
 from hydrocrane.logs import Log
-from hydrocrane.signals import RigParameters, SteadyWindows, steady_friction, steady_windows
+from hydrocrane.signals import RigParameters, SteadyWindows, steady_friction, steady_windows, zero_calibrated
 
 RIGS = {"Rottne": "rig-rottne", "Kalmar": "rig-kalmar"}
 SEED = 1
@@ -36,12 +36,8 @@ def experiment(name: str, cylinder: str, *, calibration: float = CALIBRATION, **
 
 def calibrated(log: rig.RigLog) -> Log:
     """The log after the calibration, less what the pressure transmitters read at zero pressure."""
-    lead = log.data.attrs["calibration"]
-    resting = log.data.time.values < lead - 1e-9
-    data = log.data.isel(time=~resting).copy()
-    for name in ("p1", "p2"):
-        data[name] = data[name] - float(log.data[name].values[resting].mean())
-    return Log.of(data, source=log.data.attrs["experiment"])
+    about = log.data.attrs
+    return zero_calibrated(Log.of(log.data, source=about["experiment"]), about["calibration"]).log
 
 
 def parameters(log: rig.RigLog) -> RigParameters:

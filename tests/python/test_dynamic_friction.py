@@ -18,6 +18,7 @@ from hydrocrane.identification.rig_model import LogModel, corners, lagged
 from hydrocrane.identification.rig_sensors import RigSensors
 from hydrocrane.identification.rig_unknowns import DYNAMIC, most_damping, rig_map, unknowns_of
 from hydrocrane.logs import Log
+from hydrocrane.signals import zero_calibrated
 
 # A ramp that takes seconds in place of minutes.
 RAMP = {"speed": 1.0, "interval": 1e-3}
@@ -28,11 +29,8 @@ LAW = rig_map(CRANE)
 
 def log_of(data: xr.Dataset, lead: float = 0.0) -> Log:
     """A rig's readings after `lead` seconds of calibration, whose mean is the zero of the pressures."""
-    before = data.time.values < lead - 1e-9
-    out = data.isel(time=~before).copy()
-    for name in ("p1", "p2") if lead else ():
-        out[name] = out[name] - float(data[name].values[before].mean())
-    return Log.of(out, source=data.attrs["experiment"])
+    log = Log.of(data, source=data.attrs["experiment"])
+    return zero_calibrated(log, lead, signals=("p1", "p2")).log if lead else log
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.stats import f as fisher
 
+from hydrocrane.identification.graphical import FAR
 from hydrocrane.identification.least_squares import Scatter
 from hydrocrane.identification.points import DIRECTIONS
 from hydrocrane.identification.result import OF_SENSORS, StaticFit, missing_directions
@@ -15,8 +16,6 @@ from hydrocrane.identification.result import OF_SENSORS, StaticFit, missing_dire
 POOR = 0.5
 # Above this condition number, columns scaled, parameters stand for each other.
 ILL_CONDITIONED = 1e4
-# Levels beyond this many Stribeck velocities show viscous friction alone.
-FAR = 2.5
 # A map that describes the levels scatters this much by chance in one of a hundred cases.
 UNLIKELY = 0.01
 

@@ -100,8 +100,9 @@ def _comment(fit: StaticFit, key: str) -> str:
         return ""
     known = fit.intervals(0.95)
     ends = [known.get(f"{key}.{direction}") for direction in DIRECTIONS]
-    shown = [
-        f"{low:.4g} .. {high:.4g}" if np.isfinite(low) else "not told by the data"
-        for low, high in (e for e in ends if e is not None)
-    ]
-    return f"  # 95 %: {' and '.join(shown)}"
+    return f"  # 95 %: {' and '.join(interval(*e) for e in ends if e is not None)}"
+
+
+def interval(low: float, high: float) -> str:
+    """An interval as a block's comments show it."""
+    return f"{low:.4g} .. {high:.4g}" if np.isfinite(low) else "not told by the data"

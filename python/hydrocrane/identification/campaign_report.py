@@ -10,9 +10,8 @@ import numpy as np
 from hydrocrane.identification.dynamic_result import DYNAMIC, UNITS
 from hydrocrane.identification.records import Record, name_of
 from hydrocrane.identification.report import Report, Section, Table
-from hydrocrane.identification.result import OF_SENSORS
+from hydrocrane.identification.result import OF_SENSORS, shown
 from hydrocrane.identification.sensors import PRESSURES
-from hydrocrane.identification.static_map import unit_of
 
 if TYPE_CHECKING:
     from hydrocrane.identification.campaign_result import Identification
@@ -63,10 +62,7 @@ def _parameters(found: Identification) -> list[tuple[str, ...]]:
         for label, (low, high) in fit.intervals(0.95).items():
             if label in OF_SENSORS:
                 continue
-            power = None
-            if label.startswith("viscous."):
-                power = float(f"{fit.value(label.replace('viscous', 'viscous-exponent')):.4g}")
-            rows.append(_row(label, unit_of(label, power), fit.value(label), low, high))
+            rows.append(_row(label, fit.unit(label), fit.value(label), low, high))
     if found.dynamic is not None and found.dynamic.estimate is not None:
         ends = found.dynamic.intervals(0.95)
         rows += [_row(name, UNITS[name], found.dynamic.params[name], *ends[name]) for name in DYNAMIC]
@@ -76,9 +72,7 @@ def _parameters(found: Identification) -> list[tuple[str, ...]]:
 def _row(label: str, unit: str, value: float, low: float, high: float) -> tuple[str, ...]:
     if not (np.isfinite(low) and np.isfinite(high)):
         return (label, unit, "-", "not told by the data", "")
-    # What ended at an edge comes out as rounding errors.
-    shown = "0" if abs(value) < 1e-6 * max(abs(low), abs(high)) else f"{value:.4g}"
-    return (label, unit, shown, f"{low:.4g}", f"{high:.4g}")
+    return (label, unit, shown(value, low, high), f"{low:.4g}", f"{high:.4g}")
 
 
 def _once(texts: list[str]) -> tuple[str, ...]:

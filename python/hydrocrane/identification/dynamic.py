@@ -137,9 +137,8 @@ def expected(
 ) -> dict[str, float]:
     """Smallest standard deviations (Cramer-Rao), SI, that such logs allow where the rig's file is the truth.
 
-    By name: the bristle parameters, then everything else that :func:`fit_dynamic` leaves free. The readings in
-    the logs do
-    not matter, but their times, the command, and where they begin: what an experiment would tell can be known before.
+    By name: the bristle parameters, then everything else that :func:`fit_dynamic` leaves free. The readings in the logs
+    do not matter, but their times, the command, and where they begin: an experiment can be judged before it is run.
     """
     check_bristles(rig)
     sensors = RigSensors.of(rig, calibrated=calibrated)
@@ -157,10 +156,9 @@ def _doubts(estimate: Estimate, misfit: RigMisfit, rig: Machine) -> list[str]:
     for log, signal, size in misfit.of_signals(estimate.values):
         if size > TOO_FAR:
             found.append(
-                f"{log}: residuals of {signal} are {size:.1f} times what its sensor explains: the rig's file, "
-                f"load or command "
-                "is not that of the log, or the sensor is worse than its data sheet. Intervals are widened, but "
-                "do not cover it"
+                f"{log}: residuals of {signal} are {size:.1f} times what its sensor explains: the rig's file, load or "
+                "command is not that of the log, or the sensor is worse than its data sheet. Intervals are widened, "
+                "but do not cover it"
             )
     for name in DYNAMIC:
         key = key_of(rig, "friction", name)

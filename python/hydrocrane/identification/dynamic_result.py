@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime
 import json
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -13,6 +12,7 @@ from scipy import stats
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
+from hydrocrane.identification.block import friction_block, signature
 from hydrocrane.identification.bristle import Reading
 from hydrocrane.identification.output_error import Estimate
 from hydrocrane.identification.report import Section, Table
@@ -128,18 +128,19 @@ class DynamicFit:
         date : str
             Day of the fit, by default today.
         """
-        from hydrocrane import __version__
-
         ends = self.intervals(0.95)
         logs = ", ".join(source) or ", ".join(m.source for m in self.misfit.models if m.source)  # type: ignore[union-attr]
-        day = date or datetime.date.today().isoformat()
-        where = json.dumps(f"{logs}; output-error fit, hydrocrane {__version__}, {day}", ensure_ascii=False)
+        where = json.dumps(f"{logs}; output-error fit, {signature(date)}", ensure_ascii=False)
         lines = [
             f'{name} = {{ value = "{value:.5g} {UNITS[name]}", class = "fitted", source = {where} }}'
             f"  # 95 %: {ends[name][0]:.4g} .. {ends[name][1]:.4g}"
             for name, value in self.params.items()
         ]
-        return "\n".join([self._static_block(), *lines]) + "\n"
+        cylinder = self.rig.cylinder_names[0]
+        if self.static is not None:
+            return friction_block(self.static, cylinder, name=self.table.split(".", 1)[1], bristles=lines)
+        head = [f"[{self.table}]", f"cylinder = {json.dumps(cylinder)}", 'model = "lugre"']
+        return "\n".join([*head, *lines]) + "\n"
 
     def stages(self) -> list[tuple]:
         """(title, function that makes the section) for :meth:`Report.stage`, in the order of a report."""
@@ -184,14 +185,6 @@ class DynamicFit:
 
     def _block(self) -> Section:
         return Section("Block with bristles for the machine file", code=self.toml())
-
-    def _static_block(self) -> str:
-        """The lines above the bristles'."""
-        cylinder = self.rig.cylinder_names[0]
-        if self.static is None:
-            return f'[{self.table}]\ncylinder = {json.dumps(cylinder)}\nmodel = "lugre"'
-        block = self.static.toml(cylinder, name=self.table.split(".", 1)[1])
-        return block.replace('model = "static"', 'model = "lugre"').rstrip("\n")
 
     def fitted(self) -> Estimate:
         """The estimate, or an error that says why there is none."""

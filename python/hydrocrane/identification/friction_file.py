@@ -5,10 +5,8 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from hydrocrane.errors import InputError
-from hydrocrane.identification.block import friction_block, head, signature
+from hydrocrane.identification.block import friction_block, head, interval, signature
 from hydrocrane.identification.dynamic_result import DYNAMIC, UNITS
 from hydrocrane.identification.records import STEADY
 
@@ -65,9 +63,7 @@ def _bristles(found: Identification) -> list[str]:
     ends = fit.intervals(0.95)
     lines = []
     for name in DYNAMIC:
-        low, high = ends[name]
-        shown = f"{low:.4g} .. {high:.4g}" if np.isfinite(low) else "not told by the data"
-        lines.append(f'{name} = "{fit.params[name]:.5g} {UNITS[name]}"  # 95 %: {shown}')
+        lines.append(f'{name} = "{fit.params[name]:.5g} {UNITS[name]}"  # 95 %: {interval(*ends[name])}')
     key = f"friction.{found.cylinder}.{FADING}"
     if key in found.rig.keys:
         source = json.dumps(f"held in the fit, from {found.rig.name}")

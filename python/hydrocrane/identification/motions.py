@@ -26,9 +26,8 @@ class Motion:
     name : str
         Log and time.
     time, position, velocity, friction : (n,) arrays
-        s, m from the place of rest, m/s, N. Friction counts from its value at the log's beginning, where the
-        bristles are
-        straight and what is read is the sensors' zero; later motions begin with bent bristles.
+        s, m from the place of rest, m/s, N. Friction counts from its value at the log's beginning, where the bristles
+        are straight and what is read is the sensors' zero; later motions begin with bent bristles.
     """
 
     name: str

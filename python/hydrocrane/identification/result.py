@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
-from hydrocrane.identification.static_map import BREAKAWAY_SPEED, LABELS, LOGARITHMIC, StaticMap
+from hydrocrane.identification.static_map import BREAKAWAY_SPEED, LABELS, LOGARITHMIC, StaticMap, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -129,6 +129,14 @@ class StaticFit:
             return (self.offset, *self.spans)[OF_SENSORS.index(label)]
         return float(self.law.values[LABELS.index(label)])
 
+    def unit(self, label: str) -> str:
+        """SI unit of a parameter by its label; that of the viscous coefficient follows its exponent as written."""
+        if label in OF_SENSORS:
+            return "N" if label == OFFSET else "1"
+        if not label.startswith("viscous."):
+            return unit_of(label)
+        return unit_of(label, float(f"{self.value(label.replace('viscous', 'viscous-exponent')):.4g}"))
+
     @cached_property
     def of_sensors(self) -> Array:
         """Force that the errors of the sensors add to each point, N, (n,), as found."""
@@ -185,7 +193,16 @@ class StaticFit:
         chosen = method or ("profile" if free_exponent else "t")
         if chosen not in ("t", "profile"):
             raise unknown("method of intervals", chosen, ("t", "profile"))
-        return {label: self._interval(spread, label, level, chosen) for label in spread.labels}
+        # Profiles are searched for: the block, the report and the warnings ask for the same ones.
+        if (level, chosen) not in self._intervals:
+            found = {label: self._interval(spread, label, level, chosen) for label in spread.labels}
+            self._intervals[level, chosen] = found
+        return dict(self._intervals[level, chosen])
+
+    @cached_property
+    def _intervals(self) -> dict[tuple[float, str], dict[str, tuple[float, float]]]:
+        """Intervals that were asked for, by level and method."""
+        return {}
 
     def _interval(self, spread: Spread, label: str, level: float, method: str) -> tuple[float, float]:
         from scipy.stats import t as student
@@ -227,6 +244,11 @@ class StaticFit:
 def fitted_velocity(points: FrictionPoints) -> Array:
     """Velocities at which a map is compared with points, (n,): break-away readings stand for v -> 0."""
     return np.where(points.velocity == 0.0, points.sign * BREAKAWAY_SPEED, points.velocity)
+
+
+def shown(value: float, low: float, high: float) -> str:
+    """A value beside its interval; what only a prior or an edge decides comes out as rounding errors of zero."""
+    return "0" if abs(value) < 1e-6 * max(abs(low), abs(high)) else f"{value:.4g}"
 
 
 def missing_directions(fit: StaticFit) -> list[str]:

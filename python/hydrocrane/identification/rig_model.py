@@ -104,9 +104,8 @@ class LogModel:
 
     @cached_property
     def by_start(self) -> Array:
-        """(b, 3, 2) slopes of x, p1, p2 by the start pressure p1 with forces in balance, and by the start
-        position with the
-        same reading of it."""
+        """(b, 3, 2) slopes of x, p1, p2 by the start pressure p1 with forces in balance, and by the start position
+        with the same reading of it."""
         plan, rig = self.experiment.plan, self.experiment.machine
         cylinder, (a1, a2) = rig.cylinder_names[0], rig.piston_areas[0]
         p1, p2 = plan.pressures[cylinder]
@@ -127,8 +126,7 @@ class LogModel:
 
     @cached_property
     def turned(self) -> Array:
-        """(b,) how far the position sensor's hysteresis is used up, along the motion that was supposed before "
-        "the fit."""
+        """(b,) how far the position sensor's hysteresis is used up, along the motion supposed before the fit."""
         return self.sensors.turned(self._nominal[:, 0])
 
     def predict(self, values: Array) -> tuple[Array, Array]:

@@ -15,9 +15,9 @@ from scipy.linalg import cholesky, solve_triangular
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
+from hydrocrane.identification.sensors import ENDINGS, UNIFORM, properties
 from hydrocrane.machine import Machine
 
-UNIFORM = 1.0 / np.sqrt(3.0)
 # Zero error of a pressure that is left after a zero calibration, Pa.
 CALIBRATED_ZERO = 500.0
 # How far a potentiometer's turning differs from the exponential approach that stands for it, as a share of its
@@ -63,7 +63,7 @@ class RigSensors:
     @classmethod
     def of(cls, rig: Machine, *, calibrated: bool) -> RigSensors:
         """By the machine file of a rig; `calibrated`: the pressures' zero has been subtracted."""
-        pressure, position = _properties(rig, ".p1"), _properties(rig, ".q")
+        pressure, position = _properties(rig, "p1"), _properties(rig, "x")
         full, width = pressure["range"], position["range"]
         span = UNIFORM * pressure.get("accuracy", 0.0)
         return cls(
@@ -162,10 +162,9 @@ def _noise(sensor: dict[str, float]) -> float:
     return float(np.hypot(sensor.get("noise", 0.0), step / np.sqrt(12.0)))
 
 
-def _properties(rig: Machine, ending: str) -> dict[str, float]:
-    """Numbers of the sensor whose signal ends like this, SI."""
-    name = next((name for name, signal in rig.sensors.items() if signal.endswith(ending)), None)
-    if name is None:
-        raise InputError(f"{rig.name} has no sensor for a signal that ends in `{ending}`; add one to its file")
-    head = f"sensor.{name}."
-    return {key.removeprefix(head): float(rig.value(key).si) for key in rig.keys if key.startswith(head)}
+def _properties(rig: Machine, signal: str) -> dict[str, float]:
+    """Numbers of a sensor that a fit cannot do without, SI."""
+    found = properties(rig, signal)
+    if not found:
+        raise InputError(f"{rig.name} has no sensor for a signal that ends in `{ENDINGS[signal]}`; add one to its file")
+    return found

@@ -26,9 +26,8 @@ STATIC = ("coulomb", "breakaway", "stribeck-velocity", "viscous")
 UNFITTED = 0.1
 # How well a fitted parameter of it may be known at best, as a share: the law itself is no better.
 BEST_FITTED = 1e-3
-# What else of the rig moves the pressures, and how far each may be off its file, as shares. A spool's own lag
-# looks like
-# bristle damping, and the flow like a shorter way.
+# What else of the rig moves the pressures, and how far each may be off its file, as shares. A spool's own lag looks
+# like bristle damping, and the flow like a shorter way.
 DOUBTS = {
     ("valve", "nominal-flow"): 0.2,
     ("valve", "natural-frequency"): 0.2,
@@ -116,9 +115,9 @@ def unknowns_of(
 
 
 def most_damping(rig: Machine) -> float:
-    """Largest sigma_1, N s/m, with which friction dissipates: sigma_1(v) abs(v) stays below four times the
-    smaller Coulomb
-    force, at every speed where the damping fades (its top is at v_d / sqrt(2)), else up to the fastest measured one."""
+    """Largest sigma_1, N s/m, with which friction dissipates: sigma_1(v) abs(v) stays below four times the smaller
+    Coulomb force, at every speed where the damping fades (its top is at v_d / sqrt(2)), else up to the fastest measured
+    one."""
     coulomb = float(np.min(rig.value(key_of(rig, "friction", "coulomb")).si))
     fading = [key for key in rig.keys if key.endswith(".bristle-damping-velocity")]
     if not fading:
@@ -157,8 +156,7 @@ def _pair(rig: Machine, name: str) -> Array:
 
 
 def _directions(logs: Sequence[Log]) -> list[int]:
-    """Directions in which the spool is opened, 0 extending and 1 retracting: of the other's friction nothing "
-    "is seen."""
+    """Directions in which the spool is opened, 0 extending, 1 retracting: of the other's friction nothing is seen."""
     opened = np.concatenate([log["command"] for log in logs])
     return [side for side, sign in enumerate((1.0, -1.0)) if (sign * opened > 0.0).any()]
 

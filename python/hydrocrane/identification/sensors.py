@@ -14,13 +14,19 @@ PRESSURES = ("p1", "p2")
 ENDINGS = {"p1": ".p1", "p2": ".p2", "force": ".force", "x": ".q"}
 
 
+def properties(rig: Machine, signal: str) -> dict[str, float]:
+    """Numbers of the sensor of ``x``, ``p1``, ``p2`` or ``force``, SI, by key; none where the rig's file has none."""
+    found: dict[str, float] = {}
+    for head in (f"sensor.{name}." for name, measured in rig.sensors.items() if measured.endswith(ENDINGS[signal])):
+        for key in rig.keys:
+            if key.startswith(head):
+                found.setdefault(key.removeprefix(head), float(rig.value(key).si))
+    return found
+
+
 def stated(rig: Machine, signal: str, key: str) -> float | None:
     """A number of the sensor of ``x``, ``p1``, ``p2`` or ``force``; None where the rig's file has none."""
-    for name, measured in rig.sensors.items():
-        full = f"sensor.{name}.{key}"
-        if measured.endswith(ENDINGS[signal]) and full in rig.keys:
-            return float(rig.value(full).si)
-    return None
+    return properties(rig, signal).get(key)
 
 
 def largest_error(rig: Machine, signal: str) -> float | None:

@@ -12,10 +12,10 @@ from hydrocrane.identification.graphical import graphical
 from hydrocrane.identification.least_squares import Loss, OffsetPrior
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints, SteadyWindow
 from hydrocrane.identification.report import Report, Section, Table
-from hydrocrane.identification.result import OF_SENSORS, OFFSET, StaticFit
+from hydrocrane.identification.result import OF_SENSORS, StaticFit, shown
 from hydrocrane.identification.setup import Exponents
 from hydrocrane.identification.static_fit import fit_static
-from hydrocrane.identification.static_map import EXPONENTS, unit_of
+from hydrocrane.identification.static_map import EXPONENTS
 
 
 class RejectedWindow(Protocol):
@@ -111,14 +111,8 @@ class StaticIdentification:
 
     def _row(self, label: str, ends: tuple[float, float]) -> tuple[str, ...]:
         ruler = "-" if label in OF_SENSORS else f"{self.reading.value(label):.4g}"
-        power = None
-        if label.startswith("viscous."):
-            power = float(f"{self.fit.value(label.replace('viscous', 'viscous-exponent')):.4g}")
-        unit = ("N" if label == OFFSET else "1") if label in OF_SENSORS else unit_of(label, power)
-        value = self.fit.value(label)
-        # An offset that only its prior decides comes out as rounding errors.
-        shown = "0" if abs(value) < 1e-6 * max(map(abs, ends)) else f"{value:.4g}"
-        return (label, unit, shown, f"{ends[0]:.4g}", f"{ends[1]:.4g}", ruler)
+        value = shown(self.fit.value(label), *ends)
+        return (label, self.fit.unit(label), value, f"{ends[0]:.4g}", f"{ends[1]:.4g}", ruler)
 
     def _correlation(self) -> Section:
         table = self.fit.correlation
