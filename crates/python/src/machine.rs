@@ -101,6 +101,13 @@ impl Machine {
     fn description(&self) -> &str {
         &self.model.machine().description
     }
+    /// Everything that decides what the machine does, as text: two machines with the same text behave alike.
+    #[getter]
+    fn resolved(&self) -> String {
+        let mut machine = self.model.machine().clone();
+        (machine.title, machine.description, machine.provenance) = Default::default();
+        format!("{machine:?}")
+    }
     #[getter]
     fn joint_names<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         PyTuple::new(py, self.model.machine().joints.iter().map(|j| j.name.as_str()))
