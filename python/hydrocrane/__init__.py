@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from hydrocrane.sensitivity import Sensitivities, sensitivities
     from hydrocrane.simulation import simulate
     from hydrocrane.simulator import Simulator
+    from hydrocrane.studies import Study, load_study, sweep
 
 # Public name -> module that defines it.
 _HOME = {
@@ -68,6 +69,7 @@ _HOME = {
     "Simulator": "simulator",
     "Solver": "scenario",
     "Stick": "joystick",
+    "Study": "studies",
     "Value": "machine",
     "bundled_machines": "machine",
     "bundled_scenarios": "scenario",
@@ -77,11 +79,13 @@ _HOME = {
     "load_machine": "machine",
     "load_run": "result",
     "load_scenario": "scenario",
+    "load_study": "studies",
     "mode_map": "linear",
     "modes": "linear",
     "read_log": "logs",
     "sensitivities": "sensitivity",
     "simulate": "simulation",
+    "sweep": "studies",
 }
 
 __all__ = [
@@ -111,6 +115,7 @@ __all__ = [
     "Simulator",
     "Solver",
     "Stick",
+    "Study",
     "Value",
     "__version__",
     "bundled_machines",
@@ -121,6 +126,7 @@ __all__ = [
     "load_machine",
     "load_run",
     "load_scenario",
+    "load_study",
     "mode_map",
     "modes",
     "plots",
@@ -128,6 +134,7 @@ __all__ = [
     "sensitivities",
     "rig",
     "simulate",
+    "sweep",
 ]
 
 
