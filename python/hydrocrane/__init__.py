@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from hydrocrane.sensitivity import Sensitivities, sensitivities
     from hydrocrane.simulation import simulate
     from hydrocrane.simulator import Simulator
-    from hydrocrane.studies import Study, load_study, sweep
+    from hydrocrane.studies import Study, load_study, open_study, sweep
 
 # Public name -> module that defines it.
 _HOME = {
@@ -82,6 +82,7 @@ _HOME = {
     "load_study": "studies",
     "mode_map": "linear",
     "modes": "linear",
+    "open_study": "studies",
     "read_log": "logs",
     "sensitivities": "sensitivity",
     "simulate": "simulation",
@@ -129,6 +130,7 @@ __all__ = [
     "load_study",
     "mode_map",
     "modes",
+    "open_study",
     "plots",
     "read_log",
     "sensitivities",

@@ -45,12 +45,17 @@ def run_dataset(crane: Machine, plan: Scenario, raw: dict[str, Any], *, payload:
     return data
 
 
-def outputs_table(crane: Machine, states: np.ndarray, commands: np.ndarray, payloads: np.ndarray) -> np.ndarray:
-    """Everything derived from the states, (m, n_outputs), in the order of the core's ``output_info``."""
+def outputs_table(
+    crane: Machine, states: np.ndarray, commands: np.ndarray, payloads: np.ndarray, *, oil: bool = True
+) -> np.ndarray:
+    """Everything derived from the states, (m, n_outputs), in the order of the core's ``output_info``.
+
+    Without `oil`, ``energy.oil`` is NaN, and a machine that runs only once is spared the making of its tables.
+    """
     table = np.empty((len(states), len(crane.core.output_info)))
     for mass in np.unique(payloads):
         rows = payloads == mass
-        table[rows] = crane.core.outputs(states[rows], commands[rows], float(mass))
+        table[rows] = crane.core.outputs(states[rows], commands[rows], float(mass), oil)
     return table
 
 

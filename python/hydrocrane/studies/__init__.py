@@ -5,7 +5,8 @@ run, `case` runs, `local` and `cluster` spread the work, `store` keeps what is d
 another, `study` holds it all together, `study_file` reads it from TOML.
 """
 
+from hydrocrane.studies.store import open_study
 from hydrocrane.studies.study import Study, StudyInterrupted, sweep
 from hydrocrane.studies.study_file import load_study
 
-__all__ = ["Study", "StudyInterrupted", "load_study", "sweep"]
+__all__ = ["Study", "StudyInterrupted", "load_study", "open_study", "sweep"]

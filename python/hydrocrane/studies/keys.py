@@ -233,7 +233,7 @@ def _uncover(fields: dict[str, Any], plan: Scenario, key: Key) -> None:
     if key.name in HIDING:
         fields[HIDING[key.name]] = None
     elif key.name.startswith("control.") and key.name.endswith(".full-speed") and plan.joystick is not None:
-        joystick = fields.get("joystick", plan.joystick)
+        joystick: Any = fields.get("joystick", plan.joystick)
         fields["joystick"] = dataclasses.replace(joystick, full_speed=None)
 
 
@@ -246,7 +246,7 @@ def _change_scenario(fields: dict[str, Any], plan: Scenario, key: Key, value: An
         solver = fields.get("solver", plan.solver)
         fields["solver"] = dataclasses.replace(solver, **{SOLVER[name][0]: value})
     elif name in JOYSTICK:
-        joystick = fields.get("joystick", plan.joystick)
+        joystick: Any = fields.get("joystick", plan.joystick)
         fields["joystick"] = dataclasses.replace(joystick, **{JOYSTICK[name][0]: value})
     else:
         _change_named(fields, plan, name, value)
@@ -274,7 +274,7 @@ def _command_table(plan: Scenario) -> Mapping[str, Any]:
     return plan.commands
 
 
-def _command(old: Command | None, field: str, value: Any) -> Command:
+def _command(old: Any, field: str, value: Any) -> Command:
     """A command with one field replaced; a single spool value holds throughout."""
     if field == "spool" and np.ndim(value) == 0:
         return Command(np.array([0.0]), np.array([value]))

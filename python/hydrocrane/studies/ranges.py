@@ -41,14 +41,16 @@ def is_distribution(spec: Any) -> bool:
     return hasattr(spec, "ppf") or (isinstance(spec, Mapping) and "distribution" in spec)
 
 
-def samples_of(spec: Any) -> list[Any]:
+def samples_of(name: str, spec: Any) -> list[Any]:
     """Some values of a range to try out a key with; none where it has none to show."""
+    if isinstance(spec, Mapping) and "distribution" in spec:
+        return [spec.get("loc", 0.0), 1.0]
     if isinstance(spec, Mapping):
-        shown = [spec.get("values", []), [spec[key] for key in ("low", "high", "loc") if key in spec]]
+        shown = [spec.get("values", []), [spec[key] for key in ("low", "high") if key in spec]]
         return [value for group in shown for value in group]
     if hasattr(spec, "ppf"):
         return [float(spec.ppf(0.5))]
-    return list(spec)
+    return _listed(name, spec)
 
 
 def grid_values(name: str, spec: Any, convert: Convert) -> list[Any]:
@@ -87,9 +89,9 @@ def drawn_values(name: str, spec: Any, share: Array, convert: Convert) -> list[A
 
 def _named(name: str, spec: Mapping[str, Any], convert: Convert) -> Any:
     """A distribution of SciPy by its name, its location and scale with units."""
-    from scipy import stats
+    from scipy.stats import distributions as stats
 
-    known = [known for known in dir(stats) if isinstance(getattr(stats, known), stats.rv_continuous)]
+    known = [known for known in stats.__all__ if isinstance(getattr(stats, known), stats.rv_continuous)]
     if spec["distribution"] not in known:
         raise unknown("distribution", spec["distribution"], known)
     scaled = {key: convert(value) for key, value in spec.items() if key in ("loc", "scale")}

@@ -14,6 +14,9 @@ from hydrocrane.machine import Machine
 from hydrocrane.result import Outcome, Run
 from hydrocrane.scenario import Scenario
 
+# Its tables take longer to make than a run of a few seconds.
+OIL = "energy.oil"
+
 
 class Record:
     """What the core recorded of a run.
@@ -46,7 +49,7 @@ class Record:
         """A state, output, command or sample by its name, (m,) over :attr:`time`, SI."""
         if name in self._state_columns:
             return np.asarray(self.states[:, self._state_columns[name]])
-        if name in self._output_columns:
+        if name in self._output_columns and name != OIL:
             return np.asarray(self._outputs[:, self._output_columns[name]])
         data = self.run.data
         if name not in data:
@@ -74,4 +77,4 @@ class Record:
     @cached_property
     def _outputs(self) -> Array:
         commands, payloads = np.asarray(self._raw["commands"]), np.asarray(self._raw["payloads"])
-        return outputs_table(self.crane, self.states, commands, payloads)
+        return outputs_table(self.crane, self.states, commands, payloads, oil=False)

@@ -31,7 +31,7 @@ def signal_times(plan: Scenario, cases: Cases, resample: float | str | None) -> 
         raise InputError("signals of runs with different record intervals need one of their own: resample=0.05")
     interval = plan.record_interval if resample is None else _interval(resample)
     longest = max([float(value) for value in cases.along("duration")] or [plan.duration])
-    return np.arange(int(np.floor(longest / interval * (1 + 1e-12))) + 1) * interval
+    return np.arange(int(np.floor(longest / interval * (1 + 1e-12))) + 1, dtype=np.float64) * interval
 
 
 def _interval(given: float | str) -> float:

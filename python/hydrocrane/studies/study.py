@@ -23,7 +23,7 @@ from hydrocrane.studies.case import Job, digest_of
 from hydrocrane.studies.design import Cases, block_shape, designed
 from hydrocrane.studies.identity import identity
 from hydrocrane.studies.keys import resolved_key
-from hydrocrane.studies.measures import DEFAULT, checked_measures
+from hydrocrane.studies.measures import DEFAULT, OF_ANY_RUN, checked_measures
 from hydrocrane.studies.progress import Progress, telling
 from hydrocrane.studies.ranges import samples_of
 from hydrocrane.studies.signals import known_signals, signal_times
@@ -109,8 +109,10 @@ class Study:
         """The cases, their keys checked."""
         if not isinstance(self.keys, Mapping) or not self.keys:
             raise InputError('a study needs keys with their values, such as {"payload.mass": [0, 100]}')
-        keys = [resolved_key(str(key), samples_of(spec), self.plan, self.crane) for key, spec in self.keys.items()]
-        return designed(keys, self.keys, self.method, self.n, seed_number(self.seed))
+        given = {str(key): spec for key, spec in self.keys.items()}
+        tried = {key: samples_of(key, spec) for key, spec in given.items()}
+        keys = [resolved_key(key, values, self.plan, self.crane) for key, values in tried.items()]
+        return designed(keys, given, self.method, self.n, seed_number(self.seed))
 
     @cached_property
     def job(self) -> Job:
@@ -158,6 +160,13 @@ class Study:
         except KeyboardInterrupt:
             raise StudyInterrupted(_stopped(done, total, kept)) from None
         return kept.dataset()
+
+    def pictured(self, measure: str | None) -> str:
+        """The figure to draw: `measure`, which must be one of the study's, or the first beside the end time."""
+        names = [own.name for own in self.job.measures]
+        if measure is not None and measure not in names:
+            raise unknown("measure of the study", measure, names)
+        return measure or next((name for name in names if name != OF_ANY_RUN), OF_ANY_RUN)
 
     @cached_property
     def _known_signals(self) -> dict[str, tuple[str, str]]:
