@@ -38,7 +38,8 @@ def on_cluster(job: Job, cases: Cases, places: Sequence[Place], scheduler: Any) 
             return future
 
         def first(under_way: list[Any]) -> Any:
-            done = wait(under_way, return_when="FIRST_COMPLETED").done
+            with client.as_current():
+                done = wait(under_way, return_when="FIRST_COMPLETED").done
             futures.difference_update(done)
             return done
 

@@ -81,7 +81,9 @@ def _of_object(value: Any) -> str:
 def differences(stored: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
     """Where two studies differ, in words; empty where they do not."""
     before, after = dict(_leaves(stored)), dict(_leaves(wanted))
-    names = [name for name in dict.fromkeys([*before, *after]) if before.get(name) != after.get(name)]
+    absent = object()
+    every = dict.fromkeys([*before, *after])
+    names = [name for name in every if before.get(name, absent) != after.get(name, absent)]
     # The digest tells of whatever the values do not show, and nothing where they do.
     if len(names) > 1 and "machine.digest" in names:
         names.remove("machine.digest")

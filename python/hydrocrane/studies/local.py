@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
+import os
 import threading
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from itertools import islice
 from typing import Any
 
+from hydrocrane.errors import InputError
 from hydrocrane.studies.case import BlockResult, Job, run_block
 from hydrocrane.studies.design import Cases, Place
 
 # Blocks under way per worker: one that computes, one that waits, so that nobody idles while results are written.
 AHEAD = 2
 Results = Generator[tuple[Place, BlockResult], None, None]
+
+
+def thread_count(given: int | None = None) -> int:
+    """`given`, checked, or as many threads as there are cores for this process."""
+    if given is None:
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if isinstance(given, bool) or not isinstance(given, int) or given < 1:
+        raise InputError(f"workers must be a whole number, one or more; got {given!r}")
+    return given
 
 
 def in_threads(job: Job, cases: Cases, places: Sequence[Place], workers: int) -> Results:

@@ -132,6 +132,10 @@ class Store:
         """What is done, read from the store when it is used; cases that are not done have an empty outcome."""
         data = xr.open_zarr(self._group.store, consolidated=False, chunks=None)
         data = data[sorted(map(str, data.data_vars))]
+        # Texts as Python has them: many tools do not know the strings of Zarr. They are few beside the signals.
+        for name, entry in data.variables.items():
+            if entry.dtype.kind not in "biufO":
+                data[name] = entry.dims, entry.values.astype(object), entry.attrs
         return data.load() if self.path is None else data
 
     def _variable(self, name: str) -> zarr.Array:

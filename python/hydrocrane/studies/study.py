@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import os
 from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
@@ -145,7 +144,7 @@ class Study:
         places, total = kept.pending(), kept.total
         done = total - sum(_size(place) for place in places)
         if scheduler is None:
-            results = local.in_threads(self.job, self.cases, places, _workers(workers))
+            results = local.in_threads(self.job, self.cases, places, local.thread_count(workers))
         else:
             from hydrocrane.studies import cluster
 
@@ -262,14 +261,6 @@ def sweep(
 
 def _size(place: tuple[slice, ...]) -> int:
     return int(np.prod([part.stop - part.start for part in place]))
-
-
-def _workers(given: int | None) -> int:
-    if given is None:
-        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if isinstance(given, bool) or not isinstance(given, int) or given < 1:
-        raise InputError(f"workers must be a whole number, one or more; got {given!r}")
-    return given
 
 
 def _block(given: int | None) -> int | None:
