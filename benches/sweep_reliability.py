@@ -99,9 +99,9 @@ def killed(folder: Path, cases: int, *, kills: int = 2, duration: float = 5.0) -
             }
         )
         known = done
-    began = time.perf_counter()
+    began, computing = time.perf_counter(), time.process_time()
     undisturbed = run(folder / "undisturbed.zarr", cases, duration=duration)
-    seconds = time.perf_counter() - began
+    seconds, computing = time.perf_counter() - began, time.process_time() - computing
     resumed = hc.open_study(store)
     outcomes, counts = np.unique(undisturbed.outcome.values.astype(str), return_counts=True)
     return {
@@ -112,6 +112,7 @@ def killed(folder: Path, cases: int, *, kills: int = 2, duration: float = 5.0) -
         "identical": bool(resumed.identical(undisturbed)),
         "outcomes": {str(name): int(count) for name, count in zip(outcomes, counts, strict=True)},
         "undisturbed_seconds": seconds,
+        "undisturbed_cpu_seconds": computing,
         "stored_MB": sum(file.stat().st_size for file in store.rglob("*") if file.is_file()) / 1e6,
     }
 

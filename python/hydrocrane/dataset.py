@@ -40,7 +40,7 @@ def run_dataset(crane: Machine, plan: Scenario, raw: dict[str, Any], *, payload:
     data = xr.Dataset(columns, coords={"time": ("time", time, {"units": "s", "long_name": "time"})})
     data.attrs = _run_attributes(crane, plan, raw, payload, wall)
     if "samples" in raw:
-        add_samples(data, crane, plan, raw)
+        data = add_samples(data, crane, plan, raw)
         _note_belief(data, crane, plan)
     return data
 

@@ -194,7 +194,13 @@ impl Builder<'_> {
         }
     }
 
-    fn table(&self, table: &dyn TableLike, place: Place, outer: &Arc<Origin>, path: &str) -> Result<Node, MachineError> {
+    fn table(
+        &self,
+        table: &dyn TableLike,
+        place: Place,
+        outer: &Arc<Origin>,
+        path: &str,
+    ) -> Result<Node, MachineError> {
         let origin = self.origin(table, outer, path)?;
         let mut entries = Vec::new();
         for (key, item) in table.iter() {

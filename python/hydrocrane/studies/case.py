@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 import hashlib
+import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,7 +19,8 @@ from hydrocrane.errors import HydrocraneError, InputError, translated
 from hydrocrane.machine import Machine, plain_overrides
 from hydrocrane.scenario import Scenario
 from hydrocrane.simulation import integrate
-from hydrocrane.studies.keys import Key, changed_plan
+from hydrocrane.studies.changes import changed_plan
+from hydrocrane.studies.key import Key
 from hydrocrane.studies.measures import OF_ANY_RUN, Measure, measured
 from hydrocrane.studies.record import Record
 
@@ -86,8 +89,8 @@ class Job:
     digest: str
 
     def __getstate__(self) -> dict[str, Any]:
-        # The template stays where it was made.
-        return {name: value for name, value in self.__dict__.items() if name != "template"}
+        # What was made of the machine file stays where it was made.
+        return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
 
     @cached_property
     def template(self) -> _core.MachineTemplate:
@@ -99,11 +102,21 @@ class Job:
             raise InputError(f"the machine {self.plan.machine} has changed since the study began, or differs here")
         return template
 
+    @cached_property
+    def _recent(self) -> threading.local:
+        """The machine that each thread had last."""
+        return threading.local()
+
     def machine(self, plan: Scenario) -> Machine:
-        """The machine of one case."""
+        """The machine of one case; neighbours that vary only the scenario share it."""
         overrides = plain_overrides(plan.machine_overrides)
+        recent: Machine | None = getattr(self._recent, "machine", None)
+        if recent is not None and recent.overrides == overrides:
+            return recent
         with translated():
-            return Machine(self.template.build(list(overrides.items())), plan.machine, overrides)
+            machine = Machine(self.template.build(list(overrides.items())), plan.machine, overrides)
+        self._recent.machine = machine
+        return machine
 
 
 def digest_of(core: _core.Machine) -> str:
@@ -119,7 +132,8 @@ def run_block(job: Job, cases: Sequence[tuple[Any, ...]], should_stop: Callable[
     Abandoned
         Where `should_stop` said so before the last case was done.
     """
-    job.template  # noqa: B018  (a machine that differs concerns the whole study, not its first case)
+    # A machine that differs concerns the whole study, not its first case.
+    _ = job.template
     results = []
     for values in cases:
         results.append(run_case(job, values, should_stop))

@@ -15,8 +15,8 @@ from hydrocrane.machine import Machine
 from hydrocrane.scenario import Scenario
 from hydrocrane.studies.case import digest_of
 from hydrocrane.studies.design import Cases
-from hydrocrane.studies.keys import axis_values
 from hydrocrane.studies.measures import Measure
+from hydrocrane.studies.values import axis_values
 
 # Longer tables are told apart by their digest.
 SHOWN_NUMBERS = 40

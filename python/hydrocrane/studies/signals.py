@@ -9,7 +9,7 @@ from hydrocrane.errors import InputError
 from hydrocrane.machine import Machine
 from hydrocrane.scenario import Scenario
 from hydrocrane.studies.design import Cases
-from hydrocrane.studies.keys import converted
+from hydrocrane.studies.values import converted
 
 
 def known_signals(plan: Scenario, crane: Machine) -> dict[str, tuple[str, str]]:

@@ -26,7 +26,7 @@ from hydrocrane.errors import ResultFileError
 from hydrocrane.studies.case import BlockResult
 from hydrocrane.studies.design import CASE, Cases, Place, blocks
 from hydrocrane.studies.identity import differences
-from hydrocrane.studies.keys import axis_values
+from hydrocrane.studies.values import axis_values
 
 OUTCOME, MESSAGE, TIME = "outcome", "message", "time"
 # Attribute that makes a Zarr group a study.
