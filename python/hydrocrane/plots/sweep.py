@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
@@ -57,7 +58,8 @@ def _line(data: xr.Dataset, values: xr.DataArray) -> Figure:
     places, labels, heading = _axis(data[key])
     unit, factor = shown(str(values.attrs.get("units", "")))
     fig, axes = figure(8.0, 4.5)
-    axes.plot(places, values.values * factor, "o-", ms=4)
+    order = np.argsort(places)
+    axes.plot(places[order], values.values[order] * factor, "o-" if labels is None else "o", ms=4)
     _mark_failed(axes, places[np.isnan(values.values)])
     _label(axes.xaxis, places, labels, heading)
     axes.set_ylabel(_named(str(values.name), unit))
@@ -82,7 +84,8 @@ def _field(data: xr.Dataset, values: xr.DataArray) -> Figure:
 
 
 def _points(data: xr.Dataset, values: xr.DataArray) -> Figure:
-    keys = [str(name) for name, axis in data.coords.items() if axis.dims == ("case",) and name != "case"][:MOST_KEYS]
+    # In the order in which the study names them.
+    keys = list(json.loads(data.attrs["study"])["keys"])[:MOST_KEYS]
     unit, factor = shown(str(values.attrs.get("units", "")))
     fig, panels = figure(3.6 * len(keys) + 1.0, 4.0, ncols=len(keys), sharey=True, squeeze=False)
     for axes, key in zip(panels[0], keys, strict=True):
