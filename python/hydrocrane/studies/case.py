@@ -134,17 +134,18 @@ def run_block(job: Job, cases: Sequence[tuple[Any, ...]], should_stop: Callable[
     """
     # A machine that differs concerns the whole study, not its first case.
     _ = job.template
+    signals = np.full((len(job.signals), len(cases), job.times.size), np.nan)
     results = []
-    for values in cases:
-        results.append(run_case(job, values, should_stop))
+    for i, values in enumerate(cases):
+        result = run_case(job, values, should_stop)
         if should_stop is not None and should_stop():
             raise Abandoned
-    names = dict.fromkeys(name for result in results for name in result.figures)
-    figures = {name: np.array([result.figures.get(name, np.nan) for result in results]) for name in names}
-    signals = np.full((len(job.signals), len(results), job.times.size), np.nan)
-    for i, result in enumerate(results):
         if result.signals is not None:
             signals[:, i] = result.signals
+        # The signals of a block are most of its memory, and shall be there once.
+        results.append(dataclasses.replace(result, signals=None))
+    names = dict.fromkeys(name for result in results for name in result.figures)
+    figures = {name: np.array([result.figures.get(name, np.nan) for result in results]) for name in names}
     return BlockResult([r.outcome for r in results], [r.message for r in results], figures, signals)
 
 
