@@ -197,6 +197,24 @@ def test_friction_map():
 TABLE_1_ANGLES = {"joint.boom.limits": ["45 deg", "172 deg"], "joint.jib.limits": ["5 deg", "178 deg"]}
 
 
+def test_smoothed_printed_friction_is_the_printed_one_away_from_rest_and_lets_a_stiff_method_cross_it():
+    widths = {f"friction.{name}.smoothing-velocity": "1 mm/s" for name in ("lift", "jib", "extension")}
+    jumping, smooth = printed(), hc.load_machine("heinze-2007", overrides=widths)
+    command = np.zeros(3)
+    slow, fast = (state(jumping, extension_qd=speed) for speed in (1e-4, 0.02))
+    np.testing.assert_allclose(
+        smooth.state_derivative(fast, command), jumping.state_derivative(fast, command), rtol=1e-12, atol=1e-9
+    )
+    assert not np.allclose(smooth.state_derivative(slow, command), jumping.state_derivative(slow, command), rtol=1e-3)
+
+    crossing = hc.simulate("heinze-2007-open-loop", machine=smooth, method="rodas5p", rtol=1e-4)
+    reference = hc.simulate("heinze-2007-open-loop", machine=jumping, method="tsit5", rtol=1e-3)
+    assert crossing.outcome.kind == "completed"
+    assert crossing.data.attrs["solver_steps"] < 1500
+    apart = np.hypot(*(crossing.data[f"tip.{axis}"] - reference.data[f"tip.{axis}"] for axis in "xz"))
+    assert apart.max() < 3e-3
+
+
 def test_ik_quadrant():
     """E23. Unsigned arc cosines put alpha on the wrong side once the tip is behind the pillar."""
     behind = np.array([np.deg2rad(45.0), np.deg2rad(40.0), 0.31])

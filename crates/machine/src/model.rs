@@ -231,8 +231,8 @@ pub struct Friction {
     /// N (s/m)^viscous_exponent
     pub viscous: [f64; 2],
     pub viscous_exponent: [f64; 2],
-    /// Velocity over which the static map's sign change is smoothed, m/s.
-    pub smoothing_velocity: f64,
+    /// Velocity over which the static map changes its sign, m/s; `None`: the law's own choice.
+    pub smoothing_velocity: Option<f64>,
     /// LuGre bristle stiffness sigma_0, N/m (0 with the static model).
     pub bristle_stiffness: f64,
     /// LuGre bristle damping sigma_1, N s/m.

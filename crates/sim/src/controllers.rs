@@ -77,7 +77,7 @@ pub fn nominal<const N: usize>(machine: &Machine) -> Result<Nominal<N>, String> 
 
 pub(crate) fn nominal_cylinder(unit: &CylinderUnit<f64>, stroke: f64) -> NominalCylinder {
     let stop = &unit.end_stop;
-    let (FrictionLaw::Static { map, .. } | FrictionLaw::Printed { map } | FrictionLaw::LuGre { map, .. }) =
+    let (FrictionLaw::Static { map, .. } | FrictionLaw::Printed { map, .. } | FrictionLaw::LuGre { map, .. }) =
         unit.friction;
     NominalCylinder {
         chambers: unit.chambers,

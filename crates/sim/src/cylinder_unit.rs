@@ -13,9 +13,19 @@ use hydrocrane_physics::hydraulics::spool_valve::{EdgeFlows, PortPressures, Spoo
 /// Which friction law acts, with its parameters.
 #[derive(Debug, Clone, Copy)]
 pub enum FrictionLaw<T> {
-    Static { map: StaticParameters<T>, width: T },
-    Printed { map: StaticParameters<T> },
-    LuGre { map: StaticParameters<T>, bristle: LuGre<T> },
+    Static {
+        map: StaticParameters<T>,
+        width: T,
+    },
+    /// Without a width its sign jumps, as the program's does.
+    Printed {
+        map: StaticParameters<T>,
+        width: Option<T>,
+    },
+    LuGre {
+        map: StaticParameters<T>,
+        bristle: LuGre<T>,
+    },
 }
 
 /// Parameters of one cylinder and its valve.
@@ -82,7 +92,7 @@ impl<T: Real> FrictionLaw<T> {
         let none = T::c(0.0);
         match self {
             FrictionLaw::Static { map, width } => (static_map::force(map, *width, v), none, none),
-            FrictionLaw::Printed { map } => (static_map::printed(map, v), none, none),
+            FrictionLaw::Printed { map, width } => (static_map::printed(map, *width, v), none, none),
             FrictionLaw::LuGre { map, bristle } => {
                 let f = bristle.evaluate(map, v, z);
                 (f.force, f.deflection_rate, bristle.stiffness * z * f.deflection_rate)
@@ -154,7 +164,7 @@ impl<T: Copy> FrictionLaw<T> {
     fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> FrictionLaw<U> {
         match self {
             FrictionLaw::Static { map, width } => FrictionLaw::Static { map: map.map(f), width: f(*width) },
-            FrictionLaw::Printed { map } => FrictionLaw::Printed { map: map.map(f) },
+            FrictionLaw::Printed { map, width } => FrictionLaw::Printed { map: map.map(f), width: width.map(f) },
             FrictionLaw::LuGre { map, bristle } => FrictionLaw::LuGre { map: map.map(f), bristle: bristle.map(f) },
         }
     }

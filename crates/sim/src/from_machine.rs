@@ -20,6 +20,9 @@ use hydrocrane_physics::hydraulics::spool::Spool;
 use hydrocrane_physics::hydraulics::spool_valve::SpoolValve;
 use std::f64::consts::{FRAC_PI_4, PI};
 
+/// Velocity over which the static map changes its sign where the file states none, m/s.
+const SMOOTHING: f64 = 1e-3;
+
 /// The plant of a machine with exactly `N` joints.
 pub fn plant<const N: usize>(m: &file::Machine) -> Result<Plant<f64, N>, BuildError> {
     if m.tip.link != N {
@@ -207,9 +210,9 @@ fn friction(m: &file::Machine, f: &file::Friction) -> FrictionLaw<f64> {
             FrictionLaw::LuGre { map, bristle }
         }
         file::FrictionModel::Static if m.errata.friction_map => {
-            FrictionLaw::Static { map, width: f.smoothing_velocity }
+            FrictionLaw::Static { map, width: f.smoothing_velocity.unwrap_or(SMOOTHING) }
         }
-        file::FrictionModel::Static => FrictionLaw::Printed { map },
+        file::FrictionModel::Static => FrictionLaw::Printed { map, width: f.smoothing_velocity },
     }
 }
 

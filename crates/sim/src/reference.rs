@@ -162,7 +162,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
                 * (-(v / f.stribeck_velocity[way]).abs().powf(f.stribeck_exponent[way])).exp();
         let viscous = f.viscous[way] * v.abs().powf(f.viscous_exponent[way]).copysign(v);
         let friction = match f.model {
-            FrictionModel::Static => (v / f.smoothing_velocity).tanh() * stribeck + viscous,
+            FrictionModel::Static => (v / f.smoothing_velocity.unwrap_or(1e-3)).tanh() * stribeck + viscous,
             FrictionModel::LuGre => {
                 let z = x[s + 4];
                 let z_rate = v - f.bristle_stiffness * v.abs() / stribeck * z;

@@ -22,8 +22,6 @@ pub const KEYS: [&str; 12] = [
     "bristle-damping-velocity",
 ];
 
-/// Velocity over which the static map changes sign where the file states none, m/s.
-const DEFAULT_SMOOTHING: f64 = 1e-3;
 /// Powers of the velocity beyond this are no friction law.
 const LARGEST_EXPONENT: f64 = 10.0;
 
@@ -39,7 +37,7 @@ pub fn read(table: &Reader) -> Result<Friction> {
         stribeck_exponent: exponent(table, "stribeck-exponent")?,
         viscous: viscous(table, viscous_exponent)?,
         viscous_exponent,
-        smoothing_velocity: table.quantity_or("smoothing-velocity", &velocity(), Sign::Positive, DEFAULT_SMOOTHING)?,
+        smoothing_velocity: table.optional_quantity("smoothing-velocity", &velocity(), Sign::Positive)?,
         bristle_stiffness: bristle.stiffness,
         bristle_damping: bristle.damping,
         bristle_damping_velocity: bristle.damping_velocity,

@@ -14,12 +14,16 @@ pub fn force<T: Real>(p: &StaticParameters<T>, width: T, v: T) -> T {
     smooth::soft_sign(v, width) * p.stribeck(v) + p.viscous(v)
 }
 
-/// The program's friction force, N. Takes the extending set for both directions, as the program has one.
-pub fn printed<T: Real>(p: &StaticParameters<T>, v: T) -> T {
+/// The program's friction force, N. Takes the extending set for both directions, as the program has one. `width`:
+/// velocity over which the sign changes, m/s; without it the sign jumps, as the program's does.
+pub fn printed<T: Real>(p: &StaticParameters<T>, width: Option<T>, v: T) -> T {
     let zero = T::c(0.0);
     let decay = smooth::decay(v.abs() / p.stribeck_velocity_extending);
     let rest = p.coulomb_extending + p.breakaway_extending * decay;
-    let signed = T::select(zero.lt(v), rest, T::select(v.lt(zero), -rest, zero));
+    let signed = match width {
+        Some(width) => smooth::soft_sign(v, width) * rest,
+        None => T::select(zero.lt(v), rest, T::select(v.lt(zero), -rest, zero)),
+    };
     p.viscous_extending * v + signed
 }
 
@@ -33,7 +37,9 @@ mod tests {
         for i in -2000..=2000 {
             let v = f64::from(i) * 1e-4;
             assert!(force(&rottne(), 1e-3, v) * v >= 0.0);
-            assert!(printed(&rottne(), v) * v >= 0.0);
+            for width in [None, Some(1e-3)] {
+                assert!(printed(&rottne(), width, v) * v >= 0.0);
+            }
         }
     }
 
@@ -54,7 +60,16 @@ mod tests {
             viscous_extending: 3500.0,
             ..rottne()
         };
-        assert!((printed(&p, 1e-12) - 850.0).abs() < 1e-6);
-        assert_eq!(printed(&p, 0.0), 0.0);
+        assert!((printed(&p, None, 1e-12) - 850.0).abs() < 1e-6);
+        assert_eq!(printed(&p, None, 0.0), 0.0);
+    }
+
+    #[test]
+    fn a_width_changes_the_printed_law_near_rest_alone() {
+        let p = rottne();
+        assert!((printed(&p, Some(1e-3), 5e-4) / printed(&p, None, 5e-4) - 0.5f64.tanh()).abs() < 0.02);
+        for v in [-0.05, 0.02] {
+            assert!((printed(&p, Some(1e-3), v) - printed(&p, None, v)).abs() < 1e-9);
+        }
     }
 }

@@ -61,7 +61,8 @@ impl<T: Copy, const N: usize> Inputs<T, N> {
 
 /// The short cuts for usual exponents do not see them, so they are no way to differentiate by them.
 fn allow_other_exponents(friction: &mut FrictionLaw<Dual<f64, WIDTH>>) {
-    let (FrictionLaw::Static { map, .. } | FrictionLaw::Printed { map } | FrictionLaw::LuGre { map, .. }) = friction;
+    let (FrictionLaw::Static { map, .. } | FrictionLaw::Printed { map, .. } | FrictionLaw::LuGre { map, .. }) =
+        friction;
     let fixed = |exponents: [Dual<f64, WIDTH>; 2]| exponents.iter().all(|e| e.derivative == [0.0; WIDTH]);
     map.gaussian &= fixed([map.stribeck_exponent_extending, map.stribeck_exponent_retracting]);
     map.three_halves &= fixed([map.viscous_exponent_extending, map.viscous_exponent_retracting]);
