@@ -46,7 +46,7 @@ def name(request):
 def test_windows_are_found_at_every_level(name, case):
     """Each level of both directions gives windows of its velocity, inside of its time, and nothing else does."""
     run = lab.motion(name, 1.0, case.course)
-    found = lab.windows(name, case, 3)[0][0]
+    found = lab.windows(name, case, 3)[1][0][0]
     held = run.segments
     assert len(held) == 20
     for window in found:
@@ -89,7 +89,7 @@ def test_a_load_cell_does_not_cure_pressure_sensors():
 def test_scipy_agrees_on_the_points_of_the_rig(name):
     """One direction at a time, no floor, no robust loss, the same weights: curve_fit finds the same map."""
     case = NOISE
-    steady = lab.windows(name, case, 1)[0][0]
+    steady = lab.windows(name, case, 1)[1][0][0]
     points = replace(FrictionPoints.from_windows(steady), velocity_error=np.zeros(len(steady)))
     crane = hc.load_machine(name)
     exponent = float(crane.value("friction.test.viscous-exponent").si[0])
