@@ -278,7 +278,7 @@ class _Campaign:
             rig if supply == rig.supply_pressure else rig.changed({"supply.pressure": supply}),
             self._whole_map(),
             payload=chosen[0].payload,
-            calibrated=all(r.zero is not None for r in chosen),
+            calibrated=_left_of_zeros(chosen),
             progress=self._evaluation,
         )
         if fit.estimate is None:
@@ -294,6 +294,14 @@ class _Campaign:
 
     def _evaluation(self, count: int, misfit: float) -> None:
         self.tell(f"fitting the bristles: evaluation {count}, misfit {misfit:.3g} of the sensors' noise")
+
+
+def _left_of_zeros(records: list[Record]) -> bool | tuple[float, float]:
+    """Standard errors of the zeros of p1 and p2, Pa, the largest of any log; False without a calibration."""
+    errors = [record.zero.errors for record in records if record.zero is not None]
+    if len(errors) < len(records):
+        return False
+    return max(e["p1"] for e in errors), max(e["p2"] for e in errors)
 
 
 def _one_alone(what: str, unit: str, values: set[float]) -> None:

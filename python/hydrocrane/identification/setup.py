@@ -193,7 +193,11 @@ def _columns(can: NDArray[np.bool_], held: Mapping[str, float | None], symmetric
 
 
 def _untold(points: FrictionPoints, can: NDArray[np.bool_]) -> tuple[str, ...]:
-    """Labels of the parameters that cannot be told in a direction that was measured; exponents do not matter then."""
+    """Labels of the parameters that cannot be told in a direction that was measured; exponents do not matter then.
+
+    At one level all friction is fitted as Coulomb friction, of which it is the sum with the others.
+    """
     measured = [bool((points.direction == side).any()) for side in (0, 1)]
     lost = ~can & measured
+    lost[PARAMETERS.index("coulomb")] |= lost[PARAMETERS.index("viscous")]
     return tuple(LABELS[i] for i in np.flatnonzero(lost.ravel()) if "exponent" not in LABELS[i])

@@ -111,6 +111,8 @@ class StaticIdentification:
 
     def _row(self, label: str, ends: tuple[float, float]) -> tuple[str, ...]:
         ruler = "-" if of_sensors(label) else f"{self.reading.value(label):.4g}"
+        if not np.isfinite(ends).all():
+            return (label, self.fit.unit(label), "-", "not told by the data", "", ruler)
         value = shown(self.fit.value(label), *ends)
         return (label, self.fit.unit(label), value, f"{ends[0]:.4g}", f"{ends[1]:.4g}", ruler)
 
