@@ -17,7 +17,8 @@ import numpy as np
 
 import hydrocrane as hc
 from hydrocrane import rig
-from hydrocrane.identification import FrictionPoints, OffsetPrior, StaticFit, StaticMap, fit_static
+from hydrocrane.identification import FrictionPoints, StaticFit, StaticMap, fit_static
+from hydrocrane.identification.sensors import bias_without_zero, bow, span_error
 from hydrocrane.identification.static_map import LABELS
 from hydrocrane.logs import Log
 from hydrocrane.signals import SteadyWindows, steady_windows, zero_calibrated
@@ -26,8 +27,6 @@ HERE = Path(__file__).resolve().parent
 PAGE, PICTURE = HERE / "friction-lab.md", HERE / "friction-lab.png"
 RIGS = ("rig-rottne", "rig-kalmar")
 SENSORS = ("p1", "p2", "force")
-# Zero point and half of the span error, each evenly likely up to half of the accuracy, make the error at no pressure.
-AT_ZERO, OF_SPAN = 1 / np.sqrt(6.0), 1 / np.sqrt(3.0)
 UNBIASED = {f"sensor.{s}.accuracy": 1e-9 for s in SENSORS} | {
     f"sensor.position.{key}": 1e-9 for key in ("linearity", "repeatability")
 }
@@ -87,10 +86,9 @@ from 0.1 m/s to 0.1 mm/s, both ways, ten slips of the bristles each); each seed 
 (`log.reread(seed)`). Windows are found by `steady_windows` with the first 6.5 slips of a level left out, the map by
 `fit_static` with the exponents of the machine file. The truth is the machine file: no machine was measured.
 
-What the intervals leave out: the deviation of the position sensor is a parabola, so that its slope differs from level
-to level, while `velocity_share` takes it as common to all. Coulomb friction of the Kalmar cylinder rests on levels on
-the steep flank of its Stribeck effect; with forces as exact as those of its 40 bar transmitters that shows as the worst
-parameter, and goes away with a position sensor that is linear.
+The fit is told of three errors of the sensors (*spans told*): zeros, one for each log, spans of both transmitters, and
+the bow of the position sensor, whose deviation is a parabola, so that its slope differs from place to place. *Not told*
+of a zero calibration, the logs share one constant error.
 """
 
 
@@ -109,59 +107,40 @@ def slip(crane: hc.Machine) -> float:
 def motion(name: str, share: float, course: tuple[tuple[str, Any], ...]) -> rig.RigLog:
     """The run that all seeds share."""
     supply = share * hc.load_machine(name).supply_pressure
-    # Another calibration for each supply, so that no two logs draw the same noise for the same level.
-    lead = CALIBRATION / share
-    return rig.run("constant-velocity", name, supply=supply, calibration=lead, interval=0.02, **dict(course))
+    return rig.run("constant-velocity", name, supply=supply, calibration=CALIBRATION, interval=0.02, **dict(course))
 
 
-def windows(name: str, case: Case, seed: int) -> list[tuple[SteadyWindows, float]]:
-    """Windows of each log, and the standard deviation of the constant force error that is left, N."""
-    found = []
+def windows(name: str, case: Case, seed: int) -> tuple[hc.Machine, list[tuple[SteadyWindows, float]]]:
+    """The rig with its sensors; windows of each log, and the deviation of the constant force error that is left, N."""
+    found, earlier = [], 0
     for share in case.supplies:
         run = motion(name, share, case.course)
-        crane = run.run.machine
-        read = run.reread(seed, bits=case.bits, load_cell=case.load_cell, overrides=case.sensors)
+        crane = run.run.machine.changed(case.sensors)
+        # The same sensors read all logs, one after the other.
+        read = run.reread(seed, bits=case.bits, load_cell=case.load_cell, overrides=case.sensors, earlier=earlier)
+        earlier += read.data.sizes["time"]
         lead, log = read.data.attrs["calibration"], Log.of(read.data)
         zeroed = zero_calibrated(log, lead)
         used = zeroed.log if case.calibrated else log.between(lead, float(log.time[-1]))
         steady = steady_windows(used, crane, load_cell=case.load_cell, settle_travel=case.settling * slip(crane))
-        bias = zeroed.force_error(steady.rig, load_cell=case.load_cell)
-        if not case.calibrated:
-            zeros = [accuracy(crane, case, s) * crane.value(f"sensor.{s}.range").si * AT_ZERO for s in ("p1", "p2")]
-            bias = float(np.hypot(zeros[0] * steady.rig.piston_area, zeros[1] * steady.rig.rod_area))
-        found.append((steady, bias))
-    return found
-
-
-def slope_error(crane: hc.Machine, case: Case, steady: SteadyWindows) -> float:
-    """Standard deviation of the slope of the position sensor, whose deviation is a parabola, where it is worst.
-
-    Its height, twice the linearity at most, is evenly likely; its slope grows from the middle of the range on.
-    """
-    key, span = "sensor.position.linearity", crane.value("sensor.position.range").si
-    height = 2.0 * float(case.sensors.get(key, crane.value(key).si)) * span * OF_SPAN
-    place = np.interp([0.5 * (w.start + w.end) for w in steady], steady.log.time, steady.log["x"])
-    return float(8.0 * height * np.abs(place).max() / span**2)
-
-
-def accuracy(crane: hc.Machine, case: Case, sensor: str) -> float:
-    """Share of the range within which a sensor reads."""
-    key = f"sensor.{sensor}.accuracy"
-    return float(case.sensors.get(key, crane.value(key).si))
+        without = bias_without_zero(crane, steady.rig, load_cell=case.load_cell)
+        left = zeroed.force_error(steady.rig, load_cell=case.load_cell)
+        found.append((steady, left if case.calibrated else without))
+    return crane, found
 
 
 def identified(name: str, case: Case, seed: int) -> StaticFit:
     """Static friction of one draw of the sensors."""
-    found = windows(name, case, seed)
-    crane = motion(name, case.supplies[0], case.course).run.machine
+    crane, found = windows(name, case, seed)
     held = float(crane.value("friction.test.viscous-exponent").si[0])
-    points = FrictionPoints.from_windows(window for steady, _ in found for window in steady)
+    biases = [bias for _, bias in found]
+    told = "span" in case.told
     return fit_static(
-        points,
+        FrictionPoints.joined([FrictionPoints.from_windows(steady) for steady, _ in found]),
         exponents={"viscous-exponent": held},
-        bias=OffsetPrior(max(bias for _, bias in found)) if "zero" in case.told else None,
-        span=accuracy(crane, case, "p1") * OF_SPAN if "span" in case.told else 0.0,
-        velocity_share=slope_error(crane, case, found[0][0]) if "span" in case.told else 0.0,
+        bias=(biases if case.calibrated else max(biases)) if "zero" in case.told else None,
+        span=span_error(crane) if told else 0.0,
+        bow=bow(crane) if told else 0.0,
     )
 
 

@@ -117,6 +117,10 @@ class Machine:
     def __reduce__(self) -> tuple[Any, tuple[str, dict[str, Override]]]:
         return load_machine, (self.source, self.overrides)
 
+    def changed(self, overrides: Mapping[str, Any]) -> Machine:
+        """This machine with some values replaced, on top of its own overrides; see :func:`load_machine`."""
+        return load_machine(self.source, {**self.overrides, **overrides}) if overrides else self
+
     # --- what it is ---------------------------------------------------------------------------------------------
 
     @property
@@ -440,6 +444,7 @@ class Machine:
         seed: int = 0,
         faults: Sequence[SensorFault] = (),
         payload: float | None = None,
+        earlier: int = 0,
     ) -> xr.Dataset:
         """What the sensors would have read of a run, at the instants at which it was recorded.
 
@@ -455,6 +460,9 @@ class Machine:
         faults : sequence of SensorFault
         payload : float, optional
             kg at the tip; that of the run by default.
+        earlier : int
+            Readings that the sensors took before, at rest: another number leaves their errors as they are and draws
+            other noise, as a second run on the same sensors does.
 
         Returns
         -------
@@ -464,7 +472,7 @@ class Machine:
         """
         from hydrocrane.measuring import measure
 
-        return measure(self, recorded, sensors=sensors, seed=seed, faults=faults, payload=payload)
+        return measure(self, recorded, sensors=sensors, seed=seed, faults=faults, payload=payload, earlier=earlier)
 
     def pack_state(self, q: ArrayLike, qd: ArrayLike | None = None, p: ArrayLike | None = None) -> Array:
         """A state (n_states,) from joints q, rates qd and pressures p (n_cyl, 2), Pa; all else zero."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrocrane import _core
+from hydrocrane.arrays import Array
 from hydrocrane.controllers import SENSORS, SensorFault
 from hydrocrane.errors import InputError, translated, unknown
 
@@ -25,6 +26,7 @@ def measure(
     seed: int = 0,
     faults: Sequence[SensorFault] = (),
     payload: float | None = None,
+    earlier: int = 0,
 ) -> xr.Dataset:
     """See :meth:`hydrocrane.machine.Machine.measure`."""
     import xarray as xr
@@ -43,23 +45,35 @@ def measure(
     states = np.stack([data[name].values for name in crane.state_names], axis=-1).astype(np.float64)
     if not (np.isfinite(time).all() and np.isfinite(states).all() and (np.diff(time) > 0).all()):
         raise InputError("the recorded times must grow, and times and states be finite")
+    before, rest = _rest(time, states, earlier)
     mass = crane.payload(data.attrs.get("payload") if payload is None else payload)
     entries = [fault.entry for fault in faults]
     with translated():
-        signals, table = _core.measure(crane.core, time, states, mass, sensors, _checked_seed(seed), entries)
+        signals, table = _core.measure(
+            crane.core, np.append(before, time), np.vstack([rest, states]), mass, sensors, _whole(seed, "seed"), entries
+        )
     about = {name: (unit, text) for name, unit, text in _described(crane)}
     readings = xr.Dataset(coords={"time": ("time", time, {"units": "s", "long_name": "time"})})
     for i, name in enumerate(signals):
         unit, text = about[name]
-        readings[name] = ("time", np.asarray(table)[:, i].copy(), {"units": unit, "long_name": f"{text}, as read"})
+        column = np.asarray(table)[before.size :, i].copy()
+        readings[name] = ("time", column, {"units": unit, "long_name": f"{text}, as read"})
     readings.attrs = {"machine": crane.name, "sensors": sensors, "seed": int(seed)}
     return readings
 
 
-def _checked_seed(seed: Any) -> int:
-    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or not 0 <= seed < 2**63:
-        raise InputError(f"seed must be a whole number, zero or more; got {seed!r}")
-    return int(seed)
+def _rest(time: Array, states: Array, earlier: int) -> tuple[Array, Array]:
+    """Times before the record at which it rests in its first state, (k,) and (k, n)."""
+    count = _whole(earlier, "earlier") if time.size else 0
+    step = float(time[1] - time[0]) if time.size > 1 else 1.0
+    return time[:1] - step * np.arange(count, 0, -1), np.repeat(states[:1], count, axis=0)
+
+
+def _whole(number: Any, name: str) -> int:
+    """A whole number, zero or more."""
+    if isinstance(number, bool) or not isinstance(number, int | np.integer) or not 0 <= number < 2**63:
+        raise InputError(f"{name} must be a whole number, zero or more; got {number!r}")
+    return int(number)
 
 
 def _described(crane: Machine) -> list[tuple[str, str, str]]:

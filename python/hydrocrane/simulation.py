@@ -98,9 +98,7 @@ def _machine_for(plan: Scenario, machine: Machine | str | PathLike[str] | None) 
         return plan.load_machine()
     if not isinstance(machine, Machine):
         return load_machine(machine, plan.machine_overrides)
-    if not plan.machine_overrides:
-        return machine
-    return load_machine(machine.source, {**machine.overrides, **plan.machine_overrides})
+    return machine.changed(plan.machine_overrides)
 
 
 @contextmanager

@@ -15,7 +15,7 @@ from hydrocrane.benchmark import Case, Result, run_case
 from hydrocrane.controllers import DEFAULT_PERIOD
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.fitted_tasks import tuning_cases
-from hydrocrane.machine import Machine, load_machine
+from hydrocrane.machine import Machine
 
 # The gains that shape how a piston follows; the others are limits and shares, and not for a search.
 TUNED = ("position-gain", "damping", "observer-bandwidth", "pressure-bandwidth")
@@ -101,7 +101,7 @@ def tune(
         if progress is not None:
             progress(count - 1, trials)
         own = {f"control.tip.{name}": value for name, value in values.items()}
-        crane = load_machine(machine.source, {**machine.overrides, **own})
+        crane = machine.changed(own)
         results = [run_case(crane, "tip", case, seed=seed) for case in chosen]
         if count == 1:
             _check_start(machine, results)

@@ -46,7 +46,7 @@ def name(request):
 def test_windows_are_found_at_every_level(name, case):
     """Each level of both directions gives windows of its velocity, inside of its time, and nothing else does."""
     run = lab.motion(name, 1.0, case.course)
-    found = lab.windows(name, case, 3)[0][0]
+    found = lab.windows(name, case, 3)[1][0][0]
     held = run.segments
     assert len(held) == 20
     for window in found:
@@ -89,7 +89,7 @@ def test_a_load_cell_does_not_cure_pressure_sensors():
 def test_scipy_agrees_on_the_points_of_the_rig(name):
     """One direction at a time, no floor, no robust loss, the same weights: curve_fit finds the same map."""
     case = NOISE
-    steady = lab.windows(name, case, 1)[0][0]
+    steady = lab.windows(name, case, 1)[1][0][0]
     points = replace(FrictionPoints.from_windows(steady), velocity_error=np.zeros(len(steady)))
     crane = hc.load_machine(name)
     exponent = float(crane.value("friction.test.viscous-exponent").si[0])
@@ -129,6 +129,20 @@ def test_a_log_read_again_is_the_log_of_that_seed():
     assert log.reread(1).data.identical(log.data)
     with pytest.raises(hc.InputError, match="supply.pressure.*rig.run"):
         log.reread(1, overrides={"supply.pressure": "100 bar"})
+
+
+def test_logs_of_the_same_sensors_share_their_errors_and_not_their_noise():
+    log = rig.run("small-sine", seed=1, calibration=1.0, cycles=1, interval=2e-3, bits=24)
+    later = log.reread(1, earlier=log.data.sizes["time"])
+    off = [each.data.p1.values - each.data.p1.values.mean() for each in (log, later)]
+    noise = [np.diff(each.data.p1.values[:400]) for each in (log, later)]
+    assert abs(np.corrcoef(*noise)[0, 1]) < 0.2 and np.corrcoef(*off)[0, 1] > 0.5
+    # The zero point of both is the same within their noise, 0.04 bar.
+    assert later.data.p1.values[:400].mean() == pytest.approx(log.data.p1.values[:400].mean(), abs=5 * 4e3 / 20)
+    one, other = rig.series("pressure-variation", seed=1, interval=0.05)
+    assert one.data.attrs["earlier"] == 0 and other.data.attrs["earlier"] == one.data.sizes["time"]
+    with pytest.raises(hc.InputError, match="earlier must be a whole number"):
+        log.reread(1, earlier=-1)
 
 
 # --- the zero -------------------------------------------------------------------------------------------------------

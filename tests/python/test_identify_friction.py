@@ -13,7 +13,7 @@ from hydrocrane import rig
 from hydrocrane.app.cli import main
 from hydrocrane.identification import FrictionPoints, fit_static
 from hydrocrane.identification.campaign_report import summary
-from hydrocrane.identification.sensors import slope_error
+from hydrocrane.identification.sensors import bow
 from hydrocrane.signals import steady_windows
 
 TRUTH = hc.load_machine("rig-rottne")
@@ -100,9 +100,9 @@ def test_the_stages_do_what_the_functions_do(found):
     record = found.records[0]
     windows = steady_windows(record.log, found.windows[0].rig)
     points, bias = FrictionPoints.from_windows(windows), record.zero.force_error(windows.rig)
-    by_hand = fit_static(points, bias=bias, span=0.003 / np.sqrt(3), velocity_share=slope_error(TRUTH, windows))
+    by_hand = fit_static(points, bias=bias, span=0.003 / np.sqrt(3), bow=bow(TRUTH))
     assert by_hand.covariance.values == pytest.approx(found.static.fit.covariance.values, rel=1e-6)
-    assert by_hand.law.values == pytest.approx(found.static.fit.law.values, rel=1e-9)
+    assert by_hand.law.values == pytest.approx(found.static.fit.law.values, rel=1e-7)
 
 
 def test_a_stretch_at_zero_pressure_can_be_named(log, found):

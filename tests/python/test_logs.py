@@ -60,11 +60,11 @@ def test_a_log_reads_back_equal(tmp_path, suffix):
     assert not back.flags
 
 
-@pytest.mark.parametrize("suffix", ["csv", "mat", "nc", "h5"])
+@pytest.mark.parametrize("suffix", FORMATS)
 def test_what_a_log_says_about_itself_reads_back(tmp_path, suffix):
     about = {"experiment": "ramp", "payload": 20.5, "seed": 3, "note": 'ö "quoted" # [x]', "empty": ""}
     data = Log.of(readings()).data.assign_attrs(about)
-    path = Log(data).save(tmp_path / f"log.{suffix}")
+    path = Log(data).save(tmp_path / f"log.{with_extra(suffix)}")
     assert hc.read_log(path).data.attrs == {**about, "source": str(path)}
 
 

@@ -292,3 +292,13 @@ def test_override_of_a_strange_type(value):
 def test_unknown_machine_names_the_bundled_ones():
     with pytest.raises(hc.MachineFileError, match="rottne-f9-lab"):
         hc.load_machine("rotne-f9-lab")
+
+
+def test_a_changed_machine_keeps_the_overrides_it_had():
+    one = hc.load_machine("rig-rottne", {"supply.pressure": "100 bar"})
+    other = one.changed({"payload.mass": "20 kg"})
+    assert (other.supply_pressure, other.payload_mass) == (pytest.approx(100e5), 20.0)
+    assert one.payload_mass == 0.0 and one.changed({}) is one
+    assert other.changed({"supply.pressure": "40 bar"}).supply_pressure == pytest.approx(40e5)
+    with pytest.raises(hc.MachineError, match="paylod"):
+        one.changed({"paylod.mass": 1.0})

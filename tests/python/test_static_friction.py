@@ -20,6 +20,7 @@ from hydrocrane.identification import (
     identify_static,
     synthetic_points,
 )
+from hydrocrane.identification.reach import reach
 from hydrocrane.identification.static_map import LABELS
 
 # Thesis Table 3, 0 kg; the viscous exponent is that of (108).
@@ -199,6 +200,57 @@ def test_stray_points_are_left_out_and_named(seed):
 # --- what cannot be told ----------------------------------------------------------------------------------------------
 
 
+def test_each_log_may_have_a_constant_error_of_its_own():
+    """Two logs that were calibrated each by itself, off by +5 and -5 N: the fit tells them apart, and joins the map."""
+    one, other = (synthetic_points(ROTTNE, offset=off, force_error=0.5, seed=k) for k, off in enumerate((5.0, -5.0)))
+    both = FrictionPoints.joined([one, other])
+    assert both.logs == 2 and len(both) == len(one) + len(other)
+    assert both.select(both.log == 1).force == pytest.approx(other.force)
+    fit = fit_static(both, bias=[5.0, 5.0])
+    assert fit.offsets[0] - fit.offsets[1] == pytest.approx(10.0, abs=1.0)
+    assert fit.value("offset.2") == fit.offsets[1] and fit.unit("offset.1") == "N"
+    assert 3.0 * fit.residuals.std() < fit_static(both, bias=5.0).residuals.std()
+    with pytest.raises(hc.InputError, match="3 entries for points of 2 logs"):
+        fit_static(both, bias=[5.0, 5.0, 5.0])
+
+
+def test_a_bowed_potentiometer_is_carried_along():
+    """The slope of the position sensor is off by 2 % per metre from its middle: levels elsewhere read another speed."""
+    bent, position = 0.02, np.linspace(-0.3, 0.3, len(synthetic_points(ROTTNE)))
+    true = synthetic_points(ROTTNE, force_error=0.1, velocity_error=1e-4, seed=6)
+    seen = replace(true, velocity=true.velocity * (1.0 + bent * position), position=position)
+    fit = fit_static(seen, bow=0.02)
+    low, high = fit.intervals()["bow"]
+    assert low < bent < high and high - low < 0.04 and fit.unit("bow") == "1/m"
+    for label, (low, high) in fit.intervals().items():
+        if label != "bow":
+            assert low < ROTTNE.values[LABELS.index(label)] < high, label
+    for bad, message in ((-1.0, "1/m"), (0.1, "needs the position")):
+        with pytest.raises(hc.InputError, match=message):
+            fit_static(true, bow=bad)
+    with pytest.raises(hc.InputError, match="shape"):
+        FrictionPoints.of([0.1, 0.2], [1.0, 2.0], position=[0.0])
+
+
+def test_points_known_less_well_are_not_stray():
+    """Levels on a steep flank are as far off as their velocities explain, and far from a bulk that is known better."""
+    for seed in range(5):
+        points = synthetic_points(ROTTNE, force_error=0.1, velocity_error=0.05, seed=seed)
+        assert not fit_static(points).rejected
+
+
+def test_reaches_of_scatter_and_bounds():
+    assert reach(0.95, 1.0, np.inf, np.zeros(0)) == pytest.approx(1.95996, abs=1e-4)
+    assert reach(0.95, 2.0, 5.0, np.zeros(1)) == pytest.approx(2.5706, abs=1e-3)
+    # One bound alone: 95 % of it. Two equal ones: a triangle, 1 - sqrt(0.05) of the sum.
+    assert reach(0.95, 0.0, np.inf, np.array([3.0])) == pytest.approx(0.95 * 3**0.5, rel=2e-3)
+    triangle = (1 - 0.05**0.5) * 2 / (2 / 3) ** 0.5
+    assert reach(0.95, 0.0, np.inf, np.array([1.0, 1.0])) == pytest.approx(triangle, rel=2e-3)
+    draw = np.random.default_rng(1)
+    mixed = draw.normal(size=400_000) + draw.uniform(-2.0, 2.0, 400_000)
+    assert reach(0.9, 1.0, np.inf, np.array([2.0])) == pytest.approx(np.quantile(mixed, 0.95) / mixed.std(), rel=0.01)
+
+
 def test_an_offset_only_shifts_what_its_prior_allows():
     """Coulomb friction of the directions moves against each other; their sum, slopes and widths do not."""
     shifted = synthetic_points(ROTTNE, offset=40.0, seed=2)
@@ -230,9 +282,30 @@ def test_the_offset_prior_of_two_transmitters():
 def test_one_level_only_is_said():
     fit = fit_static(synthetic_points(ROTTNE, speeds=[0.01], windows=4))
     assert any("one velocity level only" in w for w in fit.warnings)
-    for name in ("stribeck-velocity", "breakaway", "viscous"):
+    for name in ("coulomb", "stribeck-velocity", "breakaway", "viscous"):
         assert fit.intervals()[f"{name}.retracting"] == (-np.inf, np.inf)
+    assert "coulomb = " in fit.toml("test") and "not told by the data" in fit.toml("test")
     assert fit.params["coulomb"] == pytest.approx(np.abs(ROTTNE.force([0.01, -0.01])), rel=0.03)
+
+
+def test_one_level_in_one_direction_leaves_the_other_as_it_is():
+    both = synthetic_points(ROTTNE, seed=3)
+    kept = (both.velocity > 0.0) | (np.abs(both.velocity + 0.1) < 0.01)
+    fit = fit_static(both.select(kept))
+    assert fit.intervals()["coulomb.retracting"] == (-np.inf, np.inf)
+    assert np.isinf(fit.force_error(np.array([-0.1])))
+    low, high = fit.intervals()["coulomb.extending"]
+    assert low < 160.0 < high < 200.0
+
+
+def test_a_name_that_no_table_can_have_is_refused():
+    fit = fit_static(synthetic_points(ROTTNE))
+    for wrong in ("big cylinder", "a]b", ""):
+        with pytest.raises(hc.InputError, match="cannot be the name of a table"):
+            fit.toml("test", name=wrong) if wrong else fit.toml("")
+    with pytest.raises(hc.InputError, match="take `big-cylinder`"):
+        fit.toml("big cylinder")
+    assert tomllib.loads(fit.toml("big cylinder", name="big_1"))["friction"]["big_1"]["cylinder"] == "big cylinder"
 
 
 def test_no_slow_levels_leave_stribeck_friction_out():

@@ -28,7 +28,13 @@ impl<'a> Reader<'a> {
         };
         for entry in entries {
             if let Some(known) = known.filter(|known| !known.contains(&entry.key.as_str())) {
-                let help = suggestion(&entry.key, known.iter().copied());
+                let help = match entry.key.as_str() {
+                    // TOML counts a key to the table above it, wherever its author wanted it.
+                    key @ ("extends" | "include") => {
+                        format!("`{key}` belongs above the first table of a machine file, above this [{path}]")
+                    }
+                    key => suggestion(key, known.iter().copied()),
+                };
                 let key = join(&path, &entry.key);
                 return Err(entry.place.error(ErrorKind::UnknownKey, &key, "unknown key").help(help));
             }

@@ -27,6 +27,15 @@ fn loaded(test: &str, files: &[(&str, &str)]) -> Result<Machine, MachineError> {
 }
 
 #[test]
+fn a_key_of_the_whole_file_in_a_table_is_told_where_it_belongs() {
+    for key in ["extends = \"rig-rottne\"", "include = [\"friction.toml\"]"] {
+        let text = format!("[machine]\nname = \"mine\"\n{key}\n");
+        let error = hydrocrane_machine::parse(&text, "mine.toml", &[]).unwrap_err().to_string();
+        assert!(error.contains("above the first table of a machine file"), "{error}");
+    }
+}
+
+#[test]
 fn what_is_included_lies_over_the_file_and_what_it_extends() {
     let own = "include = [\"parts/friction.toml\"]\nextends = \"rig-rottne\"\n\
                [friction.test]\ncoulomb = { value = \"5 N\", class = \"assumed\" }\n";

@@ -10,7 +10,7 @@ from scipy.stats import f as fisher
 from hydrocrane.identification.graphical import FAR
 from hydrocrane.identification.least_squares import Scatter
 from hydrocrane.identification.points import DIRECTIONS
-from hydrocrane.identification.result import OF_SENSORS, StaticFit, missing_directions
+from hydrocrane.identification.result import StaticFit, missing_directions, of_sensors
 
 # A parameter whose 95 % interval reaches further than this share of its value is called poorly known.
 POOR = 0.5
@@ -78,7 +78,7 @@ def _bounds(fit: StaticFit) -> Iterator[str]:
 def _poorly_known(fit: StaticFit) -> Iterator[str]:
     for label, (low, high) in fit.intervals(0.95, method="t").items():
         value = fit.value(label)
-        if label in OF_SENSORS:
+        if of_sensors(label):
             continue
         if not np.isfinite(low):
             yield f"{label} cannot be told from these points"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import json
+import re
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
@@ -50,10 +51,21 @@ def friction_block(
     return "\n".join([*lines, *(_line(fit, key, powers) for key in PARAMETERS), *added]) + "\n"
 
 
+def checked_name(name: str) -> str:
+    """A name that can head a table of a machine file."""
+    if not re.fullmatch(r"[A-Za-z0-9_-]+", name):
+        nearest = re.sub(r"[^A-Za-z0-9_-]+", "-", name).strip("-")
+        raise InputError(
+            f"`{name}` cannot be the name of a table [friction.<name>]: letters, digits, - and _ can"
+            + (f"; take `{nearest}`" if nearest else "")
+        )
+    return name
+
+
 def head(name: str, cylinder: str, source: str, model: str) -> list[str]:
     """The first lines of the block of a fit."""
     return [
-        f"[friction.{name}]",
+        f"[friction.{checked_name(name)}]",
         'class = "fitted"',
         f"source = {json.dumps(source, ensure_ascii=False)}",
         f"cylinder = {json.dumps(cylinder)}",

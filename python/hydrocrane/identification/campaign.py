@@ -17,7 +17,7 @@ from hydrocrane.identification.dynamic import fit_dynamic
 from hydrocrane.identification.dynamic_result import DynamicFit
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.records import RAMP, STEADY, STEP, Reading, Record
-from hydrocrane.identification.sensors import PRESSURES, bias_without_zero, largest_error, slope_error, span_error
+from hydrocrane.identification.sensors import PRESSURES, bias_without_zero, bow, largest_error, span_error
 from hydrocrane.identification.setup import Exponents
 from hydrocrane.identification.static_stage import StaticIdentification, identify_static
 from hydrocrane.machine import Machine, load_machine
@@ -185,6 +185,12 @@ class _Campaign:
                 "log has one"
             )
 
+    def _biases(self) -> float | list[float]:
+        """Zero calibrations err independently; without any, all logs share the error of their sensors."""
+        if all(record.zero is None for record in self.steady):
+            return max(self._bias(record) for record in self.steady)
+        return [self._bias(record) for record in self.steady]
+
     def _bias(self, record: Record) -> float:
         """Standard deviation of the constant error of a log's friction, N."""
         parameters = self._parameters(record)
@@ -218,8 +224,9 @@ class _Campaign:
     def _points(self, chosen: Iterable[int]) -> FrictionPoints:
         """Points of some of the steady logs, by number."""
         numbers = list(chosen)
-        windows = [w for i in numbers for w in self.found.windows[i]]
-        return FrictionPoints.from_windows(windows, source=[self.steady[i].name for i in numbers])
+        return FrictionPoints.joined(
+            [FrictionPoints.from_windows(self.found.windows[i], source=[self.steady[i].name]) for i in numbers]
+        )
 
     def _static(self) -> StaticIdentification:
         self.tell("fitting the static map")
@@ -229,10 +236,10 @@ class _Campaign:
             self._points(range(len(pairs))),
             rejected_windows=left_out,
             exponents=self.exponents,
-            # One offset stands for all logs: that of the worst.
-            bias=max(self._bias(record) for record in self.steady),
+            bias=self._biases(),
             span=span_error(self.found.rig),
-            velocity_share=max(slope_error(self.found.rig, windows) for windows in self.found.windows),
+            bow=bow(self.found.rig),
+            velocity_share=span_error(self.found.rig, ("x",)),
         )
 
     def _groups(self) -> dict[str, list[int]]:
@@ -263,14 +270,15 @@ class _Campaign:
         chosen = [*ramps, *steps]
         _one_alone("loads", "kg", {r.payload for r in chosen})
         _one_alone("pressures", "Pa", {r.supply for r in chosen})
+        rig, supply = self.found.rig, chosen[0].supply
         self.tell("fitting the bristles")
         fit = fit_dynamic(
             [r.log for r in ramps],
             [r.log for r in steps],
-            self._at_pressure(chosen[0].supply),
+            rig if supply == rig.supply_pressure else rig.changed({"supply.pressure": supply}),
             self._whole_map(),
             payload=chosen[0].payload,
-            calibrated=all(r.zero is not None for r in chosen),
+            calibrated=_left_of_zeros(chosen),
             progress=self._evaluation,
         )
         if fit.estimate is None:
@@ -279,12 +287,6 @@ class _Campaign:
             self.found.warnings += fit.warnings
         return fit
 
-    def _at_pressure(self, supply: float) -> Machine:
-        rig = self.found.rig
-        if supply == rig.supply_pressure:
-            return rig
-        return load_machine(rig.source, {**rig.overrides, "supply.pressure": supply})
-
     def _whole_map(self) -> StaticFit | None:
         """The fitted map where it has both directions."""
         fit = self.found.static.fit if self.found.static is not None else None
@@ -292,6 +294,14 @@ class _Campaign:
 
     def _evaluation(self, count: int, misfit: float) -> None:
         self.tell(f"fitting the bristles: evaluation {count}, misfit {misfit:.3g} of the sensors' noise")
+
+
+def _left_of_zeros(records: list[Record]) -> bool | tuple[float, float]:
+    """Standard errors of the zeros of p1 and p2, Pa, the largest of any log; False without a calibration."""
+    errors = [record.zero.errors for record in records if record.zero is not None]
+    if len(errors) < len(records):
+        return False
+    return max(e["p1"] for e in errors), max(e["p2"] for e in errors)
 
 
 def _one_alone(what: str, unit: str, values: set[float]) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from hydrocrane.identification.dynamic_result import DYNAMIC, UNITS
 from hydrocrane.identification.records import Record, name_of
 from hydrocrane.identification.report import Report, Section, Table
-from hydrocrane.identification.result import OF_SENSORS, shown
+from hydrocrane.identification.result import of_sensors, shown
 from hydrocrane.identification.sensors import PRESSURES
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def _parameters(found: Identification) -> list[tuple[str, ...]]:
     if found.static is not None:
         fit = found.static.fit
         for label, (low, high) in fit.intervals(0.95).items():
-            if label in OF_SENSORS:
+            if of_sensors(label):
                 continue
             rows.append(_row(label, fit.unit(label), fit.value(label), low, high))
     if found.dynamic is not None and found.dynamic.estimate is not None:

@@ -243,7 +243,7 @@ def _pooled(
     """Least sum of squares of one map for all groups, each with an offset of its own per direction where one is
     allowed; the first group has none."""
     groups = [s.problem.points for s in solved]
-    points = _joined(groups)
+    points = FrictionPoints.joined(groups)
     first = fit_static(points, exponents=exponents, floor=floor, loss="linear")
     coordinates = Coordinates(float(points.speed.max()))
     start = coordinates.of_map(first.law)
@@ -273,16 +273,6 @@ def _pooled(
         residual, begin, jac=slopes, bounds=(np.append(low, -wide), np.append(high, wide)), x_scale="jac"
     )
     return 2.0 * float(found.cost), problem.unknowns
-
-
-def _joined(groups: list[FrictionPoints]) -> FrictionPoints:
-    return FrictionPoints(
-        velocity=np.concatenate([g.velocity for g in groups]),
-        force=np.concatenate([g.force for g in groups]),
-        velocity_error=np.concatenate([g.velocity_error for g in groups]),
-        force_error=np.concatenate([g.force_error for g in groups]),
-        direction=np.concatenate([g.direction for g in groups]),
-    )
 
 
 def _difference(fits: Mapping[str, StaticFit], name: str, reference: str, deviation: float) -> Difference:

@@ -20,7 +20,7 @@ from hydrocrane.identification.output_error import Estimate, Unknown
 from hydrocrane.identification.result import StaticFit
 from hydrocrane.identification.rig_misfit import Progress, RigMisfit
 from hydrocrane.identification.rig_model import LogModel
-from hydrocrane.identification.rig_sensors import RigSensors
+from hydrocrane.identification.rig_sensors import Calibrated, RigSensors
 from hydrocrane.identification.rig_unknowns import (
     DYNAMIC,
     check_bristles,
@@ -52,7 +52,7 @@ def fit_dynamic(
     static: StaticFit | None = None,
     *,
     payload: float | None = None,
-    calibrated: bool = False,
+    calibrated: Calibrated = False,
     progress: Progress | None = None,
 ) -> DynamicFit:
     """Find the bristles' stiffness and damping.
@@ -67,8 +67,9 @@ def fit_dynamic(
         The static map; without it the rig's own is taken, and allowed to be off by 10 %.
     payload : float, optional
         kg.
-    calibrated : bool
-        The zero of the pressure transmitters has been subtracted.
+    calibrated : bool or (float, float)
+        The zeros of the pressure transmitters have been subtracted; or what is left of those of p1 and p2, standard
+        errors in Pa, as :attr:`hydrocrane.signals.ZeroCalibrated.errors` has them.
     progress : callable, optional
         Called with evaluations of the fit and the root-mean-square residual in standard deviations.
 
@@ -133,7 +134,7 @@ def expected(
     static: StaticFit | None = None,
     *,
     payload: float | None = None,
-    calibrated: bool = False,
+    calibrated: Calibrated = False,
 ) -> dict[str, float]:
     """Smallest standard deviations (Cramer-Rao), SI, that such logs allow where the rig's file is the truth.
 

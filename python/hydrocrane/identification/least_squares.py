@@ -13,7 +13,7 @@ from scipy.optimize import OptimizeResult, least_squares
 
 from hydrocrane.arrays import Array
 from hydrocrane.identification.points import FrictionPoints
-from hydrocrane.identification.result import OFFSET, SPANS, fitted_velocity
+from hydrocrane.identification.result import BOW, OFFSET, SPANS, fitted_velocity
 from hydrocrane.identification.static_map import Coordinates
 
 Loss = Literal["soft_l1", "huber", "cauchy", "arctan", "linear"]
@@ -62,6 +62,33 @@ class OffsetPrior:
 
 
 @dataclass(frozen=True)
+class SensorErrors:
+    """What is known beforehand of the errors that all readings of a sensor share.
+
+    Attributes
+    ----------
+    offsets : tuple of OffsetPrior
+        Constant force error: one for all logs, or one for each; empty: there is none.
+    span : float
+        Standard deviation of the relative error of each transmitter's span; zero: there is none.
+    bow : float
+        Standard deviation of the relative error of the velocity per metre of position, 1/m; zero: there is none.
+    """
+
+    offsets: tuple[OffsetPrior, ...] = ()
+    span: float = 0.0
+    bow: float = 0.0
+
+    @cached_property
+    def priors(self) -> dict[str, OffsetPrior]:
+        """Mean and standard deviation of each error, in the order of the unknowns."""
+        several = len(self.offsets) > 1
+        known = {f"{OFFSET}.{k}" if several else OFFSET: prior for k, prior in enumerate(self.offsets, 1)}
+        known |= dict.fromkeys(SPANS, OffsetPrior(self.span)) if self.span else {}
+        return known | ({BOW: OffsetPrior(self.bow)} if self.bow else {})
+
+
+@dataclass(frozen=True)
 class Problem:
     """Points, which coordinates are free, and how the points are weighted.
 
@@ -74,13 +101,12 @@ class Problem:
         Unknown that a coordinate follows, -1 where it is held; two coordinates may share one.
     floor : float
         Standard deviation of a whole level about any map, N: keeps a level of many points from outweighing others.
-    offset : OffsetPrior or None
-        Prior of the constant force error.
-    span : float
-        Standard deviation of the relative error of each transmitter's span; zero: there is none. Errors of the
-        sensors are the last unknowns: offset, then both spans.
+    sensors : SensorErrors
+        Its errors are the last unknowns: offsets, both spans, bow.
     untold : tuple of str
         Labels of parameters that were held because these points cannot tell them.
+    free_floor : bool
+        The floor is to be found, and `floor` is a guess.
     """
 
     points: FrictionPoints
@@ -88,28 +114,28 @@ class Problem:
     start: Array
     column: NDArray[np.int_]
     floor: float
-    offset: OffsetPrior | None = None
-    span: float = 0.0
+    sensors: SensorErrors = SensorErrors()
     untold: tuple[str, ...] = ()
+    free_floor: bool = False
 
     @property
     def unknowns(self) -> int:
         """Free coordinates, errors of the sensors not counted."""
         return int(self.column.max()) + 1
 
-    @cached_property
+    @property
     def priors(self) -> dict[str, OffsetPrior]:
         """What is known beforehand of each error of the sensors, in the order of the unknowns."""
-        known = {OFFSET: self.offset} if self.offset is not None else {}
-        return known | (dict.fromkeys(SPANS, OffsetPrior(self.span)) if self.span else {})
+        return self.sensors.priors
 
     @cached_property
-    def of_sensors(self) -> Array:
-        """(n, k) force, N, that each error of the sensors adds to each point, per unit of it."""
-        columns = [np.ones(len(self.points))] if self.offset is not None else []
-        if self.span and self.points.chambers is not None:
+    def of_force(self) -> Array:
+        """(n, k) force, N, that each error of the force's sensors adds to each point, per unit of it."""
+        count = len(self.sensors.offsets)
+        columns = [self.points.log == k for k in range(count)] if count > 1 else [np.ones(len(self.points))] * count
+        if self.sensors.span and self.points.chambers is not None:
             columns += [self.points.chambers[:, 0], -self.points.chambers[:, 1]]
-        return np.stack(columns, axis=-1) if columns else np.zeros((len(self.points), 0))
+        return np.stack(columns, axis=-1).astype(float) if columns else np.zeros((len(self.points), 0))
 
     def theta(self, x: Array) -> Array:
         """All coordinates at the unknowns `x`."""
@@ -150,14 +176,18 @@ class Problem:
 
     def misfit(self, x: Array) -> tuple[Array, Array]:
         """Fitted less measured force (n,), N, and its slopes over the unknowns."""
-        theta = self.theta(x)
-        force, _, over_parameters = self.coordinates.to_map(theta).evaluate(fitted_velocity(self.points))
+        theta, points, of_force = self.theta(x), self.points, self.of_force
+        velocity = fitted_velocity(points, float(x[-1]) if self.sensors.bow else 0.0)
+        force, over_velocity, over_parameters = self.coordinates.to_map(theta).evaluate(velocity)
         over_theta = over_parameters @ self.coordinates.slopes(theta)
-        slopes = np.zeros((len(self.points), x.size))
+        slopes = np.zeros((len(points), x.size))
         for i in np.flatnonzero(self.column >= 0):
             slopes[:, self.column[i]] += over_theta[:, i]
-        slopes[:, self.unknowns :] = self.of_sensors
-        return force + self.of_sensors @ x[self.unknowns :] - self.points.force, slopes
+        shared = slice(self.unknowns, self.unknowns + of_force.shape[1])
+        slopes[:, shared] = of_force
+        if self.sensors.bow and points.position is not None:
+            slopes[:, -1] = -over_velocity * points.velocity * points.position
+        return force + of_force @ x[shared] - points.force, slopes
 
     def solve(self, x: Array, sigma: Array, *, loss: Loss = "linear", extra: Row | None = None) -> OptimizeResult:
         """Minimise from `x`, with points of standard deviation `sigma`, and one more residual where it is given."""
@@ -233,17 +263,29 @@ class Inverse:
 
     Attributes
     ----------
-    from_data, from_prior : ndarray, shape (n, n)
-        Covariance of the unknowns from the scatter of the points and from the priors; zero where `undetermined`.
+    from_data : ndarray, shape (n, n)
+        Covariance of the unknowns from the scatter of the points; zero where `undetermined`.
+    over_prior : ndarray, shape (n, k)
+        Change of the unknowns with each error of the sensors that is one of its standard deviations.
     undetermined : ndarray of bool, shape (n,)
         Unknowns that take part in a combination which leaves every point as it is.
     condition : float
     """
 
     from_data: Array
-    from_prior: Array
+    over_prior: Array
     undetermined: NDArray[np.bool_]
     condition: float
+
+    @property
+    def from_prior(self) -> Array:
+        """Covariance of the unknowns from the priors, (n, n)."""
+        return self.over_prior @ self.over_prior.T
+
+    @property
+    def whole(self) -> Array:
+        """Covariance of the unknowns, (n, n)."""
+        return self.from_data + self.from_prior
 
 
 def invert(jacobian: Array, deviations: Array) -> Inverse:
@@ -261,6 +303,5 @@ def invert(jacobian: Array, deviations: Array) -> Inverse:
     root = vt[kept].T / s[kept]
     inverse = (root @ root.T) / np.outer(size, size)
     weighted = inverse[:, of_sensors] / deviations
-    of_prior = weighted @ weighted.T
     condition = float(s[0] / s[-1]) if s[-1] > 0.0 else np.inf
-    return Inverse(inverse - of_prior, of_prior, undetermined, condition)
+    return Inverse(inverse - weighted @ weighted.T, weighted, undetermined, condition)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -77,6 +77,10 @@ class FrictionPoints:
         Names of the files that the points come from.
     chambers : ndarray, shape (n, 2), optional
         p1 A1 and p2 A2 as read, N: what errors of the transmitters' span grow with.
+    position : ndarray, shape (n,), optional
+        x as read, m, from the middle of the position sensor's range: what the error of its slope grows with.
+    of_log : ndarray of int, shape (n,), optional
+        Number of the log that a point comes from, from 0; None where they all come from one.
     """
 
     velocity: Array
@@ -86,6 +90,8 @@ class FrictionPoints:
     direction: NDArray[np.int_]
     source: tuple[str, ...] = ()
     chambers: Array | None = None
+    position: Array | None = None
+    of_log: NDArray[np.int_] | None = None
 
     @classmethod
     def of(
@@ -98,6 +104,7 @@ class FrictionPoints:
         direction: ArrayLike | None = None,
         source: Iterable[str] = (),
         chambers: ArrayLike | None = None,
+        position: ArrayLike | None = None,
     ) -> FrictionPoints:
         """Checked points from plain arrays; errors may be one number for all.
 
@@ -117,18 +124,21 @@ class FrictionPoints:
                 f"point {at} has velocity 0 and no direction; a break-away reading needs direction +1 or -1"
             )
         pushed = None if chambers is None else _chambers(chambers, v.size)
-        return cls(v, f, of_v, of_f, np.where(sign > 0, EXTENDING, RETRACTING), tuple(source), pushed)
+        place = None if position is None else _positions(position, v.size)
+        return cls(v, f, of_v, of_f, np.where(sign > 0, EXTENDING, RETRACTING), tuple(source), pushed, place)
 
     @classmethod
     def from_windows(cls, windows: Iterable[SteadyWindow], *, source: Iterable[str] = ()) -> FrictionPoints:
         """Points from accepted steady windows: anything with velocity, force and their errors as attributes.
 
-        Windows of several logs may stand in one row; `chambers` (p1 A1, p2 A2) are taken where every window has them.
+        Windows of several logs may stand in one row; `chambers` (p1 A1, p2 A2) and `position` are taken where every
+        window has them.
         """
         given = list(windows)
         table = [(w.velocity, w.force, w.velocity_error, w.force_error) for w in given]
         columns = np.array(table, dtype=float).reshape(-1, 4).T
         pushed = [getattr(w, "chambers", None) for w in given]
+        place = np.array([getattr(w, "position", np.nan) for w in given])
         return cls.of(
             columns[0],
             columns[1],
@@ -136,7 +146,27 @@ class FrictionPoints:
             force_error=columns[3],
             source=source,
             chambers=pushed if pushed and all(p is not None for p in pushed) else None,
+            position=place if np.isfinite(place).all() else None,
         )
+
+    @classmethod
+    def joined(cls, logs: Sequence[FrictionPoints]) -> FrictionPoints:
+        """Points of several logs in one row, those of each after the other.
+
+        `chambers` and `position` stay where every log has them.
+        """
+        if not logs:
+            raise InputError("no friction points: no log was handed over")
+
+        def column(name: str) -> Array | None:
+            parts = [getattr(points, name) for points in logs]
+            return None if any(part is None for part in parts) else np.concatenate(parts)
+
+        counts = np.cumsum([0, *(points.logs for points in logs)])
+        of_log = np.concatenate([points.log + first for points, first in zip(logs, counts, strict=False)])
+        plain = [column(name) for name in ("velocity", "force", "velocity_error", "force_error", "direction")]
+        source = tuple(name for points in logs for name in points.source)
+        return cls(*plain, source, column("chambers"), column("position"), of_log)
 
     def __len__(self) -> int:
         return self.velocity.size
@@ -145,7 +175,19 @@ class FrictionPoints:
         """The points where `keep` is true."""
         errors = self.velocity_error[keep], self.force_error[keep]
         pushed = None if self.chambers is None else self.chambers[keep]
-        return FrictionPoints(self.velocity[keep], self.force[keep], *errors, self.direction[keep], self.source, pushed)
+        place = None if self.position is None else self.position[keep]
+        kept = self.velocity[keep], self.force[keep], *errors, self.direction[keep]
+        return FrictionPoints(*kept, self.source, pushed, place, self.log[keep])
+
+    @cached_property
+    def log(self) -> NDArray[np.int_]:
+        """Number of the log of each point, (n,)."""
+        return np.zeros(len(self), dtype=int) if self.of_log is None else self.of_log
+
+    @property
+    def logs(self) -> int:
+        """Number of logs that the points come from."""
+        return int(self.log.max()) + 1 if len(self) else 0
 
     @cached_property
     def sign(self) -> Array:
@@ -209,6 +251,13 @@ def _chambers(value: ArrayLike, count: int) -> Array:
     if pushed.shape != (count, 2):
         raise InputError(f"chambers must hold p1 A1 and p2 A2 of each point, shape ({count}, 2), got {pushed.shape}")
     return pushed
+
+
+def _positions(value: ArrayLike, count: int) -> Array:
+    place = real_array(value, "position")
+    if place.shape != (count,):
+        raise InputError(f"position must hold x of each point, shape ({count},), got {place.shape}")
+    return place
 
 
 def _signs(direction: ArrayLike, velocity: Array) -> Array:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
+from hydrocrane.identification.reach import BOUND, reach
 from hydrocrane.identification.static_map import BREAKAWAY_SPEED, LABELS, LOGARITHMIC, StaticMap, unit_of
 
 if TYPE_CHECKING:
@@ -21,9 +22,9 @@ if TYPE_CHECKING:
 
     from hydrocrane.identification.profile import Solved
 
-OFFSET, SPANS = "offset", ("span.p1", "span.p2")
-# Errors of the sensors that a fit may carry along.
-OF_SENSORS = (OFFSET, *SPANS)
+OFFSET, SPANS, BOW = "offset", ("span.p1", "span.p2"), "bow"
+# Errors of the sensors that a fit may carry along; with one offset for each log these are offset.1, offset.2 ...
+OF_SENSORS = (OFFSET, *SPANS, BOW)
 
 
 @dataclass(frozen=True)
@@ -34,14 +35,19 @@ class Spread:
     ----------
     labels : tuple of str
         Free parameters as ``coulomb.extending``, then errors of the sensors that have a prior: ``offset``,
-        ``span.p1``, ``span.p2``.
+        ``span.p1``, ``span.p2``, ``bow``.
     from_data, from_prior : ndarray, shape (m, m)
         Covariance that stems from the scatter of the points and from the priors of the sensors' errors; infinite on
         the diagonal of a parameter that the data say nothing about.
+    from_scatter : ndarray, shape (m, m)
+        The part of `from_data` whose size was found in the scatter of the levels; the rest is as the errors state.
+    bounds : ndarray, shape (m, k)
+        The part of `from_prior` that stems from errors which are evenly likely within bounds: how far each of them may
+        take each parameter.
     degrees_of_freedom : float
         Of the scatter; infinite where the errors handed in were trusted.
     scale : float
-        Scatter found over scatter expected from the errors handed in and the floor.
+        Factor on the errors handed in; 1 where a floor explains the scatter.
     condition : float
         Condition number of the fit, columns scaled; large: parameters cannot be told apart.
     floor : float
@@ -51,6 +57,8 @@ class Spread:
     labels: tuple[str, ...]
     from_data: Array
     from_prior: Array
+    from_scatter: Array
+    bounds: Array
     degrees_of_freedom: float
     scale: float
     condition: float
@@ -77,10 +85,13 @@ class StaticFit:
         The map; NaN in a direction without points.
     method : str
         ``least-squares`` or ``graphical``.
-    offset : float
-        Constant error of the force in both directions, N, as found   (zero unless a prior was given).
+    offsets : tuple of float
+        Constant error of the force in both directions, N, as found: one for all logs, or one for each   (empty unless a
+        prior was given).
     spans : (float, float)
         Relative errors of the spans of p1 and p2, as found   (zero unless a prior was given).
+    bow : float
+        Relative error of the velocity per metre of position, 1/m, as found   (zero unless a prior was given).
     rejected : tuple of Rejected
         Points left out.
     at_bounds : tuple of str
@@ -92,13 +103,19 @@ class StaticFit:
     points: FrictionPoints
     law: StaticMap
     method: str = "least-squares"
-    offset: float = 0.0
+    offsets: tuple[float, ...] = ()
     spans: tuple[float, float] = (0.0, 0.0)
+    bow: float = 0.0
     spread: Spread | None = None
     rejected: tuple[Rejected, ...] = ()
     at_bounds: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     solved: Solved | None = field(default=None, repr=False)
+
+    @property
+    def offset(self) -> float:
+        """Constant error of the force, N; the mean over the logs where each has its own."""
+        return float(np.mean(self.offsets)) if self.offsets else 0.0
 
     @property
     def params(self) -> dict[str, tuple[float, float]]:
@@ -115,7 +132,7 @@ class StaticFit:
         Infinite where a parameter that counts there cannot be told from the data. Errors of the sensors are not in it.
         """
         spread = self._known_spread()
-        at = [i for i, label in enumerate(spread.labels) if label not in OF_SENSORS]
+        at = [i for i, label in enumerate(spread.labels) if not of_sensors(label)]
         gradient = self.law.evaluate(v)[2][:, [LABELS.index(spread.labels[i]) for i in at]]
         covariance = spread.from_data[np.ix_(at, at)]
         blind = ~np.isfinite(np.diag(covariance))
@@ -125,29 +142,39 @@ class StaticFit:
 
     def value(self, label: str) -> float:
         """One parameter by its label, as ``coulomb.extending``."""
-        if label in OF_SENSORS:
-            return (self.offset, *self.spans)[OF_SENSORS.index(label)]
+        if of_sensors(label):
+            name, _, log = label.partition(".")
+            return self.offsets[int(log) - 1] if name == OFFSET and log else self._of_sensors[label]
         return float(self.law.values[LABELS.index(label)])
 
     def unit(self, label: str) -> str:
         """SI unit of a parameter by its label; that of the viscous coefficient follows its exponent as written."""
-        if label in OF_SENSORS:
-            return "N" if label == OFFSET else "1"
+        if of_sensors(label):
+            return {OFFSET: "N", BOW: "1/m"}.get(label.partition(".")[0], "1")
         if not label.startswith("viscous."):
             return unit_of(label)
         return unit_of(label, float(f"{self.value(label.replace('viscous', 'viscous-exponent')):.4g}"))
 
+    @property
+    def _of_sensors(self) -> dict[str, float]:
+        return dict(zip(OF_SENSORS, (self.offset, *self.spans, self.bow), strict=True))
+
     @cached_property
     def of_sensors(self) -> Array:
-        """Force that the errors of the sensors add to each point, N, (n,), as found."""
-        if self.points.chambers is None:
-            return np.full(len(self.points), self.offset)
-        return self.offset + self.points.chambers @ (np.array(self.spans) * (1.0, -1.0))
+        """Force that the errors of the force's sensors add to each point, N, (n,), as found."""
+        offset = np.full(len(self.points), self.offset)
+        if len(self.offsets) > 1:
+            offset = np.array(self.offsets)[self.points.log]
+        return (
+            offset
+            if self.points.chambers is None
+            else offset + self.points.chambers @ (np.array(self.spans) * (1.0, -1.0))
+        )
 
     @cached_property
     def residuals(self) -> Array:
         """Measured less fitted force, N, (n,), of all points, rejected ones too; errors of sensors count to the fit."""
-        return self.points.force - self.law.force(fitted_velocity(self.points)) - self.of_sensors
+        return self.points.force - self.law.force(fitted_velocity(self.points, self.bow)) - self.of_sensors
 
     @cached_property
     def accepted(self) -> NDArray[np.bool_]:
@@ -205,23 +232,23 @@ class StaticFit:
         return {}
 
     def _interval(self, spread: Spread, label: str, level: float, method: str) -> tuple[float, float]:
-        from scipy.stats import t as student
-
         at = spread.labels.index(label)
-        of_data, of_prior = spread.from_data[at, at], spread.from_prior[at, at]
-        value, sigma = self.value(label), float(np.sqrt(of_data + of_prior))
+        variance, bounds = spread.from_data[at, at] + spread.from_prior[at, at], spread.bounds[at]
+        value, sigma = self.value(label), float(np.sqrt(variance))
         if not np.isfinite(sigma):
             return -np.inf, np.inf
-        share = of_data / (of_data + of_prior) if sigma > 0.0 else 1.0
+        normal = max(variance - float(bounds @ bounds) / BOUND**2, 0.0)
+        # What was found in the scatter is known as well as its degrees of freedom say, the rest as it is stated.
+        share = spread.from_scatter[at, at] / normal if normal > 0.0 else 0.0
         freedom = spread.degrees_of_freedom / share**2 if share > 0.0 else np.inf
-        reach = float(student.ppf(0.5 + level / 2, freedom))
-        if method == "profile" and label not in OF_SENSORS and self.solved is not None and sigma > 0.0:
-            return self.solved.ends(label, sigma, reach)
+        far = reach(level, float(np.sqrt(normal)), freedom, bounds)
+        if method == "profile" and not of_sensors(label) and self.solved is not None and sigma > 0.0:
+            return self.solved.ends(label, sigma, far)
         if label.split(".")[0] in LOGARITHMIC:
             with np.errstate(over="ignore"):
-                factor = float(np.exp(reach * sigma / value))
+                factor = float(np.exp(far * sigma / value))
             return value / factor, value * factor
-        return float(value - reach * sigma), float(value + reach * sigma)
+        return float(value - far * sigma), float(value + far * sigma)
 
     def toml(self, cylinder: str, *, name: str | None = None, source: Iterable[str] = (), date: str = "") -> str:
         """The block ``[friction.<name>]`` for a machine file; see :mod:`hydrocrane.identification.block`."""
@@ -241,9 +268,18 @@ class StaticFit:
         return self.spread
 
 
-def fitted_velocity(points: FrictionPoints) -> Array:
-    """Velocities at which a map is compared with points, (n,): break-away readings stand for v -> 0."""
-    return np.where(points.velocity == 0.0, points.sign * BREAKAWAY_SPEED, points.velocity)
+def of_sensors(label: str) -> bool:
+    """Whether a label is that of an error of the sensors."""
+    return label in OF_SENSORS or label.startswith(f"{OFFSET}.")
+
+
+def fitted_velocity(points: FrictionPoints, bow: float = 0.0) -> Array:
+    """Velocities at which a map is compared with points, (n,): break-away readings stand for v -> 0.
+
+    The slope of a position sensor that reads along a parabola is off by `bow` per metre from the middle of its range.
+    """
+    straight = points.velocity if points.position is None else points.velocity * (1.0 - bow * points.position)
+    return np.where(points.velocity == 0.0, points.sign * BREAKAWAY_SPEED, straight)
 
 
 def shown(value: float, low: float, high: float) -> str:

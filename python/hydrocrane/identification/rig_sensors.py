@@ -7,19 +7,22 @@ Their standard deviations follow from the data sheet's bounds, taken as those of
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
 
-from hydrocrane.arrays import Array
+from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError
 from hydrocrane.identification.sensors import ENDINGS, UNIFORM, properties
 from hydrocrane.machine import Machine
 
-# Zero error of a pressure that is left after a zero calibration, Pa.
+# Zero error of a pressure that a zero calibration is supposed to leave where nobody says what it left, Pa.
 CALIBRATED_ZERO = 500.0
+# No zero is supposed to be known better than this, Pa.
+BEST_ZERO = 10.0
 # How far a potentiometer's turning differs from the exponential approach that stands for it, as a share of its
 # hysteresis.
 TURNING = 0.4
@@ -28,6 +31,8 @@ START_READING = 0.5
 # A parabola's deviation from a line between -d and d over its range r has at most the slope 8 d / r and the curvature
 # coefficient 8 d / r^2.
 PARABOLA = 8.0
+# Whether the zeros of p1 and p2 were subtracted, or their standard errors then, Pa.
+Calibrated = bool | Sequence[float]
 NUISANCES = ("p1.zero", "p2.zero", "p1.span", "p2.span", "x.slope", "x.curve", "x.hysteresis")
 # And of each log.
 STARTS = ("x.offset", "p1.start", "x.start")
@@ -43,8 +48,10 @@ class RigSensors:
         Time constant of the pressure transmitters, s.
     pressure_noise, position_noise : float
         Standard deviation of one reading, Pa and m.
-    zero, span : float
-        Standard deviation of a pressure's zero error, Pa, and of its span, 1.
+    zeros : (float, float)
+        Standard deviations of the zero errors of p1 and p2, Pa.
+    span : float
+        That of a pressure's span, 1.
     bow, width : float
         The position sensor's deviation from a line and the range of its parabola, m.
     hysteresis : float
@@ -54,15 +61,15 @@ class RigSensors:
     lag: float
     pressure_noise: float
     position_noise: float
-    zero: float
+    zeros: tuple[float, float]
     span: float
     bow: float
     width: float
     hysteresis: float
 
     @classmethod
-    def of(cls, rig: Machine, *, calibrated: bool) -> RigSensors:
-        """By the machine file of a rig; `calibrated`: the pressures' zero has been subtracted."""
+    def of(cls, rig: Machine, *, calibrated: Calibrated) -> RigSensors:
+        """By the machine file of a rig, and what a zero calibration left of the pressures' zeros."""
         pressure, position = _properties(rig, "p1"), _properties(rig, "x")
         full, width = pressure["range"], position["range"]
         span = UNIFORM * pressure.get("accuracy", 0.0)
@@ -70,7 +77,7 @@ class RigSensors:
             lag=pressure.get("rise-time", 0.0) / np.log(9.0),
             pressure_noise=max(_noise(pressure) * full, 1.0),
             position_noise=max(_noise(position) * width, 1e-8),
-            zero=CALIBRATED_ZERO if calibrated else max(span * full, CALIBRATED_ZERO),
+            zeros=_zeros(calibrated, span * full),
             span=max(span, 1e-6),
             bow=max(UNIFORM * position.get("linearity", 0.0) * width, 1e-7),
             width=width,
@@ -81,13 +88,13 @@ class RigSensors:
     def starts(self) -> tuple[float, ...]:
         """Standard deviations of the :data:`STARTS`: what a reading at rest does not tell."""
         noise = START_READING * np.array([self.position_noise, self.pressure_noise])
-        return (float(noise[0]), float(np.hypot(noise[1], self.zero)), float(np.hypot(self.hysteresis, self.bow)))
+        return (float(noise[0]), float(np.hypot(noise[1], self.zeros[0])), float(np.hypot(self.hysteresis, self.bow)))
 
     @property
     def deviations(self) -> tuple[float, ...]:
         """Standard deviations of the :data:`NUISANCES`."""
         slope = PARABOLA * self.bow / self.width
-        return (self.zero, self.zero, self.span, self.span, slope, slope / self.width, self.hysteresis)
+        return (*self.zeros, self.span, self.span, slope, slope / self.width, self.hysteresis)
 
     def turned(self, x: Array) -> Array:
         """(n,) in [-1, 1]: the share of its hysteresis by which the position sensor is off along a motion x (n,), m.
@@ -154,6 +161,17 @@ def gains(y: Array, nuisances: Array) -> Array:
 def whitened(root: Array, values: Array) -> Array:
     """Values (b, ...) of a covariance with Cholesky factor `root` (b, b) as independent ones of variance one."""
     return np.asarray(solve_triangular(root, values, lower=True, check_finite=False))
+
+
+def _zeros(calibrated: Calibrated, largest: float) -> tuple[float, float]:
+    """Standard deviations of the zero errors, Pa; `largest` without a calibration."""
+    if isinstance(calibrated, bool):
+        zero = CALIBRATED_ZERO if calibrated else max(largest, CALIBRATED_ZERO)
+        return zero, zero
+    errors = real_array(calibrated, "calibrated")
+    if errors.shape != (2,) or (errors < 0.0).any():
+        raise InputError(f"calibrated is yes, no, or the standard errors of the zeros of p1 and p2, got {calibrated!r}")
+    return max(float(errors[0]), BEST_ZERO), max(float(errors[1]), BEST_ZERO)
 
 
 def _noise(sensor: dict[str, float]) -> float:

@@ -16,8 +16,8 @@ from hydrocrane.identification.result import StaticFit
 from hydrocrane.identification.rig_sensors import NUISANCES, STARTS, RigSensors
 from hydrocrane.identification.static_map import PARAMETERS, StaticMap
 from hydrocrane.logs import Log
-from hydrocrane.machine import Machine, load_machine
-from hydrocrane.rig.damping import FASTEST
+from hydrocrane.machine import Machine
+from hydrocrane.rig import damping
 
 DYNAMIC = ("bristle-stiffness", "bristle-damping")
 # Parameters of the static map that go along; its exponents stay as they are.
@@ -73,8 +73,7 @@ def with_map(rig: Machine, law: StaticMap) -> Machine:
         raise InputError(
             "the static map lacks a direction; fit it to logs of the piston extending and retracting first"
         )
-    changes = {key_of(rig, "friction", name): list(pair) for name, pair in law.pairs.items()}
-    return load_machine(rig.source, {**rig.overrides, **changes})
+    return rig.changed({key_of(rig, "friction", name): list(pair) for name, pair in law.pairs.items()})
 
 
 def with_values(rig: Machine, keys: Sequence[str], values: Array) -> Machine:
@@ -86,7 +85,7 @@ def with_values(rig: Machine, keys: Sequence[str], values: Array) -> Machine:
             changes.setdefault(name, np.broadcast_to(rig.value(name).si, (2,)).tolist())[int(side[0])] = value
         else:
             changes[name] = value
-    return load_machine(rig.source, {**rig.overrides, **changes})
+    return rig.changed(changes)
 
 
 def unknowns_of(
@@ -115,14 +114,10 @@ def unknowns_of(
 
 
 def most_damping(rig: Machine) -> float:
-    """Largest sigma_1, N s/m, with which friction dissipates: sigma_1(v) abs(v) stays below four times the smaller
-    Coulomb force, at every speed where the damping fades (its top is at v_d / sqrt(2)), else up to the fastest measured
-    one."""
+    """Largest sigma_1 of a rig, N s/m, with which friction dissipates, whether or not its damping fades."""
     coulomb = float(np.min(rig.value(key_of(rig, "friction", "coulomb")).si))
     fading = [key for key in rig.keys if key.endswith(".bristle-damping-velocity")]
-    if not fading:
-        return 4.0 * coulomb / FASTEST
-    return float(4.0 * coulomb * np.sqrt(2.0 * np.e) / number(rig, fading[0]))
+    return damping.most_damping(coulomb, number(rig, fading[0]) if fading else None)
 
 
 def _about(key: str, value: float, deviation: float) -> Unknown:

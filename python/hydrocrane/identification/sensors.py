@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from hydrocrane.machine import Machine
-from hydrocrane.signals import RigParameters, SteadyWindows
+from hydrocrane.signals import RigParameters
 
 # Standard deviations of an error that is evenly likely within its bound, and of the error at zero (zero point and half
 # of the span, each up to half of the accuracy), as shares of the accuracy: docs/theory/sensor/analogue.md.
@@ -41,18 +43,16 @@ def bias_without_zero(rig: Machine, parameters: RigParameters, *, load_cell: boo
     return float(np.linalg.norm([(largest_error(rig, name) or 0.0) * AT_ZERO * f for name, f in factors.items()]))
 
 
-def span_error(rig: Machine) -> float:
-    """Standard deviation of the transmitters' spans, as a share of the reading."""
-    return max(stated(rig, name, "accuracy") or 0.0 for name in PRESSURES) * UNIFORM
+def span_error(rig: Machine, signals: Sequence[str] = PRESSURES) -> float:
+    """Standard deviation of the sensors' spans, as a share of the reading; of the worst of them."""
+    return max(stated(rig, name, "accuracy") or 0.0 for name in signals) * UNIFORM
 
 
-def slope_error(rig: Machine, windows: SteadyWindows) -> float:
-    """Standard deviation of the slope of the position sensor, as a share, at the window where it is largest.
+def bow(rig: Machine) -> float:
+    """Standard deviation of the relative error of the velocity per metre of position, 1/m.
 
-    The sensor's deviation is a parabola whose height, twice the linearity at most, is evenly likely; its slope grows
-    from the middle of the range on.
+    The position sensor's deviation is a parabola about the middle of its range, whose height, twice the linearity at
+    most, is evenly likely: b (4 s (1 - s) - 1/2) of the range R at the share s, so that its slope is -8 b x/R.
     """
     linearity, full = stated(rig, "x", "linearity"), stated(rig, "x", "range")
-    middle = [0.5 * (w.start + w.end) for w in windows]
-    place = float(np.abs(np.interp(middle, windows.log.time, windows.log["x"])).max(initial=0.0))
-    return 16.0 * linearity * UNIFORM * place / full if linearity and full else 0.0
+    return 16.0 * linearity * UNIFORM / full if linearity and full else 0.0

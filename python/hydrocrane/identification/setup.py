@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Literal
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.identification.graphical import graphical
-from hydrocrane.identification.least_squares import OffsetPrior, Problem
+from hydrocrane.identification.least_squares import OffsetPrior, Problem, SensorErrors
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.result import Rejected
 from hydrocrane.identification.static_map import (
@@ -24,10 +24,14 @@ from hydrocrane.identification.static_map import (
     StaticMap,
 )
 
+# What is known of the constant error of the force: of all logs together, or of each.
+Bias = OffsetPrior | float | Sequence[OffsetPrior | float] | None
 Exponents = Literal["fixed", "free"] | Mapping[str, float | str]
 LOSSES = ("soft_l1", "huber", "cauchy", "arctan", "linear")
 # A level is not expected to lie closer to any map than this share of the median force.
 FLOOR_SHARE = 0.01
+# Standard deviation of the constant error of a log that has none, N.
+EXACT = 1e-6
 # A direction of motion must stand out of the error of its velocity.
 RESOLVED = 3.0
 # A fall of friction with speed must stand out of the errors of its levels.
@@ -37,8 +41,7 @@ SEEN = 3.0
 def problem_of(
     points: FrictionPoints,
     exponents: Exponents,
-    bias: OffsetPrior | float | None,
-    span: float,
+    sensors: SensorErrors,
     symmetric: bool,
     loss: str,
     floor: float | None,
@@ -60,12 +63,6 @@ def problem_of(
         raise InputError("only break-away readings (velocity 0): a map needs the piston to move")
     coordinates = Coordinates(float(used.speed.max()))
     start = _start(used, held, coordinates)
-    if not (np.isfinite(span) and span >= 0.0):
-        raise InputError(f"span needs a standard deviation of zero or more, as a share of the reading, got {span}")
-    if span and points.chambers is None:
-        raise InputError(
-            "span needs the forces of both chambers: take windows of steady_windows, or give FrictionPoints.of chambers"
-        )
     if floor is not None and not (np.isfinite(floor) and floor >= 0.0):
         raise InputError(f"floor must be a force of zero or more, N, got {floor}")
     smallest = 1e-9 * float(np.abs(used.force).max())
@@ -78,7 +75,31 @@ def problem_of(
         start.reshape(6, 2)[row, ~can[row]] = 0.0
     column = _columns(can, held, symmetric)
     untold = _untold(used, can)
-    return Problem(used, coordinates, start, column, max(chosen, smallest), _prior(bias), span, untold), rejected
+    return Problem(used, coordinates, start, column, max(chosen, smallest), sensors, untold, floor is None), rejected
+
+
+def sensor_errors(points: FrictionPoints, bias: Bias, span: float, bow: float) -> SensorErrors:
+    """What is known of the sensors, checked: the points must hold what it works on."""
+    for name, value, unit in (("span", span, "as a share of the reading"), ("bow", bow, "1/m")):
+        if not (np.isfinite(value) and value >= 0.0):
+            raise InputError(f"{name} needs a standard deviation of zero or more, {unit}, got {value}")
+    if span and points.chambers is None:
+        raise InputError(
+            "span needs the forces of both chambers: take windows of steady_windows, or give FrictionPoints.of chambers"
+        )
+    if bow and points.position is None:
+        raise InputError(
+            "bow needs the position of each point: take windows of steady_windows, or give FrictionPoints.of position"
+        )
+    if not isinstance(bias, Sequence):
+        prior = _prior(bias)
+        return SensorErrors(() if prior is None else (prior,), span, bow)
+    if len(bias) != points.logs:
+        raise InputError(
+            f"bias has {len(bias)} entries for points of {points.logs} logs; FrictionPoints.joined keeps logs apart, "
+            "and one number stands for a constant error that they share"
+        )
+    return SensorErrors(tuple(_prior(each) or OffsetPrior(EXACT) for each in bias), span, bow)
 
 
 def _held(exponents: Exponents) -> dict[str, float | None]:
@@ -172,7 +193,11 @@ def _columns(can: NDArray[np.bool_], held: Mapping[str, float | None], symmetric
 
 
 def _untold(points: FrictionPoints, can: NDArray[np.bool_]) -> tuple[str, ...]:
-    """Labels of the parameters that cannot be told in a direction that was measured; exponents do not matter then."""
+    """Labels of the parameters that cannot be told in a direction that was measured; exponents do not matter then.
+
+    At one level all friction is fitted as Coulomb friction, of which it is the sum with the others.
+    """
     measured = [bool((points.direction == side).any()) for side in (0, 1)]
     lost = ~can & measured
+    lost[PARAMETERS.index("coulomb")] |= lost[PARAMETERS.index("viscous")]
     return tuple(LABELS[i] for i in np.flatnonzero(lost.ravel()) if "exponent" not in LABELS[i])

@@ -6,22 +6,22 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.optimize import OptimizeResult, brentq
+from scipy.optimize import OptimizeResult
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
 from hydrocrane.identification import advice
-from hydrocrane.identification.least_squares import Loss, OffsetPrior, Problem, Scatter, invert, scatter
+from hydrocrane.identification.least_squares import Loss, Problem, invert, scatter
 from hydrocrane.identification.points import FrictionPoints
 from hydrocrane.identification.profile import Solved
-from hydrocrane.identification.result import OFFSET, SPANS, Rejected, Spread, StaticFit
-from hydrocrane.identification.setup import RESOLVED, Exponents, problem_of
+from hydrocrane.identification.reach import BOUND
+from hydrocrane.identification.result import BOW, SPANS, Rejected, Spread, StaticFit
+from hydrocrane.identification.setup import RESOLVED, Bias, Exponents, problem_of, sensor_errors
 from hydrocrane.identification.static_map import LABELS, StaticMap
+from hydrocrane.identification.weights import found_share, of_the_bulk, scale_of, with_floor
 
 # Points further off than this many standard deviations of the bulk are left out.
 OUTLIER = 5.0
-# With fewer levels to spare than this the scatter within the levels helps to state the spread.
-FEW = 3
 # The search starts at the Stribeck velocity that was read off, and at these multiples of it.
 STARTS = (1.0, 0.4, 2.5)
 ROUNDS = 4
@@ -31,8 +31,9 @@ def fit_static(
     points: FrictionPoints,
     *,
     exponents: Exponents = "fixed",
-    bias: OffsetPrior | float | None = None,
+    bias: Bias = None,
     span: float = 0.0,
+    bow: float = 0.0,
     velocity_share: float = 0.0,
     symmetric: bool = False,
     loss: Loss = "soft_l1",
@@ -45,17 +46,22 @@ def fit_static(
     exponents : {"fixed", "free"} or dict
         Exponents held at 2 (Stribeck) and 1.5 (viscous), or free; or each by name: a number holds it, ``"free"``
         frees it.
-    bias : OffsetPrior or float, optional
+    bias : OffsetPrior or float, or a list with one of these for each log, optional
         What is known of a constant error of the force; a number is its standard deviation, N. The points alone
         cannot tell it from Coulomb friction that differs between the directions: the prior decides, and widens the
-        intervals. None: there is no such error.
+        intervals. One for all logs is an error that they share, as that of sensors that were never calibrated. A
+        list holds errors that are independent, as those of logs that were calibrated each by itself; logs are kept
+        apart by :meth:`FrictionPoints.joined`. None: there is no such error.
     span : float
         Standard deviation of the relative error of each pressure transmitter's span, as 0.003/sqrt(3) for a bound of
-        0.3 %. Levels at different pressures and equal friction tell the spans apart; logs at another supply pressure
-        do so best. The points need `chambers`.
+        0.3 %: evenly likely within sqrt(3) times as much, as `bow` and `velocity_share`. Levels at different pressures
+        and equal friction tell the spans apart; logs at another supply pressure do so best. The points need `chambers`.
+    bow : float
+        Standard deviation of the relative error of the velocity per metre of position, 1/m: the slope of a position
+        sensor that reads along a parabola, as 16 linearity/(sqrt(3) range). The points need `position`.
     velocity_share : float
-        Standard deviation of an error that all velocities share, relative: the slope of a position sensor that is not
-        quite linear. It is not seen in the scatter; Stribeck velocity and viscous coefficient carry it.
+        Standard deviation of an error that all velocities share, relative: the span of a position sensor. It is not
+        seen in the scatter; Stribeck velocity and viscous coefficient carry it.
     symmetric : bool
         Coulomb and break-away force are the same in both directions. Then, and only then, the points tell the offset.
     loss : str
@@ -71,40 +77,32 @@ def fit_static(
     """
     if not (np.isfinite(velocity_share) and velocity_share >= 0.0):
         raise InputError(f"velocity_share needs a standard deviation of zero or more, relative, got {velocity_share}")
-    problem, rejected = problem_of(points, exponents, bias, span, symmetric, loss, floor)
-    robust, scale = _robust(problem, loss)
-    sigma = problem.standard_deviation(problem.theta(robust.x))
-    kept, stray = _without_outliers(problem, robust, sigma * scale, loss)
-    kept, solution, sigma = _refine(kept, robust.x, floor is None)
+    sensors = sensor_errors(points, bias, span, bow)
+    problem, rejected = problem_of(points, exponents, sensors, symmetric, loss, floor)
+    robust, sigma = _robust(problem, loss)
+    kept, stray = _without_outliers(problem, robust, sigma, loss)
+    kept, solution, sigma = _refine(kept, robust.x)
     return _result(points, kept, solution, sigma, rejected + _numbered(problem, stray, points), velocity_share)
 
 
-def _robust(problem: Problem, loss: Loss) -> tuple[OptimizeResult, float]:
-    """The best of several starts under a robust loss, and the scale of the bulk of the residuals."""
+def _robust(problem: Problem, loss: Loss) -> tuple[OptimizeResult, Array]:
+    """The best of several starts under a robust loss, and what a point of the bulk may be off, N."""
     best: OptimizeResult | None = None
     for multiple in STARTS:
         theta = problem.start.copy()
         theta[4:6] += np.log(multiple)
-        sigma, scale = problem.standard_deviation(theta), 1.0
+        sigma = problem.standard_deviation(theta)
         x = problem.begin(theta)
         for _ in range(2):
-            found = problem.solve(x, sigma * scale, loss=loss)
-            x, sigma = found.x, problem.standard_deviation(problem.theta(found.x))
-            scale = _bulk(problem.misfit(x)[0] / sigma, problem.unknowns)
-        quality = float(np.sum(np.abs(problem.misfit(x)[0] / sigma)))
+            found = problem.solve(x, sigma, loss=loss)
+            x, sigma = found.x, of_the_bulk(problem, found.x)
+        # Weighted alike for every start, or the start with the widest bulk would win.
+        quality = float(np.sum(np.abs(problem.misfit(x)[0] / problem.standard_deviation(problem.theta(x)))))
         if best is None or quality < best.quality:
             best = found
-            best.quality, best.bulk = quality, scale
+            best.quality, best.sigma = quality, sigma
     assert best is not None
-    return best, best.bulk
-
-
-def _bulk(standardised: Array, unknowns: int) -> float:
-    """Standard deviation of the bulk of the residuals, from their median, corrected for the unknowns."""
-    n = standardised.size
-    freedom = max(n - unknowns, 1)
-    scale = 1.4826 * float(np.median(np.abs(standardised))) * np.sqrt(n / freedom)
-    return scale if scale > 1e-6 else 1e-6
+    return best, best.sigma
 
 
 def _without_outliers(
@@ -126,53 +124,16 @@ def _numbered(problem: Problem, stray: list[tuple[int, float]], points: Friction
     return [Rejected(int(place[i]), f"{d:.1f} standard deviations off the map of the others") for i, d in stray]
 
 
-def _refine(problem: Problem, x: Array, free_floor: bool) -> tuple[Problem, OptimizeResult, Array]:
+def _refine(problem: Problem, x: Array) -> tuple[Problem, OptimizeResult, Array]:
     """Plain least squares with weights that follow the slope of the map and the scatter that was found."""
     scale = 1.0
     for _ in range(ROUNDS):
-        if free_floor:
-            problem = replace(problem, floor=_floor(problem, x))
+        problem = with_floor(problem, x)
         sigma = problem.standard_deviation(problem.theta(x))
         found = problem.solve(x, sigma * scale)
         x = found.x
-        scale = max(_scale(scatter(problem.points, problem.misfit(x)[0], sigma, problem.unknowns))[0], 1e-6)
+        scale = scale_of(problem, x, sigma)[0]
     return problem, found, sigma
-
-
-def _floor(problem: Problem, x: Array) -> float:
-    """Floor at which the levels scatter about the map as expected, N; none where their errors explain it.
-
-    Mandel and Paule, Analytical Chemistry 42, 1970: levels that are known to different precision neither weigh all the
-    same nor rule by the precision of their noise alone.
-    """
-    misfit, theta = problem.misfit(x)[0], problem.theta(x)
-
-    def excess(floor: float) -> float:
-        sigma = replace(problem, floor=floor).standard_deviation(theta)
-        return scatter(problem.points, misfit, sigma, problem.unknowns).between - 1.0
-
-    if scatter(problem.points, misfit, np.ones(len(problem.points)), problem.unknowns).between_freedom < FEW:
-        return problem.floor
-    smallest = 1e-9 * float(np.abs(problem.points.force).max())
-    # With the whole misfit as the floor nothing is left in excess.
-    largest = 10.0 * float(np.abs(misfit).max()) + smallest
-    return float(brentq(excess, smallest, largest)) if excess(smallest) > 0.0 else smallest
-
-
-def _scale(found: Scatter) -> tuple[float, float]:
-    """Scatter over expectation, and its degrees of freedom.
-
-    The levels about the map count, because what is common to the points of a level does not average out within it.
-    With few levels to spare the points within the levels are taken in; without any, the errors handed in are trusted.
-    """
-    if found.between_freedom >= FEW:
-        return float(np.sqrt(found.between)), float(found.between_freedom)
-    freedom = max(found.between_freedom, 0) + found.within_freedom
-    if freedom == 0:
-        return 1.0, np.inf
-    total = np.nan_to_num(found.between) * max(found.between_freedom, 0)
-    total += np.nan_to_num(found.within) * found.within_freedom
-    return float(np.sqrt(total / freedom)), float(freedom)
 
 
 def _result(
@@ -186,8 +147,8 @@ def _result(
     theta = problem.theta(found.x)
     misfit, slopes = problem.misfit(found.x)
     of_levels = scatter(problem.points, misfit, sigma, problem.unknowns)
-    scale, freedom = _scale(of_levels)
-    spread = _spread(problem, theta, slopes / (sigma[:, None] * max(scale, 1e-9)), scale, freedom, share)
+    scale, freedom = scale_of(problem, found.x, sigma)
+    spread = _spread(problem, theta, slopes / (sigma[:, None] * scale), scale, freedom, share)
     values = problem.coordinates.to_map(theta).values.reshape(-1, 2).copy()
     for side in (0, 1):
         if not (points.direction == side).any():
@@ -195,12 +156,13 @@ def _result(
     of_sensors = dict(zip(problem.priors, map(float, found.x[problem.unknowns :]), strict=True))
     details: dict[str, Any] = {
         "law": StaticMap(values.ravel()),
-        "offset": of_sensors.get(OFFSET, 0.0),
+        "offsets": tuple(map(float, found.x[problem.unknowns :][: len(problem.sensors.offsets)])),
         "spans": tuple(of_sensors.get(name, 0.0) for name in SPANS),
+        "bow": of_sensors.get(BOW, 0.0),
         "spread": spread,
         "rejected": tuple(sorted(rejected, key=lambda r: r.index)),
         "at_bounds": _at_bounds(problem, found.x),
-        "solved": Solved(problem, found.x, sigma * max(scale, 1e-9)),
+        "solved": Solved(problem, found.x, sigma * scale),
     }
     draft = StaticFit(points=points, **details)
     return StaticFit(points=points, warnings=advice.on_fit(draft, of_levels, bool(problem.priors)), **details)
@@ -222,11 +184,15 @@ def _spread(problem: Problem, theta: Array, jacobian: Array, scale: float, freed
     labels += problem.priors
     rows = np.vstack([rows, np.eye(size)[problem.unknowns :]])
     data = rows @ inverse.from_data @ rows.T
+    weighted = rows @ inverse.whole @ (jacobian.T * np.sqrt(found_share(problem, problem.standard_deviation(theta))))
     prior = rows @ inverse.from_prior @ rows.T + np.outer(stretched, stretched)
+    even = [k for k, name in enumerate(problem.priors) if name in (*SPANS, BOW)]
+    bounds = BOUND * np.column_stack([rows @ inverse.over_prior[:, even], stretched])
     blind = (np.abs(rows[:, inverse.undetermined]) > 0.0).any(axis=1)
     unknown_rows = blind | np.isin(labels, problem.untold)
     data[unknown_rows, unknown_rows] = np.inf
-    return Spread(tuple(labels), data, prior, freedom, scale, inverse.condition, problem.floor)
+    found = weighted @ weighted.T
+    return Spread(tuple(labels), data, prior, found, bounds, freedom, scale, inverse.condition, problem.floor)
 
 
 def _at_bounds(problem: Problem, x: Array) -> tuple[str, ...]:

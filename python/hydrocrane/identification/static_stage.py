@@ -9,11 +9,11 @@ from typing import Protocol
 import numpy as np
 
 from hydrocrane.identification.graphical import graphical
-from hydrocrane.identification.least_squares import Loss, OffsetPrior
+from hydrocrane.identification.least_squares import Loss
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints, SteadyWindow
 from hydrocrane.identification.report import Report, Section, Table
-from hydrocrane.identification.result import OF_SENSORS, StaticFit, shown
-from hydrocrane.identification.setup import Exponents
+from hydrocrane.identification.result import StaticFit, of_sensors, shown
+from hydrocrane.identification.setup import Bias, Exponents
 from hydrocrane.identification.static_fit import fit_static
 from hydrocrane.identification.static_map import EXPONENTS
 
@@ -110,7 +110,9 @@ class StaticIdentification:
         return Section("Parameters", text, Table(heads, rows), warnings=self.reading.warnings)
 
     def _row(self, label: str, ends: tuple[float, float]) -> tuple[str, ...]:
-        ruler = "-" if label in OF_SENSORS else f"{self.reading.value(label):.4g}"
+        ruler = "-" if of_sensors(label) else f"{self.reading.value(label):.4g}"
+        if not np.isfinite(ends).all():
+            return (label, self.fit.unit(label), "-", "not told by the data", "", ruler)
         value = shown(self.fit.value(label), *ends)
         return (label, self.fit.unit(label), value, f"{ends[0]:.4g}", f"{ends[1]:.4g}", ruler)
 
@@ -143,8 +145,9 @@ def identify_static(
     source: Iterable[str] = (),
     rejected_windows: Iterable[RejectedWindow] = (),
     exponents: Exponents = "fixed",
-    bias: OffsetPrior | float | None = None,
+    bias: Bias = None,
     span: float = 0.0,
+    bow: float = 0.0,
     velocity_share: float = 0.0,
     symmetric: bool = False,
     loss: Loss = "soft_l1",
@@ -166,6 +169,7 @@ def identify_static(
         exponents=exponents,
         bias=bias,
         span=span,
+        bow=bow,
         velocity_share=velocity_share,
         symmetric=symmetric,
         loss=loss,

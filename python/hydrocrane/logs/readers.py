@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import h5py
@@ -86,6 +87,7 @@ def _mdf(path: Path) -> Table:
     mdf_class = mdf_reader()
     try:
         with mdf_class(path) as stored:
+            about = _header_facts(stored.header.description)
             signals = [s for s in stored.iter_channels() if s.samples.dtype.kind in "buif" and s.samples.ndim == 1]
     except Exception as error:  # The library raises its own and many built-in exceptions for damaged files.
         raise ResultFileError(f"{path} is not an MDF file that can be read: {error}") from None
@@ -93,7 +95,7 @@ def _mdf(path: Path) -> Table:
     if not signals:
         return Table({})
     time = max((signal.timestamps for signal in signals), key=len).astype(np.float64)
-    table = Table({"time": time}, {"time": "s"})
+    table = Table({"time": time}, {"time": "s"}, about=about)
     for signal in signals:
         values = signal.samples.astype(np.float64)
         if not np.array_equal(signal.timestamps, time):
@@ -103,6 +105,15 @@ def _mdf(path: Path) -> Table:
         table.columns[signal.name] = values
         table.units[signal.name] = str(signal.unit or "")
     return table
+
+
+def _header_facts(text: str) -> dict[str, str | float | int]:
+    """Facts from the text of an MDF header, which is JSON where a rig wrote it and anything elsewhere."""
+    try:
+        facts = json.loads(text)
+    except ValueError:
+        return {}
+    return plain_facts(facts) if isinstance(facts, dict) else {}
 
 
 def mdf_reader() -> type:

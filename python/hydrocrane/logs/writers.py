@@ -57,11 +57,13 @@ def _hdf5(data: xr.Dataset, path: Path) -> None:
 
 
 def _mdf(data: xr.Dataset, path: Path) -> None:
+    """Signals as channels; what is known of the log stands as JSON in the text of the header."""
     mdf_class = mdf_reader()
     from asammdf import Signal
 
     time = data["time"].values
     with mdf_class(version="4.10") as stored:
+        stored.header.description = json.dumps(data.attrs)
         stored.append(
             [
                 Signal(data[name].values, time, unit=str(data[name].attrs.get("units", "")), name=str(name))

@@ -112,7 +112,4 @@ class _Laws:
         return float(force[peak]), float(v[peak + below[0]]) if below.size else 0.01
 
     def _variant(self, **changes: Any) -> Machine:
-        from hydrocrane.machine import load_machine
-
-        keys = {f"{self.key}.{name}": value for name, value in changes.items()}
-        return load_machine(self.crane.source, {**self.crane.overrides, **keys})
+        return self.crane.changed({f"{self.key}.{name}": value for name, value in changes.items()})

@@ -28,6 +28,24 @@ class BristleDamping:
     velocity: float | None
 
 
+def most_damping(coulomb: float, velocity: float | None = None, *, fastest: float = FASTEST) -> float:
+    """Largest sigma_1 at rest, N s/m, with which friction never gives energy back.
+
+    It does not where sigma_1(v) abs(v) <= 4 g(v), and g(v) is at least the Coulomb force F_C. Damping that fades as
+    exp(-(v/v_d)^2) has its largest sigma_1(v) abs(v), sigma_1 v_d / sqrt(2 e), at v = v_d / sqrt(2).
+
+    Parameters
+    ----------
+    coulomb : float
+        The smaller of the Coulomb forces of both directions, N.
+    velocity : float, optional
+        v_d, m/s; None where the damping is constant.
+    fastest : float
+        Speed up to which a constant damping keeps the bound, m/s.
+    """
+    return 4.0 * coulomb / fastest if velocity is None else 4.0 * coulomb * math.sqrt(2.0 * math.e) / velocity
+
+
 def bristle_damping(
     stiffness: float,
     mass: float,
@@ -41,10 +59,9 @@ def bristle_damping(
     """Bristle damping from a damping ratio at rest and a margin of passivity in motion.
 
     At rest the mass swings on the bristles, m x'' + sigma_1 x' + sigma_0 x = 0 (127): sigma_1 = 2 zeta sqrt(sigma_0 m).
-    In motion friction never gives energy back if sigma_1(v) abs(v) <= 4 g(v), and g(v) is at least the Coulomb force.
-    A damping that fades as exp(-(v/v_d)^2) has its largest sigma_1(v) abs(v) at v = v_d / sqrt(2), so that
-    v_d = sqrt(2 e) 4 F_C / (margin sigma_1) keeps the bound with `margin`; it is not made larger than `fastest`, beyond
-    which nothing is known of bristles. Without fading, sigma_1 itself is bounded so that it holds up to `fastest`.
+    In motion friction keeps the bound of :func:`most_damping` with `margin`: v_d is made small enough for it, and not
+    larger than `fastest`, beyond which nothing is known of bristles. Without fading, sigma_1 itself is bounded so that
+    it holds up to `fastest`.
 
     Parameters
     ----------
@@ -65,7 +82,7 @@ def bristle_damping(
         if number.ndim or number <= 0:
             raise InputError(f"{name} must be one number greater than zero, got {value!r}")
     damping = 2 * damping_ratio * math.sqrt(stiffness * mass)
-    bound = 4 * coulomb / margin
     if not fading:
-        return BristleDamping(min(damping, bound / fastest), None)
-    return BristleDamping(damping, min(fastest, math.sqrt(2 * math.e) * bound / damping))
+        return BristleDamping(min(damping, most_damping(coulomb, fastest=fastest) / margin), None)
+    # The bound falls as 1/v_d.
+    return BristleDamping(damping, min(fastest, most_damping(coulomb, 1.0) / (margin * damping)))

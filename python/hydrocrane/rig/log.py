@@ -72,6 +72,7 @@ class RigLog:
         load_cell: bool | None = None,
         calibration: float | None = None,
         overrides: Mapping[str, Any] | None = None,
+        earlier: int | None = None,
     ) -> RigLog:
         """The same motion, read by other sensors: nothing is simulated again.
 
@@ -79,7 +80,7 @@ class RigLog:
         ----------
         seed : int
             Draws the errors of the sensors.
-        sensors, load_cell, calibration : optional
+        sensors, load_cell, calibration, earlier : optional
             As for :func:`hydrocrane.rig.run`; by default as in this log.
         bits : int, optional
         overrides : mapping, optional
@@ -87,7 +88,7 @@ class RigLog:
         """
         from hydrocrane.rig.reading import read_again
 
-        return read_again(self, seed, sensors, bits, load_cell, calibration, overrides)
+        return read_again(self, seed, sensors, bits, load_cell, calibration, overrides, earlier)
 
     def save(self, path: str | PathLike[str]) -> Path:
         """Write the readings; the suffix decides: ``.csv``, ``.mat``, ``.nc``, ``.h5`` or ``.mf4``."""

@@ -38,7 +38,7 @@ def machine_of(
     if bits is not None:
         sensors = {key.split(".")[1] for key, _, _ in given.provenance if key.startswith("sensor.")}
         changes |= {f"sensor.{sensor}.bits": bits for sensor in sorted(sensors)}
-    return load_machine(given.source, {**given.overrides, **changes}) if changes else given
+    return given.changed(changes)
 
 
 def reading(
@@ -50,19 +50,21 @@ def reading(
     sensors: str,
     load_cell: bool,
     calibration: float,
+    earlier: int,
 ) -> RigLog:
     """The log of a run: `segments` count from its start, `about` becomes the log's attributes."""
     time = run.data.time.values
     step = float(time[1] - time[0]) if time.size > 1 else 1.0
     lead = _lead(calibration, step)
     recorded = _with_calibration(crane, run.data, lead, step)
-    readings = crane.measure(recorded, sensors=sensors, seed=seed)
+    readings = crane.measure(recorded, sensors=sensors, seed=seed, earlier=earlier)
     data = _data(crane, recorded, readings, load_cell)
     later = [dataclasses.replace(s, start=s.start + lead, end=s.end + lead) for s in segments]
     data.attrs = about | {
         "seed": int(seed),
         "sensors": sensors,
         "calibration": lead,
+        "earlier": int(earlier),
         "segments": json.dumps([dataclasses.asdict(segment) for segment in later]),
     }
     return RigLog(data, _truth(crane, recorded), run)
@@ -76,6 +78,7 @@ def read_again(
     load_cell: bool | None,
     calibration: float | None,
     overrides: Mapping[str, Any] | None,
+    earlier: int | None,
 ) -> RigLog:
     """See :meth:`hydrocrane.rig.RigLog.reread`."""
     about = log.data.attrs
@@ -97,6 +100,7 @@ def read_again(
         about["sensors"] if sensors is None else sensors,
         "force" in log.data if load_cell is None else load_cell,
         lead if calibration is None else calibration,
+        about["earlier"] if earlier is None else earlier,
     )
 
 

@@ -50,6 +50,7 @@ def run(
     bits: int | None = None,
     load_cell: bool = True,
     calibration: float = 0.0,
+    earlier: int = 0,
     interval: float | None = None,
     overrides: Mapping[str, Any] | None = None,
     **options: Any,
@@ -76,6 +77,8 @@ def run(
     calibration : float
         Seconds logged before, with the load supported and both chambers open to the tank: what the pressure sensors and
         the load cell then read is their zero.
+    earlier : int
+        Samples that the same sensors, those of `seed`, logged in earlier runs: no two runs have the same noise.
     interval : float, optional
         Time between samples, s.
     overrides : mapping, optional
@@ -90,7 +93,7 @@ def run(
     plan = _plan(crane, name, payload, interval, course)
     done = simulate(plan, ledger=False)
     about = _about(crane, name, plan, done.data)
-    return reading(crane, done, course.segments(0.0), about, seed, sensors, load_cell, calibration)
+    return reading(crane, done, course.segments(0.0), about, seed, sensors, load_cell, calibration, earlier)
 
 
 def series(name: str, rig: Rig = "rig-rottne", **settings: Any) -> list[RigLog]:
@@ -108,7 +111,12 @@ def series(name: str, rig: Rig = "rig-rottne", **settings: Any) -> list[RigLog]:
         own = machine_of(rig, None, settings.get("overrides")).supply_pressure
         largest = max(member["supply"] for member in members)
         members = tuple({"supply": own * member["supply"] / largest} for member in members)
-    return [run(name, rig, **rest, **member) for member in members]
+    logs: list[RigLog] = []
+    earlier = rest.pop("earlier", 0)
+    for member in members:
+        logs.append(run(name, rig, **rest, **member, earlier=earlier))
+        earlier += logs[-1].data.sizes["time"]
+    return logs
 
 
 def _plan(crane: Machine, name: str, payload: float | None, interval: float | None, course: Course) -> Scenario:

@@ -220,4 +220,5 @@ class _Reader:
             samples=b - a,
             effective_samples=effective,
             chambers=(float(self.parts[0][a:b].mean()), float(self.parts[1][a:b].mean())),
+            position=float(self.x[a:b].mean()),
         )

@@ -61,14 +61,15 @@ def motion_of(time: Array, x: Array, noise: Noise) -> Motion:
     """Velocity of a straight piece by least squares.
 
     Rounding to a converter's step repeats as the piston crosses the steps; what the incomplete crossings at both ends
-    leave is step^2 / (duration travel).
+    leave is step^2 / (duration travel). The scatter about the line holds the noise, of which a short stretch may show
+    too little by chance: the larger of both counts.
     """
     line = fitted_line(time, x)
     duration = float(time[-1] - time[0])
     travel = line.slope * duration
     crossed = max(abs(travel) / noise.step, 1.0) if noise.step else 1.0
-    floor = np.hypot(noise.sigma * np.sqrt(12.0 / x.size), noise.step / crossed) / duration
-    error = float(np.hypot(line.slope_error, floor))
+    scatter = max(line.slope_error, noise.sigma * np.sqrt(12.0 / x.size) / duration)
+    error = float(np.hypot(scatter, noise.step / crossed / duration))
     return Motion(line.slope, float(np.hypot(error, _change(time, x, 4.0 * error))), travel)
 
 

@@ -36,6 +36,8 @@ class Window:
         How many independent samples would give the same error of the force.
     chambers : (float, float)
         Means of p1 A1 and p2 A2, N.
+    position : float
+        Mean of x, m.
     """
 
     start: float
@@ -48,6 +50,7 @@ class Window:
     samples: int
     effective_samples: float = float("nan")
     chambers: tuple[float, float] | None = None
+    position: float = float("nan")
 
 
 @dataclass(frozen=True)

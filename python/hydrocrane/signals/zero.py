@@ -18,8 +18,8 @@ from hydrocrane.signals.statistics import fitted_line, rounding_bias
 # Signals that have a zero to be read while the rig rests, where the log has them.
 SIGNALS = ("p1", "p2", "force")
 LEAST_SAMPLES = 20
-# A reading at rest may wander by this many standard errors of its drift.
-STEADY_ERRORS = 4.0
+# A reading at rest may drift by this many standard errors: with four, one rig at rest in some thousands is accused.
+STEADY_ERRORS = 5.0
 # Its scatter may exceed that of neighbouring samples so many times.
 WANDER = 3.0
 
