@@ -39,6 +39,7 @@ mod workspace;
 
 pub mod reference;
 
+pub use bordered::Bordered;
 pub use build::build;
 pub use crane::Crane;
 pub use drawing::{Shape, ShapeKind};
