@@ -3,13 +3,11 @@
 use crate::bordered::Bordered;
 use crate::elimination::Elimination;
 use crate::integrator::ros3p::{end, stages, Linearised, GAMMA, STAGES};
+use crate::integrator::FLUSH;
 use crate::jacobian::Lifted;
 use crate::layout::Layout;
 use crate::plant::Plant;
 use hydrocrane_num::Real;
-
-/// States smaller than this are zero: decaying spools would end in subnormal numbers, which are slow.
-pub const FLUSH: f64 = 1e-30;
 
 /// The laws of a crane and what drives it during a step.
 pub struct Scene<'a, T, const N: usize> {
