@@ -140,6 +140,7 @@ class Simulator:
         payload: float,
         method: str,
         rtol: float,
+        step: float | None,
         sensors: str,
         seed: int,
         faults: list[tuple[str, str, float, float, float]],

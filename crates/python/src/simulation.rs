@@ -24,15 +24,18 @@ pub struct Settings {
     rtol: f64,
     atol: Option<f64>,
     max_step: f64,
+    /// Of a method with fixed steps.
+    step: Option<f64>,
     ledger: bool,
 }
 
 impl Settings {
     pub fn options(&self) -> RunOptions {
+        let max_step = self.step.unwrap_or(self.max_step);
         let changes = self.payload_changes.iter().map(|&(time, mass)| PayloadChange { time, mass });
         RunOptions {
             payload_changes: changes.collect(),
-            ..options(self.payload, &self.method, self.rtol, self.atol, self.max_step, self.ledger)
+            ..options(self.payload, &self.method, self.rtol, self.atol, max_step, self.ledger)
         }
     }
 }
@@ -144,11 +147,13 @@ impl Simulator {
         payload: f64,
         method: &str,
         rtol: f64,
+        step: Option<f64>,
         sensors: &str,
         seed: u64,
         faults: Vec<FaultEntry>,
     ) -> PyResult<Self> {
-        let options = options(payload, method, rtol, None, sample_time.min(0.05), false);
+        let largest = step.unwrap_or(sample_time.min(0.05));
+        let options = options(payload, method, rtol, None, largest, false);
         let sensors = crate::closed_loop::sensors(machine, sensors, seed, &faults)?;
         Ok(Simulator {
             inner: hydrocrane_sim::Simulator::new(machine.model.clone(), sample_time, options).with_sensors(sensors),
