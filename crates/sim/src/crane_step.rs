@@ -35,7 +35,7 @@ impl<T: Real> CraneStep<T> {
         CraneStep {
             k: std::array::from_fn(|_| room.clone()),
             argument: room,
-            slopes: Bordered::new(layout, 0),
+            slopes: Bordered { secants: true, ..Bordered::new(layout, 0) },
             elimination: Elimination::default(),
         }
     }

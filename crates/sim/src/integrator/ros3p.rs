@@ -93,7 +93,7 @@ impl Ros3p {
     pub fn new(n: usize, m: usize) -> Self {
         Ros3p {
             n,
-            linearisation: Linearisation::new(n, m),
+            linearisation: Linearisation::new(n, m).with_secants(),
             time_derivative: vec![0.0; n],
             k: std::array::from_fn(|_| vec![0.0; n + m]),
             argument: vec![0.0; n],
