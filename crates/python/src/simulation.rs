@@ -4,11 +4,12 @@ use crate::arrays::{matrix, row, rows, vector, Row, Rows};
 use crate::closed_loop::FaultEntry;
 use crate::machine::Machine;
 use hydrocrane_sim::integrator::{Effort, Tolerances};
-use hydrocrane_sim::{Commands, Outcome, PayloadChange, PayloadEvent, Run, RunOptions};
+use hydrocrane_sim::{Commands, Outcome, OutcomeKind, PayloadChange, PayloadEvent, Run, RunOptions};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::time::Instant;
 
 /// Steps after which a run is given up: minutes of computing.
 const MAX_STEPS: u64 = 20_000_000;
@@ -169,6 +170,25 @@ impl Simulator {
     fn step(&mut self, py: Python<'_>, u: Row<'_>) -> PyResult<&'static str> {
         let u = row(&u, self.cylinders, "spool_command")?.to_vec();
         Ok(py.detach(|| self.inner.step(&u)).kind.name())
+    }
+
+    /// Wall time (s) of one step under each row of commands, up to the first that does not end well.
+    fn step_times<'py>(&mut self, py: Python<'py>, commands: Rows<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let commands = rows(&commands, self.cylinders, "commands")?.to_vec();
+        let times = py.detach(|| {
+            let mut times = Vec::with_capacity(commands.len() / self.cylinders);
+            for u in commands.chunks_exact(self.cylinders) {
+                let began = Instant::now();
+                let outcome = self.inner.step(u);
+                let elapsed = began.elapsed().as_secs_f64();
+                if outcome.kind != OutcomeKind::Completed {
+                    break;
+                }
+                times.push(elapsed);
+            }
+            times
+        });
+        Ok(vector(py, times))
     }
 
     /// Time, masses and tip velocities before and after, loss.
