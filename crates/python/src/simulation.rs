@@ -215,6 +215,13 @@ impl Simulator {
         sensors.signals().zip(sensors.readings().iter().copied()).collect()
     }
 
+    /// x, z of the tip.
+    #[getter]
+    fn tip<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let tip = self.inner.tip().ok_or_else(|| PyValueError::new_err("reset the simulator first"))?;
+        Ok(vector(py, tip.to_vec()))
+    }
+
     #[getter]
     fn time(&self) -> f64 {
         self.inner.time()
