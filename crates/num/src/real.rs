@@ -68,6 +68,10 @@ pub trait Real:
     fn square(self) -> Self {
         self * self
     }
+    /// Neither infinite nor NaN.
+    fn finite(self) -> Self::Mask {
+        self.abs().le(Self::c(f64::MAX))
+    }
 }
 
 impl Real for f64 {

@@ -14,7 +14,7 @@ pub struct Linearisation {
     dense: Dense,
     /// df/dx and dg/dx, then the derivative of df/dx along each tangent; empty where the slopes are dense.
     blocks: Vec<Bordered<f64>>,
-    elimination: Elimination,
+    elimination: Elimination<f64>,
 }
 
 #[derive(Default)]
