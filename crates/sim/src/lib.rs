@@ -40,6 +40,7 @@ mod workspace;
 
 pub mod reference;
 
+pub use bordered::Bordered;
 pub use build::build;
 pub use crane::Crane;
 pub use crane_step::{CraneStep, Scene};
