@@ -7,6 +7,9 @@ pub mod elementary;
 mod lanes;
 mod random;
 mod real;
+pub mod register;
+#[cfg(target_arch = "x86_64")]
+pub mod register_x86;
 pub mod small;
 pub mod smooth;
 pub mod table;

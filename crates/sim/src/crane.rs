@@ -1,5 +1,6 @@
 //! A machine with `N` joints, ready to be asked.
 
+use crate::batch::{self, Kernel};
 use crate::bordered::Bordered;
 use crate::controllers::nominal_cylinder;
 use crate::cylinder_unit::FrictionLaw;
@@ -331,6 +332,10 @@ impl<const N: usize> Model for Crane<N> {
             let (v1, v2) = self.plant.cylinders[c].chambers.volumes(position);
             v1 > 0.0 && v2 > 0.0 && self.plant.actuations[c].closure(&pose) > 0.0
         })
+    }
+
+    fn kernel(&self, wanted: Option<&str>) -> Box<dyn Kernel> {
+        batch::kernel(&self.plant, &self.layout, wanted)
     }
 
     fn output_info(&self) -> &[OutputInfo] {

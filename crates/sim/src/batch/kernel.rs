@@ -1,0 +1,126 @@
+//! Eight cranes in the lanes of one vector, in the widest instruction set that the processor has.
+//!
+//! The laws are those of one crane. None of them contracts or reorders arithmetic, so that all instruction sets give the
+//! same bits.
+
+use crate::crane_step::{CraneStep, Scene};
+use crate::jacobian::Lifted;
+use crate::layout::Layout;
+use crate::plant::Plant;
+#[cfg(target_arch = "x86_64")]
+use hydrocrane_num::register::Register;
+#[cfg(target_arch = "x86_64")]
+use hydrocrane_num::register_x86::{Avx2, Avx512, Sse2};
+use hydrocrane_num::{Lanes, Real};
+
+/// Cranes side by side.
+pub const WIDTH: usize = 8;
+/// One number of each.
+pub type Group = [f64; WIDTH];
+
+/// A stretch of equal steps under constant commands.
+#[derive(Debug, Clone, Copy)]
+pub struct Stretch<'a> {
+    pub steps: usize,
+    /// s
+    pub h: f64,
+    /// Spool commands, m.
+    pub spools: &'a [Group],
+    /// At the tips, kg.
+    pub payload: Group,
+}
+
+/// The laws of a machine for whole groups.
+pub trait Kernel: Send + Sync {
+    /// Name of the instruction set.
+    fn instruction_set(&self) -> &'static str;
+    /// What one thread needs to move groups.
+    fn mover(&self) -> Box<dyn Mover + '_>;
+}
+
+/// Moves groups of cranes.
+pub trait Mover {
+    /// Moves the states `x` of a group on. Lanes whose numbers do not stay finite show that in their numbers.
+    fn advance(&mut self, stretch: Stretch, x: &mut [Group]);
+}
+
+/// A crane of `N` joints in the lanes of `K` registers.
+struct LaneCrane<R, const K: usize, const N: usize> {
+    plant: Plant<Lanes<R, K>, N>,
+    lifted: Lifted<Lanes<R, K>, N>,
+    layout: Layout,
+}
+
+struct LaneMover<'a, R, const K: usize, const N: usize> {
+    crane: &'a LaneCrane<R, K, N>,
+    room: CraneStep<Lanes<R, K>>,
+    x: Vec<Lanes<R, K>>,
+    spools: [Lanes<R, K>; N],
+}
+
+/// The machine for groups, in the widest instruction set of this processor or the narrower one that is `wanted`.
+#[cfg(target_arch = "x86_64")]
+pub fn kernel<const N: usize>(plant: &Plant<f64, N>, layout: &Layout, wanted: Option<&str>) -> Box<dyn Kernel> {
+    fn fits<R: Register>(wanted: Option<&str>) -> bool {
+        R::is_available() && wanted.is_none_or(|name| name == R::NAME)
+    }
+    if fits::<Avx512>(wanted) {
+        Box::new(LaneCrane::<Avx512, 1, N>::new(plant, layout))
+    } else if fits::<Avx2>(wanted) {
+        Box::new(LaneCrane::<Avx2, 2, N>::new(plant, layout))
+    } else {
+        Box::new(LaneCrane::<Sse2, 4, N>::new(plant, layout))
+    }
+}
+
+/// The machine for groups.
+#[cfg(not(target_arch = "x86_64"))]
+pub fn kernel<const N: usize>(plant: &Plant<f64, N>, layout: &Layout, _wanted: Option<&str>) -> Box<dyn Kernel> {
+    Box::new(LaneCrane::<f64, WIDTH, N>::new(plant, layout))
+}
+
+impl<R: Register, const K: usize, const N: usize> LaneCrane<R, K, N> {
+    fn new(plant: &Plant<f64, N>, layout: &Layout) -> Self {
+        let plant = plant.map(&mut Lanes::c);
+        LaneCrane { lifted: Lifted::new(&plant), plant, layout: layout.clone() }
+    }
+}
+
+impl<R: Register, const K: usize, const N: usize> Kernel for LaneCrane<R, K, N> {
+    fn instruction_set(&self) -> &'static str {
+        R::NAME
+    }
+
+    fn mover(&self) -> Box<dyn Mover + '_> {
+        Box::new(LaneMover {
+            crane: self,
+            room: CraneStep::new(&self.layout),
+            x: vec![Lanes::default(); self.layout.len()],
+            spools: [Lanes::default(); N],
+        })
+    }
+}
+
+impl<R: Register, const K: usize, const N: usize> Mover for LaneMover<'_, R, K, N> {
+    fn advance(&mut self, stretch: Stretch, x: &mut [Group]) {
+        R::run(
+            #[inline(always)]
+            || self.advance_here(stretch, x),
+        );
+    }
+}
+
+impl<R: Register, const K: usize, const N: usize> LaneMover<'_, R, K, N> {
+    #[inline(always)]
+    fn advance_here(&mut self, stretch: Stretch, x: &mut [Group]) {
+        let LaneMover { crane, room, x: states, spools } = self;
+        states.iter_mut().zip(&*x).for_each(|(inside, outside)| *inside = Lanes::load(outside));
+        spools.iter_mut().zip(stretch.spools).for_each(|(inside, outside)| *inside = Lanes::load(outside));
+        let LaneCrane { plant, lifted, layout } = crane;
+        let scene = Scene { plant, lifted, layout, spools: &*spools, payload: Lanes::load(&stretch.payload) };
+        for _ in 0..stretch.steps {
+            room.step(&scene, Lanes::c(stretch.h), states);
+        }
+        x.iter_mut().zip(&*states).for_each(|(outside, inside)| inside.store(outside));
+    }
+}

@@ -1,0 +1,5 @@
+//! Many cranes of one machine at once.
+
+mod kernel;
+
+pub use kernel::*;
