@@ -16,7 +16,7 @@ use hydrocrane_num::{Lanes, Real};
 /// Cranes side by side.
 pub const WIDTH: usize = 8;
 /// One number of each.
-pub type Group = [f64; WIDTH];
+pub type Group = [f64; 8];
 
 /// A stretch of equal steps under constant commands.
 #[derive(Debug, Clone, Copy)]
@@ -40,8 +40,19 @@ pub trait Kernel: Send + Sync {
 
 /// Moves groups of cranes.
 pub trait Mover {
-    /// Moves the states `x` of a group on. Lanes whose numbers do not stay finite show that in their numbers.
+    /// Moves the states `x` of a group on.
     fn advance(&mut self, stretch: Stretch, x: &mut [Group]);
+    /// Looks at a group.
+    fn look(&mut self, x: &[Group]) -> Look;
+}
+
+/// What one sees of a group.
+#[derive(Debug, Clone, Copy)]
+pub struct Look {
+    /// x and z of the tips, m.
+    pub tip: [Group; 2],
+    /// Whether all numbers are finite and every piston is in its cylinder.
+    pub sensible: [bool; WIDTH],
 }
 
 /// A crane of `N` joints in the lanes of `K` registers.
@@ -108,6 +119,13 @@ impl<R: Register, const K: usize, const N: usize> Mover for LaneMover<'_, R, K, 
             || self.advance_here(stretch, x),
         );
     }
+
+    fn look(&mut self, x: &[Group]) -> Look {
+        R::run(
+            #[inline(always)]
+            || self.look_here(x),
+        )
+    }
 }
 
 impl<R: Register, const K: usize, const N: usize> LaneMover<'_, R, K, N> {
@@ -122,5 +140,31 @@ impl<R: Register, const K: usize, const N: usize> LaneMover<'_, R, K, N> {
             room.step(&scene, Lanes::c(stretch.h), states);
         }
         x.iter_mut().zip(&*states).for_each(|(outside, inside)| inside.store(outside));
+    }
+
+    #[inline(always)]
+    fn look_here(&self, x: &[Group]) -> Look {
+        let plant = &self.crane.plant;
+        let mut q = [Lanes::<R, K>::default(); N];
+        let mut size = Lanes::<R, K>::default();
+        for (i, lanes) in x.iter().enumerate() {
+            let lanes = Lanes::load(lanes);
+            size += lanes.abs();
+            if i < N {
+                q[i] = lanes;
+            }
+        }
+        let pose = plant.mechanics.pose(&q);
+        let tip = plant.mechanics.tip_position(&pose);
+        let sensible = size.finite() & plant.admissible(&pose);
+        let mut look = Look { tip: [[0.0; WIDTH]; 2], sensible: [false; WIDTH] };
+        tip.x.store(&mut look.tip[0]);
+        tip.z.store(&mut look.tip[1]);
+        let mut flags = [0.0; WIDTH];
+        Lanes::<R, K>::select(sensible, Lanes::c(1.0), Lanes::c(0.0)).store(&mut flags);
+        for lane in 0..WIDTH {
+            look.sensible[lane] = flags[lane] == 1.0;
+        }
+        look
     }
 }
