@@ -42,8 +42,8 @@ class BatchSimulator:
     """n cranes of one machine that advance by one sample per :meth:`step`, each with spool commands of its own.
 
     Steps are fixed (ROS3P, order three). What becomes of a crane depends on its own state, commands and payload alone,
-    bit for bit: not on its place, on n, on the number of threads or on the processor's vector instructions. A crane that
-    leaves its admissible states stays at its last good one until it is reset; the others do not notice.
+    bit for bit: not on its place, on n, on the number of threads or on the processor's vector instructions. A crane
+    that leaves its admissible states stays at its last good one until it is reset; the others do not notice.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ class BatchSimulator:
 
     @property
     def outcomes(self) -> list[str]:
-        """Per crane ``completed``, or why it was lost: ``stroke-limit``, ``solver-failed``; ``bad-state`` before a reset."""
+        """Per crane ``completed``, or why it was lost: ``stroke-limit``, ``solver-failed``; ``bad-state`` at first."""
         return self._core.outcomes
 
     @property

@@ -16,7 +16,7 @@ pub mod table;
 mod vec2;
 
 pub use dual::Dual;
-pub use lanes::{LaneMask, Lanes};
+pub use lanes::Lanes;
 pub use random::Draws;
 pub use real::{Mask, Real};
 pub use vec2::Vec2;

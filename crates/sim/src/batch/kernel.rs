@@ -11,9 +11,9 @@ use crate::plant::Plant;
 use hydrocrane_num::register::Register;
 #[cfg(target_arch = "x86_64")]
 use hydrocrane_num::register_x86::{Avx2, Avx512, Sse2};
-use hydrocrane_num::{Lanes, Real};
+use hydrocrane_num::{Lanes, Real, Vec2};
 
-/// Cranes side by side.
+/// Cranes of a group: as many as the widest register has lanes; in narrower ones they go in several turns.
 pub const WIDTH: usize = 8;
 /// One number of each.
 pub type Group = [f64; 8];
@@ -55,18 +55,18 @@ pub struct Look {
     pub sensible: [bool; WIDTH],
 }
 
-/// A crane of `N` joints in the lanes of `K` registers.
-struct LaneCrane<R, const K: usize, const N: usize> {
-    plant: Plant<Lanes<R, K>, N>,
-    lifted: Lifted<Lanes<R, K>, N>,
+/// A crane of `N` joints in the lanes of a register.
+struct LaneCrane<R, const N: usize> {
+    plant: Plant<Lanes<R>, N>,
+    lifted: Lifted<Lanes<R>, N>,
     layout: Layout,
 }
 
-struct LaneMover<'a, R, const K: usize, const N: usize> {
-    crane: &'a LaneCrane<R, K, N>,
-    room: CraneStep<Lanes<R, K>>,
-    x: Vec<Lanes<R, K>>,
-    spools: [Lanes<R, K>; N],
+struct LaneMover<'a, R, const N: usize> {
+    crane: &'a LaneCrane<R, N>,
+    room: CraneStep<Lanes<R>>,
+    x: Vec<Lanes<R>>,
+    spools: [Lanes<R>; N],
 }
 
 /// The machine for groups, in the widest instruction set of this processor or the narrower one that is `wanted`.
@@ -76,28 +76,28 @@ pub fn kernel<const N: usize>(plant: &Plant<f64, N>, layout: &Layout, wanted: Op
         R::is_available() && wanted.is_none_or(|name| name == R::NAME)
     }
     if fits::<Avx512>(wanted) {
-        Box::new(LaneCrane::<Avx512, 1, N>::new(plant, layout))
+        Box::new(LaneCrane::<Avx512, N>::new(plant, layout))
     } else if fits::<Avx2>(wanted) {
-        Box::new(LaneCrane::<Avx2, 2, N>::new(plant, layout))
+        Box::new(LaneCrane::<Avx2, N>::new(plant, layout))
     } else {
-        Box::new(LaneCrane::<Sse2, 4, N>::new(plant, layout))
+        Box::new(LaneCrane::<Sse2, N>::new(plant, layout))
     }
 }
 
 /// The machine for groups.
 #[cfg(not(target_arch = "x86_64"))]
 pub fn kernel<const N: usize>(plant: &Plant<f64, N>, layout: &Layout, _wanted: Option<&str>) -> Box<dyn Kernel> {
-    Box::new(LaneCrane::<f64, WIDTH, N>::new(plant, layout))
+    Box::new(LaneCrane::<f64, N>::new(plant, layout))
 }
 
-impl<R: Register, const K: usize, const N: usize> LaneCrane<R, K, N> {
+impl<R: Register, const N: usize> LaneCrane<R, N> {
     fn new(plant: &Plant<f64, N>, layout: &Layout) -> Self {
         let plant = plant.map(&mut Lanes::c);
         LaneCrane { lifted: Lifted::new(&plant), plant, layout: layout.clone() }
     }
 }
 
-impl<R: Register, const K: usize, const N: usize> Kernel for LaneCrane<R, K, N> {
+impl<R: Register, const N: usize> Kernel for LaneCrane<R, N> {
     fn instruction_set(&self) -> &'static str {
         R::NAME
     }
@@ -112,7 +112,7 @@ impl<R: Register, const K: usize, const N: usize> Kernel for LaneCrane<R, K, N> 
     }
 }
 
-impl<R: Register, const K: usize, const N: usize> Mover for LaneMover<'_, R, K, N> {
+impl<R: Register, const N: usize> Mover for LaneMover<'_, R, N> {
     fn advance(&mut self, stretch: Stretch, x: &mut [Group]) {
         R::run(
             #[inline(always)]
@@ -128,43 +128,59 @@ impl<R: Register, const K: usize, const N: usize> Mover for LaneMover<'_, R, K, 
     }
 }
 
-impl<R: Register, const K: usize, const N: usize> LaneMover<'_, R, K, N> {
+impl<R: Register, const N: usize> LaneMover<'_, R, N> {
     #[inline(always)]
     fn advance_here(&mut self, stretch: Stretch, x: &mut [Group]) {
         let LaneMover { crane, room, x: states, spools } = self;
-        states.iter_mut().zip(&*x).for_each(|(inside, outside)| *inside = Lanes::load(outside));
-        spools.iter_mut().zip(stretch.spools).for_each(|(inside, outside)| *inside = Lanes::load(outside));
         let LaneCrane { plant, lifted, layout } = crane;
-        let scene = Scene { plant, lifted, layout, spools: &*spools, payload: Lanes::load(&stretch.payload) };
-        for _ in 0..stretch.steps {
-            room.step(&scene, Lanes::c(stretch.h), states);
+        for first in (0..WIDTH).step_by(R::WIDTH) {
+            for i in 0..states.len() {
+                states[i] = Lanes::load(&x[i][first..]);
+            }
+            for c in 0..N {
+                spools[c] = Lanes::load(&stretch.spools[c][first..]);
+            }
+            let payload = Lanes::load(&stretch.payload[first..]);
+            let scene = Scene { plant, lifted, layout, spools: &*spools, payload };
+            for _ in 0..stretch.steps {
+                room.step(&scene, Lanes::c(stretch.h), states);
+            }
+            for i in 0..states.len() {
+                states[i].store(&mut x[i][first..]);
+            }
         }
-        x.iter_mut().zip(&*states).for_each(|(outside, inside)| inside.store(outside));
     }
 
     #[inline(always)]
     fn look_here(&self, x: &[Group]) -> Look {
+        let mut look = Look { tip: [[0.0; WIDTH]; 2], sensible: [false; WIDTH] };
+        let mut flags = [0.0; WIDTH];
+        for first in (0..WIDTH).step_by(R::WIDTH) {
+            let (tip, sensible) = self.look_at(x, first);
+            tip.x.store(&mut look.tip[0][first..]);
+            tip.z.store(&mut look.tip[1][first..]);
+            Lanes::<R>::select(sensible, Lanes::c(1.0), Lanes::c(0.0)).store(&mut flags[first..]);
+        }
+        for lane in 0..WIDTH {
+            look.sensible[lane] = flags[lane] == 1.0;
+        }
+        look
+    }
+
+    /// The tips of the cranes from `first` on, and where all is well.
+    #[inline(always)]
+    fn look_at(&self, x: &[Group], first: usize) -> (Vec2<Lanes<R>>, R::Mask) {
         let plant = &self.crane.plant;
-        let mut q = [Lanes::<R, K>::default(); N];
-        let mut size = Lanes::<R, K>::default();
+        let mut q = [Lanes::<R>::default(); N];
+        let mut size = Lanes::<R>::default();
         for (i, lanes) in x.iter().enumerate() {
-            let lanes = Lanes::load(lanes);
+            let lanes = Lanes::load(&lanes[first..]);
             size += lanes.abs();
             if i < N {
                 q[i] = lanes;
             }
         }
         let pose = plant.mechanics.pose(&q);
-        let tip = plant.mechanics.tip_position(&pose);
-        let sensible = size.finite() & plant.admissible(&pose);
-        let mut look = Look { tip: [[0.0; WIDTH]; 2], sensible: [false; WIDTH] };
-        tip.x.store(&mut look.tip[0]);
-        tip.z.store(&mut look.tip[1]);
-        let mut flags = [0.0; WIDTH];
-        Lanes::<R, K>::select(sensible, Lanes::c(1.0), Lanes::c(0.0)).store(&mut flags);
-        for lane in 0..WIDTH {
-            look.sensible[lane] = flags[lane] == 1.0;
-        }
-        look
+        (plant.mechanics.tip_position(&pose), size.finite() & plant.admissible(&pose))
     }
 }
