@@ -42,7 +42,7 @@ QUICK = Effort(per_decade=2, pairs=5, long_pairs=1)
 
 
 def curve(problem: Problem, solver: Solver, effort: Effort, target: float) -> list[dict[str, Any]]:
-    """Tip error, time and counts per tolerance; for solvers that take long it ends at the first error within the target."""
+    """Tip error, time and counts per tolerance; for solvers that take long it ends at the first error in the target."""
     points: list[dict[str, Any]] = []
     for rtol in effort.tolerances():
         run = solver(rtol)

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +27,7 @@ class NotAvailable(Exception):
 
 @dataclass(frozen=True)
 class Solution:
-    """States at the record times (rows, states), CPU seconds, and what was counted: steps, right-hand sides, Jacobians."""
+    """States at the record times (rows, states), CPU seconds, and counts of steps, right-hand sides and Jacobians."""
 
     states: np.ndarray
     seconds: float
@@ -48,10 +49,10 @@ Solver = Callable[[float], Solution]
 
 
 class Problem:
-    """A bundled scenario with its tables, so that every solver does the same work and nothing else."""
+    """A scenario with its tables, so that every solver does the same work and nothing else."""
 
-    def __init__(self, scenario: str = SCENARIO) -> None:
-        self.plan = hc.load_scenario(scenario)
+    def __init__(self, scenario: str | hc.Scenario = SCENARIO) -> None:
+        self.plan = hc.load_scenario(scenario) if isinstance(scenario, str) else scenario
         self.crane = self.plan.load_machine()
         self.start = self.plan.initial_state(self.crane)
         self.times, self.spools, self.linear = self.plan.command_grid(self.crane)
@@ -69,9 +70,9 @@ class Problem:
             inside = self.record[(self.record > begin + SAME_INSTANT) & (self.record <= end + SAME_INSTANT)]
             yield Segment(float(begin), end, self.spools[k], np.minimum(inside, end))
 
-    def integrate(self, method: str, rtol: float, **changes: float) -> dict:
+    def integrate(self, method: str, rtol: float, **changes: Any) -> dict[str, Any]:
         """One run by the core, as ``hc.simulate`` asks for it."""
-        settings = {"method": method, "rtol": rtol, "atol": None, "max_step": MAX_STEP, "ledger": False}
+        settings = {"method": method, "rtol": rtol, "atol": None, "max_step": MAX_STEP, "step": None, "ledger": False}
         settings |= {"payload": self.payload, "payload_changes": []} | changes
         commands = (self.times, self.spools, self.linear)
         raw = _core.simulate(self.crane.core, self.start, self.end, *commands, self.record, settings, None)

@@ -1,1 +1,1 @@
-"""Solvers of others on the same crane: each file offers ``solvers(problem)``, names with a function of the tolerance."""
+"""Solvers of the same crane, ours and others: each file makes them of a problem, by name, as functions of a tolerance."""

@@ -74,7 +74,9 @@ def solvers(problem: Problem) -> dict[str, Solver]:
         options |= {"max_num_steps": MAX_STEPS, "newton_scheme": "direct"}
         plan = []
         for segment in problem.segments():
-            grid = tuple(np.round(np.append(segment.record, segment.end)[: max(segment.record.size, 1)] - segment.begin, 9))
+            grid = tuple(
+                np.round(np.append(segment.record, segment.end)[: max(segment.record.size, 1)] - segment.begin, 9)
+            )
             if grid not in made:
                 made[grid] = ca.integrator(f"run{len(made)}", "cvodes", equations, 0.0, list(grid), options)
             plan.append((segment, made[grid]))

@@ -83,7 +83,9 @@ def sundials() -> str:
     if spec is None or spec.origin is None:
         raise NotAvailable("scikit-sundae, which brings SUNDIALS, is not installed")
     home = Path(spec.origin).parents[1]
-    found = [path for folder in home.glob("scikit_sundae*") for path in folder.rglob("*sundials_cvode*") if path.is_file()]
+    found = [
+        path for folder in home.glob("scikit_sundae*") for path in folder.rglob("*sundials_cvode*") if path.is_file()
+    ]
     if not found:
         raise NotAvailable("scikit-sundae is here without its shared library of CVODE")
     return str(found[0])

@@ -1,8 +1,8 @@
 """The laboratory crane once more, as a person would write it in Python: for solvers that need the model in their terms.
 
-Independent of the core: it reads the numbers of the machine file and nothing else, and ``tests/python/test_benches.py``
-holds it equal to the core. It runs on NumPy arrays and on CasADi's symbols alike. Symbols, signs and units: NOTATION.md;
-numbers in round brackets are equations of Heinze (2007).
+Independent of the core: it reads the numbers of the machine file and nothing else; ``tests/python/test_benches.py``
+holds it equal to the core. It runs on NumPy arrays and on CasADi's symbols alike. Symbols, signs and units as in
+NOTATION.md; numbers in round brackets are equations of Heinze (2007).
 """
 
 from __future__ import annotations
@@ -105,7 +105,10 @@ def _cylinders(each: Callable[[str, str], np.ndarray], density: float, viscosity
         "rise-2": density / 2 * ((area_2 / area_port) ** 2 - 1),
         "half": half,
         "lower": np.maximum(-half, half - rod_length),
-        "mid-length": each("cylinder", "barrel-offset") + (barrel + piston) / 2 + rod_length + each("cylinder", "rod-offset"),
+        "mid-length": each("cylinder", "barrel-offset")
+        + (barrel + piston) / 2
+        + rod_length
+        + each("cylinder", "rod-offset"),
         "dead": area_port * each("cylinder", "dead-length"),
         "internal": pi * (bore / 2 + gap) * gap**3 / (6 * viscosity * piston),
         "external": pi * (rod / 2 + gap) * gap**3 / (6 * viscosity * gland),
@@ -129,7 +132,7 @@ def state_derivative(x: Any, u: Any, p: Parameters, a: Arrays = NUMPY) -> Any:
     q, qd = [x[i] for i in range(JOINTS)], [x[JOINTS + i] for i in range(JOINTS)]
     p1, p2, xs, vs, z = (x[2 * JOINTS + i :: OWN_STATES] for i in range(OWN_STATES))
     c = {name: a.column(values) for name, values in p.cylinder.items()}
-    chain = _Chain(q, p, a)
+    chain = Chain(q, p, a)
     lengths, gains = chain.cylinders()
     position = a.column(lengths) - c["mid-length"]
     gain = a.column(gains)
@@ -224,8 +227,8 @@ def _perp(a: Vector) -> Vector:
     return -a[1], a[0]
 
 
-class _Chain:
-    """The links at one pose: pillar upright at the origin, boom and jib turning, the extension sliding along the jib."""
+class Chain:
+    """The links at one pose: pillar upright at the origin, boom and jib turning, the extension sliding on the jib."""
 
     def __init__(self, q: list[Any], p: Parameters, a: Arrays) -> None:
         self.p, self.a, f = p, a, a.functions
@@ -249,7 +252,7 @@ class _Chain:
         """Distance of the pins of each cylinder, m, and its slope by the own joint."""
         barrel = self.point("boom.lift-barrel")
         lift = self._pins(_minus(barrel, self.p.point["pillar.lift-rod"]), self._swing("boom", barrel))
-        pin, velocity = self._four_bar()
+        pin, velocity = self.four_bar()
         jib = self._pins(_minus(pin, self.point("boom.jib-barrel")), velocity)
         rod = _minus(self.point("extension.rod"), self.point("jib.extension-barrel"))
         return tuple(zip(lift, jib, self._pins(rod, self.slide), strict=True))
@@ -262,8 +265,8 @@ class _Chain:
         """Velocity of a place that turns with a link, per rate of the link's joint."""
         return _perp(_minus(place, self.origin[link]))
 
-    def _four_bar(self) -> tuple[Vector, Vector]:
-        """The jib cylinder's rod pin, where rocker and coupler meet, (11)-(20), and its velocity per rate of the jib."""
+    def four_bar(self) -> tuple[Vector, Vector]:
+        """The jib cylinder's rod pin, where rocker and coupler meet, and its velocity per rate of the jib."""
         (r_1, r_2), f = self.p.four_bar, self.a.functions
         rocker, coupler = self.point("boom.rocker-pivot"), self.point("jib.coupler-pivot")
         between = _minus(coupler, rocker)
