@@ -31,7 +31,7 @@ class Solution:
 
     states: np.ndarray
     seconds: float
-    counts: dict[str, int] = field(default_factory=dict)
+    counts: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -55,9 +55,9 @@ class Problem:
         self.plan = hc.load_scenario(scenario) if isinstance(scenario, str) else scenario
         self.crane = self.plan.load_machine()
         self.start = self.plan.initial_state(self.crane)
-        self.times, self.spools, self.linear = self.plan.command_grid(self.crane)
-        self.record = self.plan.record_times()
-        self.end = float(self.plan.duration)
+        self.record, self.end = self.plan.record_times(), float(self.plan.duration)
+        times, spools, self.linear = self.plan.command_grid(self.crane)
+        self.times, self.spools = times[times < self.end], spools[times < self.end]
         self.payload = self.crane.payload(self.plan.payload)
         strokes = dict(zip(self.crane.cylinder_names, self.crane.spool_strokes, strict=True))
         kinds = [(name.split(".")[1], name.split(".")[2]) for name in self.crane.state_names]
@@ -95,7 +95,7 @@ class Problem:
         return float(np.linalg.norm(self.tip(states) - self.exact, axis=1).max())
 
 
-def clocked(work: Callable[[], np.ndarray], count: Callable[[], dict[str, int]] = dict) -> Solution:
+def clocked(work: Callable[[], np.ndarray], count: Callable[[], dict[str, float]] = dict) -> Solution:
     """Run it under the clock of all solvers: CPU time of this thread, which other work on the computer hardly moves."""
     began = time.thread_time()
     states = work()

@@ -64,11 +64,16 @@ def best_of(results: Results, families: tuple[str, ...], only: str = "") -> tupl
     return min(among, key=lambda item: item[1]["ratio"], default=None)
 
 
+def tolerance(row: Results) -> str:
+    """What a solver was set to."""
+    return f"{digits(row['step_s'] * 1e3)} ms" if "step_s" in row else f"{row['rtol']:.0e}"
+
+
 def open_loop(results: Results) -> str:
     race = results["open_loop"]
     rows = []
     for name, row in sorted(race["rows"].items(), key=lambda item: item[1]["ratio"]):
-        cells = [f"**{name}**" if row["family"] == "hydrocrane" else name, f"{row['rtol']:.0e}"]
+        cells = [f"**{name}**" if row["family"] == "hydrocrane" else name, tolerance(row)]
         cells += [digits(row["tip_error_m"] * 1e6, 2), digits(row["seconds"] * 1e3), digits(row["times_real_time"], 2)]
         spread = f"{digits(row['ratio_low'])} to {digits(row['ratio_high'])}"
         same = name == race["ours"]
@@ -76,7 +81,7 @@ def open_loop(results: Results) -> str:
         rows.append([*cells, str(row.get("jacobians", ""))])
     heads = [
         "solver",
-        "rtol",
+        "rtol or step",
         "tip error [µm]",
         "time [ms]",
         "x real time",
@@ -206,10 +211,10 @@ def printed(results: Results) -> str:
     if lacking(section):
         return lacking(section)
     rows = [
-        [name, f"{r['rtol']:.0e}", digits(r["tip_error_m"] * 1e3, 2), digits(r["seconds"] * 1e3)]
+        [name, tolerance(r), digits(r["tip_error_m"] * 1e3, 2), digits(r["seconds"] * 1e3)]
         for name, r in sorted(section["rows"].items(), key=lambda item: item[1]["seconds"])
     ]
-    return table(["solver", "rtol", "tip error [mm]", "time [ms]"], rows)
+    return table(["solver", "rtol or step", "tip error [mm]", "time [ms]"], rows)
 
 
 def sides(rows: dict[str, Results]) -> dict[str, list[tuple[str, float]]]:

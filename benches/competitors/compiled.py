@@ -74,6 +74,8 @@ def library() -> ctypes.CDLL:
     loaded.prepare.restype = ctypes.c_void_p
     loaded.solve.argtypes = [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_char_p, ctypes.c_double] + [ctypes.c_void_p] * 3
     loaded.release.argtypes = [ctypes.c_void_p]
+    loaded.evaluate.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t, ctypes.c_bool]
+    loaded.evaluate.restype = None
     return loaded
 
 
@@ -122,6 +124,10 @@ class Task:
             return np.empty((0, self.shape[1])) if failed else states
 
         return clocked(work, lambda: {name: getattr(effort, name) for name, _ in Effort._fields_})
+
+    def evaluate(self, states: np.ndarray, structured: bool) -> None:
+        """The laws once at each row, with the structured Jacobian or without."""
+        self.library.evaluate(self.handle, states.ctypes.data, len(states), structured)
 
 
 def _solvers(problem: Problem, names: dict[str, str], shared: str) -> dict[str, Solver]:

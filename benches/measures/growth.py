@@ -1,9 +1,10 @@
-"""How cost grows: with joints, controller rate and recording. Tolerance is in the curves of ``compete``."""
+"""How cost grows: with joints, controller rate, recording and workers. Tolerance is in the curves of ``compete``."""
 
 from __future__ import annotations
 
 import statistics
 import tempfile
+import time
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from benches.problem import Problem, clocked
 RUNS = 9
 JOINTS = range(1, 7)
 RATES = (10, 20, 50, 100, 200, 500, 1000)
+WORKERS, CASES = (1, 2), 1000
 INTERVALS = (1.0, 0.1, 0.01, 0.001, 0.0001)
 
 
@@ -74,5 +76,17 @@ def by_recording(rtol: float = 1e-4) -> list[dict[str, float]]:
     return rows
 
 
+def by_workers(cases: int = CASES) -> list[dict[str, float]]:
+    """A study of random loads and supplies, on one thread and on two; by the wall clock."""
+    keys = {"payload.mass": (0.0, 200.0), "supply.pressure": ("120 bar", "180 bar")}
+    rows = []
+    for workers in WORKERS:
+        began = time.perf_counter()
+        hc.sweep("vertical-lift-open-loop", keys, method="latin", n=cases, workers=workers, progress=False)
+        rows.append({"workers": workers, "cases_per_second": cases / (time.perf_counter() - began)})
+    return rows
+
+
 def measure() -> dict[str, Any]:
-    return {"joints": by_joints(), "controller_rate": by_controller_rate(), "recording": by_recording()}
+    found = {"joints": by_joints(), "controller_rate": by_controller_rate(), "recording": by_recording()}
+    return found | ({"workers": by_workers()} if hasattr(hc, "sweep") else {})

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from benches.problem import Problem
+from benches.competitors.compiled import Task
+from benches.problem import NotAvailable, Problem
 
 ROUNDS = 15
 
@@ -32,9 +33,21 @@ def measure(problem: Problem) -> dict[str, Any]:
     rhs = nanoseconds(lambda: core.state_derivative(x, u, 0.0), len(x))
     jacobian = nanoseconds(lambda: core.jacobian(x, u, 0.0), len(x))
     single = nanoseconds(lambda: [core.state_derivative(x[:1], u[:1], 0.0) for _ in range(2000)], 2000)
-    return {
+    return _compiled(problem, x) | {
         "states": len(problem.crane.state_names),
         "rhs_ns": rhs,
         "dense_jacobian_ns": jacobian,
         "rhs_one_python_call_ns": single,
+    }
+
+
+def _compiled(problem: Problem, x: np.ndarray) -> dict[str, float]:
+    """The laws called from Rust, where the library for that can be built."""
+    try:
+        task = Task(problem)
+    except NotAvailable:
+        return {}
+    return {
+        "compiled_rhs_ns": nanoseconds(lambda: task.evaluate(x, False), len(x)),
+        "compiled_structured_ns": nanoseconds(lambda: task.evaluate(x, True), len(x)),
     }

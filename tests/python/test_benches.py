@@ -48,7 +48,7 @@ def test_the_independent_model_equals_the_core(crane, random_states):
 
 
 def test_the_independent_model_reads_its_numbers_from_the_machine(crane, random_states):
-    heavy = hc.load_machine("rottne-f9-lab", {"link.jib.mass": "60 kg", "fluid.bulk-modulus-max": "1.5 GPa"})
+    heavy = hc.load_machine("rottne-f9-lab", {"link.jib.mass": "35 kg", "fluid.bulk-modulus-max": "1.5 GPa"})
     states, commands = random_states(crane, 20, seed=6)
     numbers = model.parameters(heavy)
     found = np.stack([model.state_derivative(x, u, numbers) for x, u in zip(states, commands, strict=True)])

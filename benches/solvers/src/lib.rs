@@ -5,7 +5,9 @@ mod cvode;
 mod diffsol_methods;
 mod task;
 
+use hydrocrane_sim::Bordered;
 use std::ffi::{c_char, CStr};
+use std::hint::black_box;
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use task::{Answer, Effort, RawTask, Task};
 
@@ -71,4 +73,25 @@ pub unsafe extern "C" fn solve(
     std::ptr::copy_nonoverlapping(answer.states.as_ptr(), states, answer.states.len());
     *effort = answer.effort;
     0
+}
+
+/// Evaluates the laws once at each of the states, at closed valves: the right-hand side, with its structured Jacobian where
+/// `structured`.
+///
+/// # Safety
+/// `task` comes from [`prepare`], `states` holds `rows` states.
+#[no_mangle]
+pub unsafe extern "C" fn evaluate(task: *const Task, states: *const f64, rows: usize, structured: bool) {
+    let (model, n) = ((*task).model.as_ref(), (*task).start.len());
+    let (spools, mut rates) = (vec![0.0; model.layout().joints()], vec![0.0; n]);
+    let mut slopes = Bordered::new(model.layout(), 0);
+    for x in std::slice::from_raw_parts(states, rows * n).chunks_exact(n) {
+        if structured {
+            model.linearise(x, &spools, (*task).payload, &mut rates, &mut [], &mut slopes);
+            black_box(&slopes);
+        } else {
+            model.derivative(x, &spools, (*task).payload, &mut rates, &mut []);
+        }
+        black_box(&rates);
+    }
 }
