@@ -44,6 +44,7 @@ bench: $(VENV)/.tested
 
 lint: $(VENV)/.tested
 	$(CARGO) fmt --check
+	$(CARGO) fmt --check --manifest-path benches/solvers/Cargo.toml
 	$(CARGO) clippy --workspace --all-targets -- -D warnings
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .

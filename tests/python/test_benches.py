@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
+import shutil
 import sys
 from pathlib import Path
 
@@ -16,7 +18,7 @@ sys.path.insert(0, str(ROOT))
 
 from benches import report  # noqa: E402
 from benches.compete import Effort, compete, curve, operating_point  # noqa: E402
-from benches.competitors import casadi_cvodes, own, scipy_solvers  # noqa: E402
+from benches.competitors import casadi_cvodes, compiled, exudyn_crane, own, scipy_solvers  # noqa: E402
 from benches.measures import batch, growth, laws  # noqa: E402
 from benches.models import crane as model  # noqa: E402
 from benches.models.chain import write_chain  # noqa: E402
@@ -74,6 +76,34 @@ def test_every_solver_meets_the_reference(problem):
         assert run.seconds > 0 and run.counts["rhs"] > 100, name
 
 
+def test_compiled_solvers_meet_the_reference(problem):
+    """Where their library has been built: that takes minutes, and only benchmarks need it."""
+    if not list(compiled.CRATE.glob("target/release/*hydrocrane_solvers.*")):
+        pytest.skip("the library of solvers is not built; `make bench` does")
+    families = [compiled.diffsol] + ([compiled.cvode] if importlib.util.find_spec("sksundae") else [])
+    for family in families:
+        for name, solve in family(problem).items():
+            run = solve(1e-8)
+            assert problem.tip_error(run.states) < 1e-5, name
+            assert run.counts["rhs"] > run.counts["steps"] > 100, name
+
+
+def test_casadi_meets_the_reference(problem):
+    pytest.importorskip("casadi")
+    if not any(map(shutil.which, ("gcc", "clang", "cc"))):
+        pytest.skip("no C compiler")
+    run = casadi_cvodes.solvers(problem)["CasADi CVODES"](1e-7)
+    assert problem.tip_error(run.states) < 1e-5
+
+
+def test_exudyn_moves_much_the_same_crane(problem):
+    pytest.importorskip("exudyn")
+    run = exudyn_crane.Model(problem).run(2e-3)
+    apart = np.linalg.norm(run.states - problem.exact, axis=1)
+    # It has neither spool dynamics nor bristles: alike, and not equal.
+    assert apart[0] < 1e-9 and 1e-5 < apart.max() < 2e-3
+
+
 def test_the_tip_error_is_the_largest_distance(problem):
     states = problem.integrate("rodas5p", 1e-12)["states"]
     assert problem.tip_error(states) == 0.0
@@ -128,7 +158,11 @@ def test_a_chain_of_any_length_can_be_run(tmp_path, joints):
     assert run["outcome"][0] == "completed"
 
 
-def test_laws_cost_something(problem):
+def test_laws_cost_something(problem, monkeypatch):
+    def unbuilt(_problem):
+        raise NotAvailable("not built")
+
+    monkeypatch.setattr(laws, "Task", unbuilt)
     found = laws.measure(problem)
     assert 0 < found["rhs_ns"] < found["dense_jacobian_ns"] and found["rhs_ns"] < found["rhs_one_python_call_ns"]
 
