@@ -27,8 +27,8 @@ class Simulator:
         s.
     payload : float, optional
         kg at the tip at every reset; default is the machine's own. :meth:`set_payload` changes it on the way.
-    method, rtol
-        As in :class:`~hydrocrane.Solver`.
+    method, rtol, step
+        As in :class:`~hydrocrane.Solver`: ``method="ros3p", step=1e-3`` for a bounded cost per sample.
     sensors : {"ideal", "data-sheet"}
         What ``obs.measured`` holds: the truth, or what the machine's sensors read.
     seed : int
@@ -44,6 +44,7 @@ class Simulator:
         payload: float | None = None,
         method: str = "rodas5p",
         rtol: float = 1e-4,
+        step: float | None = None,
         sensors: str = "ideal",
         seed: int = 0,
         sensor_faults: Sequence[SensorFault] = (),
@@ -53,7 +54,7 @@ class Simulator:
         period = real_array(sample_time, "sample_time")
         if period.ndim or period <= 0:
             raise InputError(f"sample_time must be one number greater than zero, in seconds; got {sample_time!r}")
-        solver = Solver(method=method, rtol=rtol)
+        solver = Solver(method=method, rtol=rtol, step=step)
         self.crane = crane
         self._start_payload = crane.payload(payload)
         self.sample_time = float(period)
@@ -68,7 +69,15 @@ class Simulator:
         seed = seed_number(seed)
         with translated():
             self._core = _core.Simulator(
-                crane.core, self.sample_time, self._start_payload, solver.method, solver.rtol, sensors, seed, faults
+                crane.core,
+                self.sample_time,
+                self._start_payload,
+                solver.method,
+                solver.rtol,
+                solver.step,
+                sensors,
+                seed,
+                faults,
             )
 
     @property

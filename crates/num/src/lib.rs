@@ -3,6 +3,8 @@
 
 pub mod dense;
 mod dual;
+pub mod elementary;
+mod lanes;
 mod random;
 mod real;
 pub mod small;
@@ -11,6 +13,7 @@ pub mod table;
 mod vec2;
 
 pub use dual::Dual;
+pub use lanes::{LaneMask, Lanes};
 pub use random::Draws;
 pub use real::{Mask, Real};
 pub use vec2::Vec2;

@@ -1,5 +1,6 @@
 //! The number type of the laws.
 
+use crate::elementary;
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign};
 
@@ -8,7 +9,7 @@ pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output
 
 impl Mask for bool {}
 
-/// A real number: `f64` or a dual number over another `Real`.
+/// A real number: `f64`, several of them in lanes, or a dual number over another `Real`.
 ///
 /// There is no ordering and no equality on purpose: a law cannot branch on a value, it computes both sides
 /// and [`select`](Real::select)s. So derivatives and lanes take the same path as plain numbers.
@@ -35,8 +36,8 @@ pub trait Real:
 
     /// The constant `x`.
     fn c(x: f64) -> Self;
-    /// The plain value, for diagnostics and table look-up; laws compute with the number itself.
-    fn value(self) -> f64;
+    /// The constant that `f` gives for the plain value, lane by lane: what a table says. It has no slope.
+    fn look_up(self, f: impl Fn(f64) -> f64) -> Self;
 
     fn sqrt(self) -> Self;
     fn exp(self) -> Self;
@@ -51,53 +52,72 @@ pub trait Real:
     /// `a` where the mask holds, else `b`.
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
 
+    #[inline(always)]
     fn min(self, other: Self) -> Self {
         Self::select(self.lt(other), self, other)
     }
+    #[inline(always)]
     fn max(self, other: Self) -> Self {
         Self::select(other.lt(self), self, other)
     }
+    #[inline(always)]
     fn clamp(self, low: Self, high: Self) -> Self {
         self.max(low).min(high)
     }
+    #[inline(always)]
     fn square(self) -> Self {
         self * self
+    }
+    /// Neither infinite nor NaN.
+    fn finite(self) -> Self::Mask {
+        self.abs().le(Self::c(f64::MAX))
     }
 }
 
 impl Real for f64 {
     type Mask = bool;
 
+    #[inline(always)]
     fn c(x: f64) -> f64 {
         x
     }
-    fn value(self) -> f64 {
-        self
+    #[inline(always)]
+    fn look_up(self, f: impl Fn(f64) -> f64) -> f64 {
+        f(self)
     }
+    #[inline(always)]
     fn sqrt(self) -> f64 {
         f64::sqrt(self)
     }
+    #[inline(always)]
     fn exp(self) -> f64 {
-        f64::exp(self)
+        elementary::exp(self)
     }
+    #[inline(always)]
     fn ln(self) -> f64 {
-        f64::ln(self)
+        elementary::ln(self)
     }
+    #[inline(always)]
     fn sin_cos(self) -> (f64, f64) {
-        f64::sin_cos(self)
+        elementary::sin_cos(self)
     }
+    #[inline(always)]
     fn tanh(self) -> f64 {
-        f64::tanh(self)
+        elementary::tanh(self)
     }
+    #[inline(always)]
     fn abs(self) -> f64 {
         f64::abs(self)
     }
+    #[inline(always)]
     fn lt(self, other: f64) -> bool {
         self < other
     }
+    #[inline(always)]
     fn le(self, other: f64) -> bool {
         self <= other
     }
+    #[inline(always)]
     fn select(mask: bool, a: f64, b: f64) -> f64 {
         if mask {
             a

@@ -4,32 +4,32 @@
 //! k_own = own(r) + slope k_q', by a 2 x 2 inverse for the spool, one for the pressures and a number for the bristles.
 //! What is left is a system of the joint rates, whose matrix is inverted: one product per right-hand side.
 
-use crate::bordered::{Bordered, CylinderSlopes};
+use crate::bordered::{Bordered, CylinderSlopes, Row};
 use crate::model::MAX_JOINTS;
-use hydrocrane_num::small;
+use hydrocrane_num::{small, Real};
 
-type Square = [[f64; 2]; 2];
+type Square<T> = [[T; 2]; 2];
 
 /// The factored matrix `s I - J`.
 #[derive(Debug, Clone, Default)]
-pub struct Elimination {
+pub struct Elimination<T> {
     /// 1/s
-    time: f64,
+    time: T,
     /// Of the system of the joint rates.
-    rates: [[f64; MAX_JOINTS]; MAX_JOINTS],
-    own: [Own; MAX_JOINTS],
+    rates: [[T; MAX_JOINTS]; MAX_JOINTS],
+    own: [Own<T>; MAX_JOINTS],
 }
 
 /// One cylinder, eliminated.
 #[derive(Debug, Clone, Copy, Default)]
-struct Own {
+struct Own<T> {
     /// Inverses of the diagonal blocks.
-    spool: Square,
-    pressures: Square,
-    bristles: f64,
+    spool: Square<T>,
+    pressures: Square<T>,
+    bristles: T,
     /// Change of p1, p2, z and of the net force with the joint's rate.
-    slope: [f64; 3],
-    force_slope: f64,
+    slope: [T; 3],
+    force_slope: T,
 }
 
 /// Calls a method with the number of joints as a constant.
@@ -46,20 +46,22 @@ macro_rules! sized {
     };
 }
 
-impl Elimination {
-    /// Factors `shift I - J`; `false` where a pivot vanishes or is not finite.
-    pub fn factor(&mut self, jacobian: &Bordered<f64>, shift: f64) -> bool {
+impl<T: Real> Elimination<T> {
+    /// Factors `shift I - J`; the mask tells where every number came out finite.
+    pub fn factor(&mut self, jacobian: &Bordered<T>, shift: T) -> T::Mask {
         sized!(jacobian.joints, self.factor_sized(jacobian, shift))
     }
 
     /// Replaces `r` by the solution.
-    pub fn solve(&self, jacobian: &Bordered<f64>, r: &mut [f64]) {
+    pub fn solve(&self, jacobian: &Bordered<T>, r: &mut [T]) {
         sized!(jacobian.joints, self.solve_sized(jacobian, r));
     }
 
-    fn factor_sized<const N: usize>(&mut self, jacobian: &Bordered<f64>, shift: f64) -> bool {
-        self.time = 1.0 / shift;
-        let mut matrix: [[f64; N]; N] =
+    /// [`Self::factor`] of a chain of `N` joints.
+    #[inline(always)]
+    pub fn factor_sized<const N: usize>(&mut self, jacobian: &Bordered<T>, shift: T) -> T::Mask {
+        self.time = T::c(1.0) / shift;
+        let mut matrix: [[T; N]; N] =
             std::array::from_fn(|j| std::array::from_fn(|i| -jacobian.by_qd[j][i] - jacobian.by_q[j][i] * self.time));
         for c in 0..N {
             let slopes = &jacobian.cylinders[c];
@@ -70,17 +72,21 @@ impl Elimination {
             matrix[c][c] += shift;
             self.own[c] = own;
         }
-        let Some(inverse) = small::inverse(matrix) else { return false };
+        let inverse = small::inverse(matrix);
+        let mut size = T::c(0.0);
         for j in 0..N {
             self.rates[j][..N].copy_from_slice(&inverse[j]);
+            inverse[j].iter().for_each(|v| size += v.abs());
         }
-        inverse.iter().flatten().all(|v| v.is_finite())
+        size.finite()
     }
 
-    fn solve_sized<const N: usize>(&self, jacobian: &Bordered<f64>, r: &mut [f64]) {
+    /// [`Self::solve`] for a chain of `N` joints.
+    #[inline(always)]
+    pub fn solve_sized<const N: usize>(&self, jacobian: &Bordered<T>, r: &mut [T]) {
         // Positions as far as they are known without the rates.
-        let still: [f64; N] = std::array::from_fn(|j| r[j] * self.time);
-        let mut driving: [f64; N] =
+        let still: [T; N] = std::array::from_fn(|j| r[j] * self.time);
+        let mut driving: [T; N] =
             std::array::from_fn(|j| (0..N).fold(r[N + j], |sum, i| sum + jacobian.by_q[j][i] * still[i]));
         for c in 0..N {
             let slopes = &jacobian.cylinders[c];
@@ -90,7 +96,7 @@ impl Elimination {
             }
         }
         for j in 0..N {
-            let rate = (0..N).fold(0.0, |sum, i| sum + self.rates[j][i] * driving[i]);
+            let rate = (0..N).fold(T::c(0.0), |sum, i| sum + self.rates[j][i] * driving[i]);
             r[N + j] = rate;
             r[j] = still[j] + self.time * rate;
             let (at, slope) = (&jacobian.cylinders[j].at, &self.own[j].slope);
@@ -103,11 +109,12 @@ impl Elimination {
     }
 }
 
-impl Own {
-    fn new(s: &CylinderSlopes<f64>, shift: f64, time: f64) -> Self {
+impl<T: Real> Own<T> {
+    #[inline(always)]
+    fn new(s: &CylinderSlopes<T>, shift: T, time: T) -> Self {
         let spool = inverse([[shift - s.spool[0][0], -s.spool[0][1]], [-s.spool[1][0], shift - s.spool[1][1]]]);
         let pressures = inverse([[shift - s.p1.p1, -s.p1.p2], [-s.p2.p1, shift - s.p2.p2]]);
-        let bristles = 1.0 / (shift - s.z.z);
+        let bristles = T::c(1.0) / (shift - s.z.z);
         let [p1, p2] = product(&pressures, s.p1.q * time + s.p1.qd, s.p2.q * time + s.p2.qd);
         let z = bristles * (s.z.q * time + s.z.qd + s.z.p1 * p1 + s.z.p2 * p2);
         let force_slope = s.force.p1 * p1 + s.force.p2 * p2 + s.force.z * z;
@@ -115,10 +122,11 @@ impl Own {
     }
 
     /// Solves for the own states with the joint's rate at zero and its position at `still`; gives the net force.
-    fn solve(&self, s: &CylinderSlopes<f64>, still: f64, r: &mut [f64]) -> f64 {
+    #[inline(always)]
+    fn solve(&self, s: &CylinderSlopes<T>, still: T, r: &mut [T]) -> T {
         let at = &s.at;
         let [xs, vs] = product(&self.spool, r[at.xs], r[at.vs]);
-        let known = |row: &crate::bordered::Row<f64>| row.q * still + row.xs * xs;
+        let known = |row: &Row<T>| row.q * still + row.xs * xs;
         let [p1, p2] = product(&self.pressures, r[at.p1] + known(&s.p1), r[at.p2] + known(&s.p2));
         (r[at.xs], r[at.vs], r[at.p1], r[at.p2]) = (xs, vs, p1, p2);
         let mut force = s.force.p1 * p1 + s.force.p2 * p2;
@@ -130,12 +138,14 @@ impl Own {
     }
 }
 
-fn inverse(m: Square) -> Square {
-    let inverse = 1.0 / (m[0][0] * m[1][1] - m[0][1] * m[1][0]);
+#[inline(always)]
+fn inverse<T: Real>(m: Square<T>) -> Square<T> {
+    let inverse = T::c(1.0) / (m[0][0] * m[1][1] - m[0][1] * m[1][0]);
     [[m[1][1] * inverse, -m[0][1] * inverse], [-m[1][0] * inverse, m[0][0] * inverse]]
 }
 
-fn product(m: &Square, a: f64, b: f64) -> [f64; 2] {
+#[inline(always)]
+fn product<T: Real>(m: &Square<T>, a: T, b: T) -> [T; 2] {
     [m[0][0] * a + m[0][1] * b, m[1][0] * a + m[1][1] * b]
 }
 

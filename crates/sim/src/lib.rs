@@ -5,6 +5,7 @@ mod bordered;
 mod build;
 pub mod controllers;
 mod crane;
+mod crane_step;
 mod cylinder_unit;
 mod drawing;
 mod elimination;
@@ -39,8 +40,10 @@ mod workspace;
 
 pub mod reference;
 
+pub use bordered::Bordered;
 pub use build::build;
 pub use crane::Crane;
+pub use crane_step::{CraneStep, Scene};
 pub use drawing::{Shape, ShapeKind};
 pub use equilibrium::EquilibriumMode;
 pub use errors::{BuildError, PoseError, StrokeError};

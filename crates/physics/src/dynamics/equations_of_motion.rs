@@ -34,17 +34,14 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
     #[inline(always)]
     pub fn mass_matrix(&self, pose: &ChainPose<T, N>, payload: T) -> [[T; N]; N] {
         let mut out = [[T::c(0.0); N]; N];
-        let mut carried = Carried::default();
+        let mut carried = Inertia::default();
         for j in (0..N).rev() {
-            let (link, body) = (&pose.links[j], &self.bodies[j]);
-            carried.add(body.mass, body.inertia, link.vector(body.centre_of_gravity()));
-            if j == N - 1 {
-                carried.add(payload, T::c(0.0), link.vector(self.tip));
-            }
+            let link = &pose.links[j];
+            carried.add(&self.inertia(pose, j, payload));
             // Linear momentum at unit rate of joint j, and angular momentum about its origin.
             let (turn, slide) = (pose.joints[j].turn, pose.slides[j]);
             let momentum = carried.moment.perp() * turn + slide * carried.mass;
-            let spin = carried.inertia * turn + carried.moment.perp().dot(slide);
+            let spin = carried.second * turn + carried.moment.perp().dot(slide);
             for k in 0..=j {
                 let lever = link.origin - pose.links[k].origin;
                 out[j][k] = pose.joints[k].turn * (spin + lever.perp().dot(momentum)) + pose.slides[k].dot(momentum);
@@ -65,19 +62,11 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
         // What moves all that a joint carries, about the origin of its link.
         let (mut force, mut torque) = (Vec2::default(), T::c(0.0));
         for j in (0..N).rev() {
-            let (link, body, m) = (&pose.links[j], &self.bodies[j], &motion[j]);
-            let arm = link.vector(body.centre_of_gravity());
-            let pull = self.pull(m, arm, qdd.is_some()) * body.mass;
-            force = force + pull;
-            torque += arm.perp().dot(pull);
-            if j == N - 1 {
-                let arm = link.vector(self.tip);
-                let pull = self.pull(m, arm, qdd.is_some()) * payload;
-                force = force + pull;
-                torque += arm.perp().dot(pull);
-            }
+            let (link, own) = (&pose.links[j], self.inertia(pose, j, payload));
+            force = force + motion[j].force(&own, qdd.is_some());
+            torque += own.moment.perp().dot(motion[j].pull);
             if qdd.is_some() {
-                torque += body.inertia * m.turning;
+                torque += own.second * motion[j].turning;
             }
             out[j] = pose.joints[j].turn * torque + pose.slides[j].dot(force);
             if j > 0 {
@@ -87,28 +76,29 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
         out
     }
 
-    /// Acceleration of a point at `arm` from the origin of a link, less that of gravity, m/s^2.
+    /// Inertia of link `j` about its origin, that of the last one with the payload at the tip.
     #[inline(always)]
-    fn pull(&self, m: &LinkMotion<T>, arm: Vec2<T>, turning: bool) -> Vec2<T> {
-        let still = m.origin - arm * m.rate.square() + Vec2::new(T::c(0.0), self.gravity);
-        if turning {
-            still + arm.perp() * m.turning
-        } else {
-            still
+    pub(super) fn inertia(&self, pose: &ChainPose<T, N>, j: usize, payload: T) -> Inertia<T> {
+        let body = &self.bodies[j];
+        let mut local = Inertia { second: body.inertia, ..Inertia::default() };
+        local.add(&Inertia::of_point(body.mass, body.centre_of_gravity()));
+        if j == N - 1 {
+            local.add(&Inertia::of_point(payload, self.tip));
         }
+        Inertia { moment: pose.links[j].vector(local.moment), ..local }
     }
 
     #[inline(always)]
-    fn motion(&self, pose: &ChainPose<T, N>, qd: &[T; N], qdd: Option<&[T; N]>) -> [LinkMotion<T>; N] {
+    pub(super) fn motion(&self, pose: &ChainPose<T, N>, qd: &[T; N], qdd: Option<&[T; N]>) -> [LinkMotion<T>; N] {
         let mut out = [LinkMotion::<T>::default(); N];
         let mut parent_origin = Vec2::default();
-        let mut m = out[0];
+        let mut m = LinkMotion { pull: Vec2::new(T::c(0.0), self.gravity), ..LinkMotion::default() };
         for i in 0..N {
             let (joint, slide, r) = (&pose.joints[i], pose.slides[i], pose.links[i].origin - parent_origin);
             // Centripetal part of the parent's turning, Coriolis part of a sliding joint on a turning parent.
-            m.origin = m.origin - r * m.rate.square() + slide.perp() * (m.rate * qd[i] * 2.0);
+            m.pull = m.pull - r * m.rate.square() + slide.perp() * (m.rate * qd[i] * 2.0);
             if let Some(qdd) = qdd {
-                m.origin = m.origin + r.perp() * m.turning + slide * qdd[i];
+                m.pull = m.pull + r.perp() * m.turning + slide * qdd[i];
                 m.turning += joint.turn * qdd[i];
             }
             m.rate += joint.turn * qd[i];
@@ -119,38 +109,57 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
     }
 }
 
-/// How a link moves: acceleration of its origin (m/s^2), angular rate (rad/s) and angular acceleration (rad/s^2).
+/// How a link moves: acceleration of its origin less that of gravity (m/s^2), angular rate (rad/s) and angular
+/// acceleration (rad/s^2).
 #[derive(Debug, Clone, Copy, Default)]
-struct LinkMotion<T> {
-    origin: Vec2<T>,
-    rate: T,
-    turning: T,
+pub(super) struct LinkMotion<T> {
+    pub pull: Vec2<T>,
+    pub rate: T,
+    pub turning: T,
 }
 
-/// Mass of all that a joint carries, with its moments about the origin of the joint's link.
-#[derive(Default)]
-struct Carried<T> {
-    mass: T,
-    /// kg m
-    moment: Vec2<T>,
-    /// kg m^2
-    inertia: T,
-}
-
-impl<T: Real> Carried<T> {
+impl<T: Real> LinkMotion<T> {
+    /// Force that moves a link of this inertia, N; whether it is `turning` faster and faster.
     #[inline(always)]
-    fn add(&mut self, mass: T, inertia: T, arm: Vec2<T>) {
+    pub fn force(&self, own: &Inertia<T>, turning: bool) -> Vec2<T> {
+        let still = self.pull * own.mass - own.moment * self.rate.square();
+        if turning {
+            still + own.moment.perp() * self.turning
+        } else {
+            still
+        }
+    }
+}
+
+/// Mass of a part of the chain with its first and second moment about a point.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Inertia<T> {
+    pub mass: T,
+    /// kg m
+    pub moment: Vec2<T>,
+    /// kg m^2
+    pub second: T,
+}
+
+impl<T: Real> Inertia<T> {
+    #[inline(always)]
+    fn of_point(mass: T, arm: Vec2<T>) -> Self {
         let moment = arm * mass;
-        self.mass += mass;
-        self.moment = self.moment + moment;
-        self.inertia += inertia + moment.dot(arm);
+        Inertia { mass, moment, second: moment.dot(arm) }
+    }
+
+    #[inline(always)]
+    pub fn add(&mut self, other: &Self) {
+        self.mass += other.mass;
+        self.moment = self.moment + other.moment;
+        self.second += other.second;
     }
 
     /// Seen from an origin from which the present one is at `step`.
     #[inline(always)]
-    fn shift(&mut self, step: Vec2<T>) {
+    pub fn shift(&mut self, step: Vec2<T>) {
         let moment = step * self.mass;
-        self.inertia += step.dot(self.moment + self.moment + moment);
+        self.second += step.dot(self.moment + self.moment + moment);
         self.moment = self.moment + moment;
     }
 }
