@@ -148,15 +148,16 @@ def laws(results: Results) -> str:
     return table([f"law, {section['states']} states", "ns"], rows)
 
 
+QUANTILES = {"median_us": "median [us]", "p99_us": "99 % below [us]", "p999_us": "99.9 % below [us]"}
+
+
 def real_time(results: Results) -> str:
     section = results.get("real_time")
     if lacking(section):
         return lacking(section)
-    return (
-        f"Fixed steps of {section['step_s'] * 1e3:g} ms with `ros3p`, one call of `hc.Simulator.step` each, commands "
-        f"that change every tenth of a second, {section['samples']} steps: median {digits(section['median_us'])} us, "
-        f"99.9 % below {digits(section['p999_us'])} us, the call from Python included."
-    )
+    names = {"core": "one step in the core", "python": "one call of `hc.Simulator.step` from Python, valves closed"}
+    rows = [[text] + [digits(section[name][key]) for key in QUANTILES] for name, text in names.items()]
+    return table([f"{section['steps']} steps of {section['step_s'] * 1e3:g} ms", *QUANTILES.values()], rows)
 
 
 def batch(results: Results) -> str:
