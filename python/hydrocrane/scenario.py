@@ -75,9 +75,9 @@ class Solver:
     """Integration method, and its tolerances or its step.
 
     ``rodas5p`` is the stiff method with the exact Jacobian, ``tsit5`` the explicit one: both choose their steps, up to
-    `max_step` (s). ``ros3p``, stiff as well, takes equal steps no longer than `step` (s) between changes of a command, whatever
-    error they make: each step costs the same, for real time. `atol` scales the absolute
-    tolerances of all states together; ``None`` leaves them in their fixed proportion to `rtol`.
+    `max_step` (s). ``ros3p``, stiff as well, takes equal steps no longer than `step` (s) between changes of a command,
+    whatever error they make: each step costs the same, for real time. `atol` scales the absolute tolerances of all
+    states together; ``None`` leaves them in their fixed proportion to `rtol`.
     """
 
     method: str = "rodas5p"
