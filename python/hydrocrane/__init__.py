@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hydrocrane import plots, rig
+    from hydrocrane.batch import BatchObservation, BatchSimulator
     from hydrocrane.citation import cite
     from hydrocrane.compare import Comparison
     from hydrocrane.controllers import Controller, Observation, SensorFault
@@ -42,6 +43,8 @@ if TYPE_CHECKING:
 
 # Public name -> module that defines it.
 _HOME = {
+    "BatchObservation": "batch",
+    "BatchSimulator": "batch",
     "Command": "scenario",
     "Comparison": "compare",
     "Controller": "controllers",
@@ -85,6 +88,8 @@ _HOME = {
 }
 
 __all__ = [
+    "BatchObservation",
+    "BatchSimulator",
     "Command",
     "Comparison",
     "Controller",

@@ -3,12 +3,13 @@
 from collections.abc import Callable
 from typing import Any, final
 
-from numpy import float64
+from numpy import bool_, float64, int64
 from numpy.typing import NDArray
 
 _Array = NDArray[float64]
 
 __all__ = [
+    "BatchSimulator",
     "Machine",
     "MachineFileError",
     "SensitivityExperiment",
@@ -29,6 +30,36 @@ __all__ = [
 
 class MachineFileError(ValueError):
     """args: message, slug, file, line, column, key"""
+
+@final
+class BatchSimulator:
+    def __new__(
+        cls,
+        machine: Machine,
+        cranes: int,
+        sample_time: float,
+        step: float,
+        threads: int,
+        instruction_set: str | None,
+    ) -> BatchSimulator: ...
+    def reset(self, cranes: NDArray[int64], states: _Array, payloads: _Array) -> None: ...
+    def step(self, commands: _Array) -> None: ...
+    def observe(self) -> _Array: ...
+    def set_payload(self, cranes: NDArray[int64], masses: _Array) -> None: ...
+    @property
+    def state(self) -> _Array: ...
+    @property
+    def payload(self) -> _Array: ...
+    @property
+    def time(self) -> _Array: ...
+    @property
+    def outcomes(self) -> list[str]: ...
+    @property
+    def alive(self) -> NDArray[bool_]: ...
+    @property
+    def threads(self) -> int: ...
+    @property
+    def instruction_set(self) -> str: ...
 
 @final
 class Machine:

@@ -1,174 +1,146 @@
-//! Several numbers side by side that take the same path: plain arrays, whose loops the compiler turns into vectors.
+//! Several numbers side by side that take the same path, in a register of an instruction set.
 //!
-//! Lane `i` of every result has the bits that `f64` would give for lane `i` of the arguments, whatever the other lanes
-//! hold. Everything is inlined, so that the instruction set is that of the function at the bottom of the stack.
+//! A lane of every result has the bits that `f64` would give for that lane of the arguments, whatever the other lanes
+//! hold. Everything is inlined, so that the instruction set is that of the function around it, a law set
+//! [apart](Real::apart).
 
-use crate::{elementary, Mask, Real};
-use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign};
+use crate::register::Register;
+use crate::{elementary, Real};
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-/// `W` numbers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(align(64))]
-pub struct Lanes<const W: usize>(pub [f64; W]);
+/// The numbers of a register.
+#[derive(Debug, Clone, Copy)]
+pub struct Lanes<R>(R);
 
-/// One truth value per lane: all bits set or none.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(align(64))]
-pub struct LaneMask<const W: usize>(pub [u64; W]);
-
-/// An array by its elements: a plain loop, since the array functions of the standard library are not always inlined.
-macro_rules! each {
-    ($zero:literal, $i:ident => $element:expr) => {{
-        let mut out = [$zero; W];
-        for $i in 0..W {
-            out[$i] = $element;
-        }
-        out
-    }};
-}
-
-impl<const W: usize> LaneMask<W> {
-    /// Whether the mask holds in lane `i`.
+impl<R: Register> Lanes<R> {
+    /// The first numbers of the slice.
     #[inline(always)]
-    pub fn holds(&self, i: usize) -> bool {
-        self.0[i] != 0
+    pub fn load(from: &[f64]) -> Self {
+        Lanes(R::load(from))
+    }
+
+    #[inline(always)]
+    pub fn store(self, to: &mut [f64]) {
+        self.0.store(to);
+    }
+
+    /// With `f` of every number, one by one.
+    #[inline(always)]
+    fn one_by_one(self, f: impl Fn(f64) -> f64) -> Self {
+        // No register is wider than this.
+        let mut numbers = [0.0; 8];
+        self.0.store(&mut numbers);
+        for number in &mut numbers[..R::WIDTH] {
+            *number = f(*number);
+        }
+        Self::load(&numbers)
     }
 }
 
-impl<const W: usize> Default for Lanes<W> {
+impl<R: Register> Default for Lanes<R> {
     #[inline(always)]
     fn default() -> Self {
-        Lanes([0.0; W])
+        Lanes(R::splat(0.0))
     }
 }
 
 macro_rules! lane_by_lane {
     ($($trait:ident $method:ident $operator:tt),*) => {$(
-        impl<const W: usize> $trait for Lanes<W> {
+        impl<R: Register> $trait for Lanes<R> {
             type Output = Self;
             #[inline(always)]
             fn $method(self, o: Self) -> Self {
-                Lanes(each!(0.0, i => self.0[i] $operator o.0[i]))
+                Lanes(self.0 $operator o.0)
             }
         }
 
-        impl<const W: usize> $trait<f64> for Lanes<W> {
+        impl<R: Register> $trait<f64> for Lanes<R> {
             type Output = Self;
             #[inline(always)]
             fn $method(self, o: f64) -> Self {
-                Lanes(each!(0.0, i => self.0[i] $operator o))
+                Lanes(self.0 $operator R::splat(o))
             }
         }
     )*};
 }
 lane_by_lane!(Add add +, Sub sub -, Mul mul *, Div div /);
 
-impl<const W: usize> Neg for Lanes<W> {
+impl<R: Register> Neg for Lanes<R> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Lanes(each!(0.0, i => -self.0[i]))
+        Lanes(-self.0)
     }
 }
 
-impl<const W: usize> AddAssign for Lanes<W> {
+impl<R: Register> AddAssign for Lanes<R> {
     #[inline(always)]
     fn add_assign(&mut self, o: Self) {
         *self = *self + o;
     }
 }
 
-impl<const W: usize> SubAssign for Lanes<W> {
+impl<R: Register> SubAssign for Lanes<R> {
     #[inline(always)]
     fn sub_assign(&mut self, o: Self) {
         *self = *self - o;
     }
 }
 
-impl<const W: usize> BitAnd for LaneMask<W> {
-    type Output = Self;
-    #[inline(always)]
-    fn bitand(self, o: Self) -> Self {
-        LaneMask(each!(0, i => self.0[i] & o.0[i]))
-    }
-}
-
-impl<const W: usize> BitOr for LaneMask<W> {
-    type Output = Self;
-    #[inline(always)]
-    fn bitor(self, o: Self) -> Self {
-        LaneMask(each!(0, i => self.0[i] | o.0[i]))
-    }
-}
-
-impl<const W: usize> Not for LaneMask<W> {
-    type Output = Self;
-    #[inline(always)]
-    fn not(self) -> Self {
-        LaneMask(each!(0, i => !self.0[i]))
-    }
-}
-
-impl<const W: usize> Mask for LaneMask<W> {}
-
-impl<const W: usize> Real for Lanes<W> {
-    type Mask = LaneMask<W>;
+impl<R: Register> Real for Lanes<R> {
+    type Mask = R::Mask;
 
     #[inline(always)]
     fn c(x: f64) -> Self {
-        Lanes([x; W])
+        Lanes(R::splat(x))
     }
     #[inline(always)]
     fn look_up(self, f: impl Fn(f64) -> f64) -> Self {
-        Lanes(each!(0.0, i => f(self.0[i])))
+        self.one_by_one(f)
+    }
+    #[inline(always)]
+    fn apart<O>(f: impl FnMut() -> O) -> O {
+        R::run(f)
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        Lanes(each!(0.0, i => f64::sqrt(self.0[i])))
+        Lanes(self.0.sqrt())
     }
     #[inline(always)]
     fn exp(self) -> Self {
-        Lanes(each!(0.0, i => elementary::exp(self.0[i])))
+        Lanes(elementary::exp(self.0))
     }
     #[inline(always)]
     fn ln(self) -> Self {
-        Lanes(each!(0.0, i => elementary::ln(self.0[i])))
+        Lanes(elementary::ln(self.0))
     }
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
-        let (mut sine, mut cosine, mut far) = ([0.0; W], [0.0; W], false);
-        for i in 0..W {
-            (sine[i], cosine[i]) = elementary::near_sin_cos(self.0[i]);
-            far |= self.0[i].abs() > elementary::FAR;
-        }
         // Rare enough for a branch: no crane turns so far.
-        if far {
-            for i in 0..W {
-                if self.0[i].abs() > elementary::FAR {
-                    (sine[i], cosine[i]) = elementary::far_sin_cos(self.0[i]);
-                }
-            }
+        if R::any(R::splat(elementary::FAR).lt(self.0.abs())) {
+            return (self.one_by_one(|x| elementary::sin_cos(x).0), self.one_by_one(|x| elementary::sin_cos(x).1));
         }
+        let (sine, cosine) = elementary::near_sin_cos(self.0);
         (Lanes(sine), Lanes(cosine))
     }
     #[inline(always)]
     fn tanh(self) -> Self {
-        Lanes(each!(0.0, i => elementary::tanh(self.0[i])))
+        Lanes(elementary::tanh(self.0))
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        Lanes(each!(0.0, i => f64::abs(self.0[i])))
+        Lanes(self.0.abs())
     }
     #[inline(always)]
-    fn lt(self, other: Self) -> LaneMask<W> {
-        LaneMask(each!(0, i => u64::from(self.0[i] < other.0[i]).wrapping_neg()))
+    fn lt(self, other: Self) -> R::Mask {
+        self.0.lt(other.0)
     }
     #[inline(always)]
-    fn le(self, other: Self) -> LaneMask<W> {
-        LaneMask(each!(0, i => u64::from(self.0[i] <= other.0[i]).wrapping_neg()))
+    fn le(self, other: Self) -> R::Mask {
+        self.0.le(other.0)
     }
     #[inline(always)]
-    fn select(mask: LaneMask<W>, a: Self, b: Self) -> Self {
-        Lanes(each!(0.0, i => if mask.0[i] != 0 { a.0[i] } else { b.0[i] }))
+    fn select(mask: R::Mask, a: Self, b: Self) -> Self {
+        Lanes(R::select(mask, a.0, b.0))
     }
 }

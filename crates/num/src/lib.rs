@@ -7,13 +7,16 @@ pub mod elementary;
 mod lanes;
 mod random;
 mod real;
+pub mod register;
+#[cfg(target_arch = "x86_64")]
+pub mod register_x86;
 pub mod small;
 pub mod smooth;
 pub mod table;
 mod vec2;
 
 pub use dual::Dual;
-pub use lanes::{LaneMask, Lanes};
+pub use lanes::Lanes;
 pub use random::Draws;
 pub use real::{Mask, Real};
 pub use vec2::Vec2;

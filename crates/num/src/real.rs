@@ -39,6 +39,13 @@ pub trait Real:
     /// The constant that `f` gives for the plain value, lane by lane: what a table says. It has no slope.
     fn look_up(self, f: impl Fn(f64) -> f64) -> Self;
 
+    /// Runs `f` where its code is not copied into every caller, if that matters for this number type: in lanes a law
+    /// becomes long code and must know its instruction set. `f` is to be marked as always inlined.
+    #[inline(always)]
+    fn apart<O>(mut f: impl FnMut() -> O) -> O {
+        f()
+    }
+
     fn sqrt(self) -> Self;
     fn exp(self) -> Self;
     fn ln(self) -> Self;

@@ -48,7 +48,10 @@ impl<T: Real, const N: usize> Spd<T, N> {
 /// For matrices so small that a product with the inverse is quicker than a chain of substitutions.
 #[inline(always)]
 pub fn inverse<T: Real, const N: usize>(mut a: [[T; N]; N]) -> [[T; N]; N] {
-    let mut out: [[T; N]; N] = std::array::from_fn(|i| std::array::from_fn(|j| T::c(f64::from(u8::from(i == j)))));
+    let mut out = [[T::c(0.0); N]; N];
+    for i in 0..N {
+        out[i][i] = T::c(1.0);
+    }
     for k in 0..N {
         for row in k + 1..N {
             let larger = a[k][k].abs().lt(a[row][k].abs());
@@ -56,8 +59,10 @@ pub fn inverse<T: Real, const N: usize>(mut a: [[T; N]; N]) -> [[T; N]; N] {
             swap_where(larger, &mut out, k, row);
         }
         let inverse = T::c(1.0) / a[k][k];
-        a[k] = a[k].map(|v| v * inverse);
-        out[k] = out[k].map(|v| v * inverse);
+        for j in 0..N {
+            a[k][j] = a[k][j] * inverse;
+            out[k][j] = out[k][j] * inverse;
+        }
         for i in 0..N {
             if i != k {
                 let factor = a[i][k];

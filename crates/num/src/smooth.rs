@@ -14,12 +14,14 @@ pub fn positive_part<T: Real>(x: T) -> T {
 }
 
 /// `|x|^exponent` for `exponent >= 1`, rounded off within `scale` of zero (there it is about `scale^exponent`).
+#[inline(always)]
 pub fn power_of_magnitude<T: Real>(x: T, exponent: T, scale: f64) -> T {
     let r2 = x * x + scale * scale;
     (r2.ln() * exponent * 0.5).exp()
 }
 
 /// `sign(x) |x|^exponent` for `exponent >= 1`: odd, exactly linear for exponent 1.
+#[inline(always)]
 pub fn signed_power<T: Real>(x: T, exponent: T, scale: f64) -> T {
     let r2 = x * x + scale * scale;
     x * (r2.ln() * (exponent - 1.0) * 0.5).exp()

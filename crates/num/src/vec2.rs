@@ -14,6 +14,7 @@ impl<T: Real> Vec2<T> {
     pub fn new(x: T, z: T) -> Self {
         Vec2 { x, z }
     }
+    #[inline(always)]
     pub fn c(p: [f64; 2]) -> Self {
         Vec2 { x: T::c(p[0]), z: T::c(p[1]) }
     }

@@ -1,6 +1,7 @@
 //! The Python module `hydrocrane._core`: converts, releases the interpreter lock, maps errors; no logic.
 
 mod arrays;
+mod batch;
 mod closed_loop;
 mod control;
 mod files;
@@ -14,6 +15,7 @@ use pyo3::prelude::*;
 #[pymodule]
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("MachineFileError", m.py().get_type::<files::MachineFileError>())?;
+    m.add_class::<batch::BatchSimulator>()?;
     m.add_class::<machine::Machine>()?;
     m.add_class::<sensitivity::SensitivityExperiment>()?;
     m.add_class::<simulation::Simulator>()?;

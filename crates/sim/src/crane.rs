@@ -1,5 +1,6 @@
 //! A machine with `N` joints, ready to be asked.
 
+use crate::batch::{self, Kernel};
 use crate::bordered::Bordered;
 use crate::controllers::nominal_cylinder;
 use crate::cylinder_unit::FrictionLaw;
@@ -325,12 +326,11 @@ impl<const N: usize> Model for Crane<N> {
 
     fn admissible(&self, x: &[f64]) -> bool {
         let q: [f64; N] = std::array::from_fn(|i| x[self.layout.q(i)]);
-        (0..N).all(|c| {
-            let pose = self.plant.mechanics.joints[c].pose(q[c]);
-            let (position, _) = self.plant.actuations[c].stroke(&pose);
-            let (v1, v2) = self.plant.cylinders[c].chambers.volumes(position);
-            v1 > 0.0 && v2 > 0.0 && self.plant.actuations[c].closure(&pose) > 0.0
-        })
+        self.plant.admissible(&self.plant.mechanics.pose(&q))
+    }
+
+    fn kernel(&self, wanted: Option<&str>) -> Box<dyn Kernel> {
+        batch::kernel(&self.plant, &self.layout, wanted)
     }
 
     fn output_info(&self) -> &[OutputInfo] {

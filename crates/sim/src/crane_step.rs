@@ -47,7 +47,10 @@ impl<T: Real> CraneStep<T> {
         let CraneStep { k, argument, slopes, elimination } = self;
         let e = plant.derivative(layout, x, spools, payload, &mut k[0]);
         plant.slopes(lifted, layout, x, spools, payload, &e, None, slopes);
-        elimination.factor_sized::<N>(slopes, T::c(1.0 / GAMMA) / h);
+        T::apart(
+            #[inline(always)]
+            || elimination.factor_sized::<N>(slopes, T::c(1.0 / GAMMA) / h),
+        );
         stages(&mut Here { scene, slopes, elimination }, h, x, None, k, argument);
         let mut size = T::c(0.0);
         for (i, x) in x.iter_mut().enumerate() {
@@ -75,7 +78,10 @@ impl<T: Real, const N: usize> Linearised<T> for Here<'_, T, N> {
 
     #[inline(always)]
     fn solve(&self, r: &mut [T]) {
-        self.elimination.solve_sized::<N>(self.slopes, r);
+        T::apart(
+            #[inline(always)]
+            || self.elimination.solve_sized::<N>(self.slopes, r),
+        );
     }
 }
 

@@ -61,8 +61,12 @@ impl<T: Real> Elimination<T> {
     #[inline(always)]
     pub fn factor_sized<const N: usize>(&mut self, jacobian: &Bordered<T>, shift: T) -> T::Mask {
         self.time = T::c(1.0) / shift;
-        let mut matrix: [[T; N]; N] =
-            std::array::from_fn(|j| std::array::from_fn(|i| -jacobian.by_qd[j][i] - jacobian.by_q[j][i] * self.time));
+        let mut matrix = [[T::c(0.0); N]; N];
+        for j in 0..N {
+            for i in 0..N {
+                matrix[j][i] = -jacobian.by_qd[j][i] - jacobian.by_q[j][i] * self.time;
+            }
+        }
         for c in 0..N {
             let slopes = &jacobian.cylinders[c];
             let own = Own::new(slopes, shift, self.time);
@@ -75,8 +79,10 @@ impl<T: Real> Elimination<T> {
         let inverse = small::inverse(matrix);
         let mut size = T::c(0.0);
         for j in 0..N {
-            self.rates[j][..N].copy_from_slice(&inverse[j]);
-            inverse[j].iter().for_each(|v| size += v.abs());
+            for i in 0..N {
+                self.rates[j][i] = inverse[j][i];
+                size += inverse[j][i].abs();
+            }
         }
         size.finite()
     }
@@ -85,9 +91,16 @@ impl<T: Real> Elimination<T> {
     #[inline(always)]
     pub fn solve_sized<const N: usize>(&self, jacobian: &Bordered<T>, r: &mut [T]) {
         // Positions as far as they are known without the rates.
-        let still: [T; N] = std::array::from_fn(|j| r[j] * self.time);
-        let mut driving: [T; N] =
-            std::array::from_fn(|j| (0..N).fold(r[N + j], |sum, i| sum + jacobian.by_q[j][i] * still[i]));
+        let (mut still, mut driving) = ([T::c(0.0); N], [T::c(0.0); N]);
+        for j in 0..N {
+            still[j] = r[j] * self.time;
+        }
+        for j in 0..N {
+            driving[j] = r[N + j];
+            for i in 0..N {
+                driving[j] += jacobian.by_q[j][i] * still[i];
+            }
+        }
         for c in 0..N {
             let slopes = &jacobian.cylinders[c];
             let force = self.own[c].solve(slopes, still[c], r);
@@ -96,7 +109,10 @@ impl<T: Real> Elimination<T> {
             }
         }
         for j in 0..N {
-            let rate = (0..N).fold(T::c(0.0), |sum, i| sum + self.rates[j][i] * driving[i]);
+            let mut rate = T::c(0.0);
+            for i in 0..N {
+                rate += self.rates[j][i] * driving[i];
+            }
             r[N + j] = rate;
             r[j] = still[j] + self.time * rate;
             let (at, slope) = (&jacobian.cylinders[j].at, &self.own[j].slope);

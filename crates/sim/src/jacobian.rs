@@ -54,6 +54,7 @@ struct Piston<T> {
 
 impl<T: Real> Piston<T> {
     /// The chain rule from (x, v, p1, p2, xs, z) to states.
+    #[inline(always)]
     fn row(&self, d: &[T; 6]) -> Row<T> {
         Row {
             q: d[0] * self.gain + d[1] * self.gain_slope * self.rate,
@@ -71,6 +72,25 @@ impl<T: Real, const N: usize> Plant<T, N> {
     /// is given. The evaluation is the one at this state.
     #[allow(clippy::too_many_arguments)]
     pub fn slopes(
+        &self,
+        lifted: &Lifted<T, N>,
+        layout: &Layout,
+        x: &[T],
+        u: &[T],
+        payload: T,
+        e: &Evaluation<T, N>,
+        oil: Option<&OilTables>,
+        out: &mut Bordered<T>,
+    ) {
+        T::apart(
+            #[inline(always)]
+            || self.slopes_here(lifted, layout, x, u, payload, e, oil, out),
+        );
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    #[inline(always)]
+    fn slopes_here(
         &self,
         lifted: &Lifted<T, N>,
         layout: &Layout,
@@ -110,6 +130,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
 }
 
 /// Slopes of q'' from those of g f - b - M q'' at constant force: solves M (dq''/dy) = d(g f - b - M q'')/dy column by column.
+#[inline(always)]
 fn accelerations<T: Real, const N: usize>(
     e: &Evaluation<T, N>,
     by_q: [[T; N]; N],
@@ -119,8 +140,10 @@ fn accelerations<T: Real, const N: usize>(
     for c in 0..N {
         let gain = e.strokes[c].1;
         let slopes = &mut out.cylinders[c];
-        let mut along_q: [T; N] = std::array::from_fn(|j| by_q[j][c]);
-        let mut along_qd: [T; N] = std::array::from_fn(|j| by_qd[j][c]);
+        let (mut along_q, mut along_qd) = ([T::c(0.0); N], [T::c(0.0); N]);
+        for j in 0..N {
+            (along_q[j], along_qd[j]) = (by_q[j][c], by_qd[j][c]);
+        }
         along_q[c] += gain * slopes.force.q;
         along_qd[c] += gain * slopes.force.qd;
         let mut unit = [T::c(0.0); N];
@@ -135,6 +158,7 @@ fn accelerations<T: Real, const N: usize>(
 }
 
 /// One cylinder's laws with their derivatives by its six local numbers.
+#[inline(always)]
 fn local<T: Real>(
     unit: &CylinderUnit<Local<T>>,
     fluid: &Fluid<Local<T>>,
@@ -149,10 +173,17 @@ fn local<T: Real>(
         spool: Dual::variable(s.spool, 4),
         z: Dual::variable(s.z, 5),
     };
-    (local, unit.rates(fluid, mains, &local))
+    (
+        local,
+        T::apart(
+            #[inline(always)]
+            || unit.rates(fluid, mains, &local),
+        ),
+    )
 }
 
 impl<T: Real, const N: usize> Lifted<T, N> {
+    #[inline(always)]
     fn piston(&self, c: usize, q: T, qd: T) -> Piston<T> {
         let pose = self.joints[c].pose(Dual::variable(q, 0));
         let (_, gain) = self.actuations[c].stroke(&pose);
@@ -160,6 +191,7 @@ impl<T: Real, const N: usize> Lifted<T, N> {
     }
 
     /// d(xs', vs')/d(xs, vs)
+    #[inline(always)]
     fn spool(&self, c: usize, position: T, velocity: T, command: T) -> [[T; 2]; 2] {
         let rates =
             self.spools[c].rates(Dual::variable(position, 0), Dual::variable(velocity, 1), Dual::constant(command));
@@ -167,6 +199,7 @@ impl<T: Real, const N: usize> Lifted<T, N> {
     }
 
     /// Slopes of g f - b - M q'' by coordinates, with f and q'' held: `[row][variable]`.
+    #[inline(always)]
     fn residual_by_position(
         &self,
         layout: &Layout,
@@ -176,13 +209,18 @@ impl<T: Real, const N: usize> Lifted<T, N> {
         gain_slopes: &[T; N],
     ) -> [[T; N]; N] {
         let (q, qd) = joint_state::<T, N>(layout, x);
-        let moving = std::array::from_fn(|i| Dual::variable(q[i], i));
+        let mut moving = [Dual::constant(T::c(0.0)); N];
+        for i in 0..N {
+            moving[i] = Dual::variable(q[i], i);
+        }
         let pose = self.mechanics.pose(&moving);
         let (qd, qdd) = (qd.map(Dual::constant), e.qdd.map(Dual::constant));
         let needed = self.mechanics.forces(&pose, &qd, Some(&qdd), Dual::constant(payload));
         let mut out = [[T::c(0.0); N]; N];
         for j in 0..N {
-            out[j] = needed[j].derivative.map(|slope| -slope);
+            for i in 0..N {
+                out[j][i] = -needed[j].derivative[i];
+            }
             // A cylinder's gain moves with its own joint alone.
             out[j][j] += e.rates[j].force * gain_slopes[j];
         }
@@ -193,6 +231,7 @@ impl<T: Real, const N: usize> Lifted<T, N> {
 impl<T: Real, const N: usize> Plant<T, N> {
     /// Slopes of -b by rates: `[row][variable]`. The bias is of second degree in the rates, so that a central difference
     /// over any width is its derivative; the width of two keeps rounding that of the bias itself.
+    #[inline(always)]
     fn residual_by_rate(&self, layout: &Layout, x: &[T], payload: T, e: &Evaluation<T, N>) -> [[T; N]; N] {
         let (_, qd) = joint_state::<T, N>(layout, x);
         let mut out = [[T::c(0.0); N]; N];

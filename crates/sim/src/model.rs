@@ -3,6 +3,7 @@
 //!
 //! Slices of joints, cylinders and states have the lengths that [`Model::layout`] tells; SI units throughout.
 
+use crate::batch::Kernel;
 use crate::bordered::Bordered;
 use crate::drawing::Shape;
 use crate::equilibrium::EquilibriumMode;
@@ -100,6 +101,9 @@ pub trait Model: Send + Sync {
     fn command_slope(&self, rate: &[f64], slope: &mut [f64]);
     /// Whether every piston is inside its cylinder.
     fn admissible(&self, x: &[f64]) -> bool;
+
+    /// The same machine for groups of cranes, in the widest instruction set of this processor or the one `wanted`.
+    fn kernel(&self, wanted: Option<&str>) -> Box<dyn Kernel>;
 
     fn output_info(&self) -> &[OutputInfo];
     fn outputs(&self, x: &[f64], payload: f64, out: &mut [f64]);

@@ -36,6 +36,19 @@ impl<T: Real, const N: usize> Plant<T, N> {
         std::array::from_fn(|c| self.actuations[c].stroke(&pose.joints[c]))
     }
 
+    /// Whether every piston is inside its cylinder and every linkage closes.
+    #[inline(always)]
+    pub fn admissible(&self, pose: &ChainPose<T, N>) -> T::Mask {
+        let zero = T::c(0.0);
+        let mut inside = zero.le(zero);
+        for c in 0..N {
+            let (position, _) = self.actuations[c].stroke(&pose.joints[c]);
+            let (v1, v2) = self.cylinders[c].chambers.volumes(position);
+            inside = inside & zero.lt(v1) & zero.lt(v2) & zero.lt(self.actuations[c].closure(&pose.joints[c]));
+        }
+        inside
+    }
+
     /// Net cylinder forces that hold the crane at rest, N.
     pub fn static_force(&self, q: &[T; N], payload: T) -> [T; N] {
         let pose = self.mechanics.pose(q);

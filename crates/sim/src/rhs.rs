@@ -23,7 +23,11 @@ pub struct Evaluation<T, const N: usize> {
 /// Joint part of the state.
 #[inline(always)]
 pub fn joint_state<T: Real, const N: usize>(layout: &Layout, x: &[T]) -> ([T; N], [T; N]) {
-    (std::array::from_fn(|i| x[layout.q(i)]), std::array::from_fn(|i| x[layout.qd(i)]))
+    let (mut q, mut qd) = ([T::c(0.0); N], [T::c(0.0); N]);
+    for i in 0..N {
+        (q[i], qd[i]) = (x[layout.q(i)], x[layout.qd(i)]);
+    }
+    (q, qd)
 }
 
 /// Cylinder part of the state, given its piston.
@@ -42,6 +46,14 @@ pub fn local_state<T: Real>(layout: &Layout, x: &[T], c: usize, position: T, vel
 impl<T: Real, const N: usize> Plant<T, N> {
     /// All laws at one state; `payload` in kg at the tip.
     pub fn evaluate(&self, layout: &Layout, x: &[T], payload: T) -> Evaluation<T, N> {
+        T::apart(
+            #[inline(always)]
+            || self.evaluate_here(layout, x, payload),
+        )
+    }
+
+    #[inline(always)]
+    fn evaluate_here(&self, layout: &Layout, x: &[T], payload: T) -> Evaluation<T, N> {
         let (q, qd) = joint_state::<T, N>(layout, x);
         let pose = self.mechanics.pose(&q);
         let equations = self.mechanics.equations(&pose, &qd, payload);
@@ -53,7 +65,10 @@ impl<T: Real, const N: usize> Plant<T, N> {
         for c in 0..N {
             strokes[c] = self.actuations[c].stroke(&pose.joints[c]);
             local[c] = local_state(layout, x, c, strokes[c].0, strokes[c].1 * qd[c]);
-            rates[c] = self.cylinders[c].rates(&self.fluid, &self.mains, &local[c]);
+            rates[c] = T::apart(
+                #[inline(always)]
+                || self.cylinders[c].rates(&self.fluid, &self.mains, &local[c]),
+            );
             driving[c] = strokes[c].1 * rates[c].force - equations.bias[c];
         }
         let mass = Spd::new(&equations.mass_matrix);
@@ -64,6 +79,15 @@ impl<T: Real, const N: usize> Plant<T, N> {
     /// Writes the state derivative for the spool commands `u` (m).
     pub fn derivative(&self, layout: &Layout, x: &[T], u: &[T], payload: T, dx: &mut [T]) -> Evaluation<T, N> {
         let e = self.evaluate(layout, x, payload);
+        T::apart(
+            #[inline(always)]
+            || self.write_rates(layout, x, u, &e, dx),
+        );
+        e
+    }
+
+    #[inline(always)]
+    fn write_rates(&self, layout: &Layout, x: &[T], u: &[T], e: &Evaluation<T, N>, dx: &mut [T]) {
         for j in 0..N {
             dx[layout.q(j)] = x[layout.qd(j)];
             dx[layout.qd(j)] = e.qdd[j];
@@ -78,6 +102,5 @@ impl<T: Real, const N: usize> Plant<T, N> {
                 dx[z] = e.rates[c].z_rate;
             }
         }
-        e
     }
 }

@@ -288,18 +288,20 @@ pub(crate) fn given_up(
 
 /// Why a state cannot be started from, if it cannot.
 pub(crate) fn start_fault(model: &dyn Model, x0: &[f64], options: &RunOptions) -> Option<String> {
+    if !METHODS.contains(&options.method.as_str()) {
+        return Some(format!("no method `{}`; there are {}", options.method, METHODS.join(", ")));
+    }
+    payload::fault(&options.payload_changes).or_else(|| state_fault(model, x0))
+}
+
+/// Why no crane can be in this state, if none can.
+pub(crate) fn state_fault(model: &dyn Model, x0: &[f64]) -> Option<String> {
     let layout = model.layout();
     if x0.len() != layout.len() {
         return Some(format!("the initial state has {} numbers, the machine {} states", x0.len(), layout.len()));
     }
-    if !METHODS.contains(&options.method.as_str()) {
-        return Some(format!("no method `{}`; there are {}", options.method, METHODS.join(", ")));
-    }
     if let Some(i) = x0.iter().position(|v| !v.is_finite()) {
         return Some(format!("initial state `{}` is {}; it must be a finite number", layout.names[i], x0[i]));
-    }
-    if let Some(message) = payload::fault(&options.payload_changes) {
-        return Some(message);
     }
     (!model.admissible(x0)).then(|| format!("the initial state is impossible: {}", outside(model, x0)))
 }

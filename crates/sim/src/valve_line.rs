@@ -1,7 +1,7 @@
 //! From a controller's command to the spools: signal chain, limits, delays.
 
 use crate::model::MAX_JOINTS;
-use hydrocrane_machine::model::SignalChain;
+use hydrocrane_machine::model::{SignalChain, Valve};
 use hydrocrane_machine::Machine;
 use std::collections::VecDeque;
 
@@ -28,7 +28,7 @@ impl ValveLines {
         let line = |c: &hydrocrane_machine::model::Cylinder| Line {
             chain: c.valve.command,
             stroke: c.valve.stroke,
-            delay: c.valve.command.delay + c.valve.delay,
+            delay: delay(&c.valve),
             pending: VecDeque::new(),
         };
         ValveLines { lines: machine.cylinders.iter().map(line).collect(), arrived: [0.0; MAX_JOINTS] }
@@ -63,6 +63,11 @@ impl ValveLines {
     pub fn next_arrival(&self) -> Option<f64> {
         self.lines.iter().filter_map(|line| line.pending.front()).map(|&(t, _)| t).reduce(f64::min)
     }
+}
+
+/// Time from a command to its arrival at the spool, s.
+pub(crate) fn delay(valve: &Valve) -> f64 {
+    valve.command.delay + valve.delay
 }
 
 /// The chain without its delay. Inside the dead band only the offset is left.

@@ -23,6 +23,7 @@ parameters! {
 }
 
 impl<T: Real> Body<T> {
+    #[inline(always)]
     pub fn centre_of_gravity(&self) -> Vec2<T> {
         Vec2::new(self.x, self.z)
     }
@@ -52,11 +53,13 @@ impl<T: Copy, const N: usize> Mechanics<T, N> {
 }
 
 impl<T: Real, const N: usize> Mechanics<T, N> {
+    #[inline(always)]
     pub fn pose(&self, q: &[T; N]) -> ChainPose<T, N> {
         ChainPose::new(&self.joints, q)
     }
 
     /// World position of the tip (34), m.
+    #[inline(always)]
     pub fn tip_position(&self, pose: &ChainPose<T, N>) -> Vec2<T> {
         pose.links[N - 1].point(self.tip)
     }

@@ -10,11 +10,13 @@ use super::StaticParameters;
 use hydrocrane_num::{smooth, Real};
 
 /// Friction force, N; `width`: velocity over which the sign changes, m/s.
+#[inline(always)]
 pub fn force<T: Real>(p: &StaticParameters<T>, width: T, v: T) -> T {
     smooth::soft_sign(v, width) * p.stribeck(v) + p.viscous(v)
 }
 
 /// The program's friction force, N. Takes the extending set for both directions, as the program has one.
+#[inline(always)]
 pub fn printed<T: Real>(p: &StaticParameters<T>, v: T) -> T {
     let zero = T::c(0.0);
     let decay = smooth::decay(v.abs() / p.stribeck_velocity_extending);

@@ -56,6 +56,7 @@ impl<T: Real> Orifice<T> {
         self.coefficient * root
     }
 
+    #[inline(always)]
     fn printed_root(&self, dp: T, blended: bool) -> T {
         let p_tr = self.transition_pressure;
         let magnitude = dp.abs();

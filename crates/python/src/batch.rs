@@ -1,0 +1,103 @@
+//! Many cranes at once.
+
+use crate::arrays::{matrix, rows, vector, Row, Rows};
+use crate::machine::Machine;
+use hydrocrane_sim::batch::{Batch, BatchOptions};
+use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+
+#[pyclass(module = "hydrocrane._core")]
+pub struct BatchSimulator {
+    inner: Batch,
+    states: usize,
+    cylinders: usize,
+}
+
+#[pymethods]
+impl BatchSimulator {
+    #[new]
+    fn new(
+        machine: &Machine,
+        cranes: usize,
+        sample_time: f64,
+        step: f64,
+        threads: usize,
+        instruction_set: Option<String>,
+    ) -> PyResult<Self> {
+        let options = BatchOptions { sample_time, step, threads, instruction_set };
+        let inner = Batch::new(machine.model.clone(), cranes, &options)
+            .ok_or_else(|| PyRuntimeError::new_err(format!("{threads} threads cannot be started")))?;
+        let layout = machine.model.layout();
+        Ok(BatchSimulator { inner, states: layout.len(), cylinders: layout.joints() })
+    }
+
+    /// Puts the cranes of these numbers into these states with these payloads. The error names the first that cannot start.
+    fn reset(&mut self, cranes: PyReadonlyArray1<'_, i64>, states: Rows<'_>, payloads: Row<'_>) -> PyResult<()> {
+        let table = rows(&states, self.states, "state")?;
+        let starts = table.chunks_exact(self.states).zip(payloads.as_slice()?);
+        for (crane, (state, payload)) in cranes.as_slice()?.iter().zip(starts) {
+            let fault = self.inner.reset(*crane as usize, state, *payload);
+            fault.map_err(|message| PyValueError::new_err(format!("crane {crane}: {message}")))?;
+        }
+        Ok(())
+    }
+
+    /// One sample with the commands held.
+    fn step(&mut self, py: Python<'_>, commands: Rows<'_>) -> PyResult<()> {
+        let commands = rows(&commands, self.cylinders, "spool_commands")?;
+        py.detach(|| self.inner.step(commands));
+        Ok(())
+    }
+
+    /// Per crane q, qd, the pressures p1 and p2 by cylinder, and the tip.
+    fn observe<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let rows = py.detach(|| self.inner.observe());
+        matrix(py, rows, self.inner.observed())
+    }
+
+    fn set_payload(&mut self, cranes: PyReadonlyArray1<'_, i64>, masses: Row<'_>) -> PyResult<()> {
+        for (crane, mass) in cranes.as_slice()?.iter().zip(masses.as_slice()?) {
+            self.inner.set_payload(*crane as usize, *mass);
+        }
+        Ok(())
+    }
+
+    #[getter]
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let states = (0..self.inner.cranes()).flat_map(|crane| self.inner.state(crane)).collect();
+        matrix(py, states, self.states)
+    }
+
+    #[getter]
+    fn payload<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, (0..self.inner.cranes()).map(|crane| self.inner.payload(crane)).collect())
+    }
+
+    #[getter]
+    fn time<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, (0..self.inner.cranes()).map(|crane| self.inner.fate(crane).time).collect())
+    }
+
+    /// Outcome kinds.
+    #[getter]
+    fn outcomes(&self) -> Vec<&'static str> {
+        (0..self.inner.cranes()).map(|crane| self.inner.fate(crane).kind.name()).collect()
+    }
+
+    #[getter]
+    fn alive<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
+        let well = |crane| self.inner.fate(crane).kind.name() == "completed";
+        PyArray1::from_iter(py, (0..self.inner.cranes()).map(well))
+    }
+
+    #[getter]
+    fn threads(&self) -> usize {
+        self.inner.threads()
+    }
+
+    #[getter]
+    fn instruction_set(&self) -> &'static str {
+        self.inner.instruction_set()
+    }
+}

@@ -1,0 +1,140 @@
+//! The spool commands of a batch on their way: signal chain, limits, delays.
+
+use super::kernel::{Group, WIDTH};
+use crate::model::MAX_JOINTS;
+use crate::valve_line::{delay, through};
+use hydrocrane_machine::model::Valve;
+use hydrocrane_machine::Machine;
+use std::collections::VecDeque;
+
+/// Rounding allowed between a time of arrival and the time at hand, and in a number of steps.
+const ROUNDING: f64 = 1e-9;
+
+/// Commands sent and not yet forgotten.
+pub(super) struct CommandLine {
+    valves: Vec<Valve>,
+    delays: Vec<f64>,
+    groups: usize,
+    /// Newest first: one entry per sample, in it the commands of all groups, cylinder by cylinder.
+    sent: VecDeque<Vec<Group>>,
+    /// Samples of which a delayed command may still be under way.
+    memory: usize,
+    sample_time: f64,
+}
+
+/// A stretch of equal steps of a sample in which no command arrives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Plan {
+    pub steps: usize,
+    pub h: f64,
+    /// How many samples ago the command at each spool was sent.
+    age: [usize; MAX_JOINTS],
+}
+
+impl CommandLine {
+    pub fn new(machine: &Machine, groups: usize, sample_time: f64) -> Self {
+        let valves: Vec<Valve> = machine.cylinders.iter().map(|c| c.valve.clone()).collect();
+        let delays: Vec<f64> = valves.iter().map(delay).collect();
+        let longest = delays.iter().copied().fold(0.0, f64::max);
+        let memory = 1 + (longest / sample_time - ROUNDING).ceil().max(0.0) as usize;
+        let none = vec![[0.0; WIDTH]; groups * valves.len()];
+        CommandLine { valves, delays, groups, sent: vec![none; memory].into(), memory, sample_time }
+    }
+
+    /// Sends one row of commands (m) per crane off.
+    pub fn send(&mut self, commands: &[f64]) {
+        let cylinders = self.valves.len();
+        let mut sent = self.sent.pop_back().unwrap_or_default();
+        sent.resize(self.groups * cylinders, [0.0; WIDTH]);
+        for (crane, row) in commands.chunks_exact(cylinders).enumerate() {
+            for (c, (valve, u)) in self.valves.iter().zip(row).enumerate() {
+                let value = through(&valve.command, *u).clamp(-valve.stroke, valve.stroke);
+                sent[crane / WIDTH * cylinders + c][crane % WIDTH] = value;
+            }
+        }
+        self.sent.push_front(sent);
+    }
+
+    /// No command is under way to this crane.
+    pub fn forget(&mut self, group: usize, lane: usize) {
+        let cylinders = self.valves.len();
+        for sent in &mut self.sent {
+            sent[group * cylinders..][..cylinders].iter_mut().for_each(|lanes| lanes[lane] = 0.0);
+        }
+    }
+
+    /// The stretches of a sample, with steps no longer than `step` (s).
+    pub fn plan(&self, step: f64) -> Vec<Plan> {
+        // After the whole samples of its delay a command arrives at the rest of it.
+        let whole = |delay: f64| (delay / self.sample_time + ROUNDING).floor();
+        let rest = |delay: f64| (delay - whole(delay) * self.sample_time).max(0.0);
+        let mut breaks: Vec<f64> = self.delays.iter().map(|d| rest(*d)).chain([0.0, self.sample_time]).collect();
+        breaks.sort_by(f64::total_cmp);
+        breaks.dedup_by(|a, b| *a - *b <= ROUNDING * self.sample_time);
+        let stretch = |ends: &[f64]| {
+            let length = ends[1] - ends[0];
+            let steps = (length / step - ROUNDING).ceil().max(1.0);
+            let mut age = [0; MAX_JOINTS];
+            for (age, delay) in age.iter_mut().zip(&self.delays) {
+                let arrived = rest(*delay) <= ends[0] + ROUNDING * self.sample_time;
+                *age = whole(*delay) as usize + usize::from(!arrived);
+            }
+            Plan { steps: steps as usize, h: length / steps, age }
+        };
+        breaks.windows(2).map(stretch).collect()
+    }
+
+    /// The commands at the spools of a group.
+    pub fn at_spools(&self, plan: &Plan, group: usize) -> [Group; MAX_JOINTS] {
+        let cylinders = self.valves.len();
+        let mut spools = [[0.0; WIDTH]; MAX_JOINTS];
+        for c in 0..cylinders {
+            spools[c] = self.sent[plan.age[c].min(self.memory - 1)][group * cylinders + c];
+        }
+        spools
+    }
+
+    pub fn cylinders(&self) -> usize {
+        self.valves.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hydrocrane_machine::load;
+
+    fn line(delays: [f64; 3]) -> CommandLine {
+        let machine = load("rottne-f9-lab", &[]).expect("a bundled machine");
+        let mut line = CommandLine::new(&machine, 1, 0.01);
+        line.delays = delays.to_vec();
+        line.memory = 4;
+        line.sent = vec![vec![[0.0; WIDTH]; 3]; 4].into();
+        line
+    }
+
+    #[test]
+    fn without_delay_a_sample_is_one_stretch() {
+        let plan = line([0.0; 3]).plan(0.005);
+        assert_eq!(plan, [Plan { steps: 2, h: 0.005, age: [0; MAX_JOINTS] }]);
+        assert_eq!(line([0.0; 3]).plan(0.004)[0].steps, 3);
+    }
+
+    #[test]
+    fn delayed_commands_arrive_within_a_later_sample() {
+        let plan = line([0.0, 0.004, 0.02]).plan(0.005);
+        assert_eq!(plan.len(), 2);
+        assert!((plan[0].h - 0.004).abs() < 1e-15 && plan[0].steps == 1);
+        assert!((plan[1].h - 0.003).abs() < 1e-15 && plan[1].steps == 2);
+        assert_eq!((plan[0].age[..3].to_vec(), plan[1].age[..3].to_vec()), (vec![0, 1, 2], vec![0, 0, 2]));
+    }
+
+    #[test]
+    fn a_crane_that_is_reset_forgets_what_was_sent() {
+        let mut line = line([0.0; 3]);
+        line.send(&[0.01, 0.02, 0.03, 0.01, 0.02, 0.03]);
+        line.forget(0, 1);
+        let spools = line.at_spools(&line.plan(0.01)[0], 0);
+        assert_eq!([spools[0][0], spools[1][0], spools[0][1], spools[1][1]], [0.01, 0.02, 0.0, 0.0]);
+    }
+}

@@ -1,0 +1,185 @@
+//! Many cranes of one machine at once: lanes times threads.
+//!
+//! Eight cranes make a group, which runs through all steps of a call before the next one: its numbers stay near the
+//! processor. Contract: what becomes of a crane depends on its own state, commands and payload alone, bit for bit: not on
+//! its place, the number of cranes, the number of threads or the instruction set. theory: docs/theory/batch.md
+
+mod careful;
+mod kernel;
+mod line;
+
+pub use kernel::{kernel, Group, Kernel, Look, Mover, Stretch, WIDTH};
+
+use crate::model::Model;
+use crate::outcome::OutcomeKind;
+use crate::payload::change_payload;
+use line::CommandLine;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Groups that one thread takes at least: enough work to be worth handing over.
+const LEAST_GROUPS: usize = 4;
+
+/// How a crane of a batch fares.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fate {
+    pub kind: OutcomeKind,
+    /// When it was lost, s since its reset; counts up while it is well.
+    pub time: f64,
+}
+
+/// What can be set of a batch.
+#[derive(Debug, Clone, Default)]
+pub struct BatchOptions {
+    /// s
+    pub sample_time: f64,
+    /// Longest step, s.
+    pub step: f64,
+    /// Zero: as many as the computer has cores.
+    pub threads: usize,
+    /// A narrower instruction set than the widest of this processor.
+    pub instruction_set: Option<String>,
+}
+
+/// Cranes that advance together by one sample per step.
+pub struct Batch {
+    model: Arc<dyn Model>,
+    kernel: Box<dyn Kernel>,
+    pool: rayon::ThreadPool,
+    cranes: usize,
+    /// States, group by group, one entry per state.
+    x: Vec<Group>,
+    /// kg at the tips, one entry per group.
+    payload: Vec<Group>,
+    fates: Vec<[Fate; WIDTH]>,
+    line: CommandLine,
+    step: f64,
+}
+
+impl Batch {
+    /// `None` where the threads cannot be started. No crane is well before it is reset.
+    pub fn new(model: Arc<dyn Model>, cranes: usize, options: &BatchOptions) -> Option<Self> {
+        let groups = cranes.div_ceil(WIDTH);
+        let lost = Fate { kind: OutcomeKind::BadState, time: 0.0 };
+        Some(Batch {
+            kernel: model.kernel(options.instruction_set.as_deref()),
+            pool: rayon::ThreadPoolBuilder::new().num_threads(options.threads).build().ok()?,
+            cranes,
+            x: vec![[0.0; WIDTH]; groups * model.layout().len()],
+            payload: vec![[0.0; WIDTH]; groups],
+            fates: vec![[lost; WIDTH]; groups],
+            line: CommandLine::new(model.machine(), groups, options.sample_time),
+            step: options.step,
+            model,
+        })
+    }
+
+    pub fn cranes(&self) -> usize {
+        self.cranes
+    }
+    pub fn instruction_set(&self) -> &'static str {
+        self.kernel.instruction_set()
+    }
+    pub fn threads(&self) -> usize {
+        self.pool.current_num_threads()
+    }
+
+    /// Puts a crane at time zero into `state` with `payload` (kg). The error says why it cannot start there.
+    pub fn reset(&mut self, crane: usize, state: &[f64], payload: f64) -> Result<(), String> {
+        if let Some(fault) = crate::run::state_fault(self.model.as_ref(), state) {
+            return Err(fault);
+        }
+        let (group, lane) = (crane / WIDTH, crane % WIDTH);
+        self.write_state(crane, state);
+        self.payload[group][lane] = payload;
+        self.fates[group][lane] = Fate { kind: OutcomeKind::Completed, time: 0.0 };
+        self.line.forget(group, lane);
+        Ok(())
+    }
+
+    /// From here on the tip of a crane carries `mass` (kg): it takes up a load that lies still, or lets one go.
+    pub fn set_payload(&mut self, crane: usize, mass: f64) {
+        let mut x = self.state(crane);
+        let payload = &mut self.payload[crane / WIDTH][crane % WIDTH];
+        let change = [*payload, mass];
+        *payload = mass;
+        if change[0] != change[1] {
+            let time = self.fates[crane / WIDTH][crane % WIDTH].time;
+            change_payload(self.model.as_ref(), time, &mut x, change);
+            self.write_state(crane, &x);
+        }
+    }
+
+    /// Holds the spool commands (m, one row per crane) for one sample time. Lost cranes stay where they were lost.
+    pub fn step(&mut self, commands: &[f64]) {
+        self.line.send(commands);
+        let plan = self.line.plan(self.step);
+        let states = self.model.layout().len();
+        let Batch { kernel, pool, x, payload, fates, line, .. } = self;
+        let line = &*line;
+        pool.install(|| {
+            let groups = x.par_chunks_exact_mut(states).zip(fates.par_iter_mut()).zip(payload.par_iter()).enumerate();
+            groups.with_min_len(LEAST_GROUPS).for_each_init(
+                || (kernel.mover(), vec![[0.0; WIDTH]; states]),
+                |(mover, start), (group, ((x, fates), payload))| {
+                    start.copy_from_slice(x);
+                    careful::advance(mover.as_mut(), &plan, line, group, *payload, start, x, fates);
+                },
+            );
+        });
+    }
+
+    /// Per crane its joint coordinates, rates, pressures p1 and p2 by cylinder, and tip: rows of [`Self::observed`] numbers.
+    pub fn observe(&self) -> Vec<f64> {
+        let layout = self.model.layout();
+        let (n, states, width) = (layout.joints(), layout.len(), self.observed());
+        let mut rows = vec![0.0; self.fates.len() * WIDTH * width];
+        let groups = rows.par_chunks_exact_mut(width * WIDTH).zip(self.x.par_chunks_exact(states));
+        self.pool.install(|| {
+            groups.with_min_len(LEAST_GROUPS).for_each_init(
+                || self.kernel.mover(),
+                |mover, (rows, x)| {
+                    let tip = mover.look(x).tip;
+                    for (lane, row) in rows.chunks_exact_mut(width).enumerate() {
+                        for i in 0..2 * n {
+                            row[i] = x[i][lane];
+                        }
+                        for c in 0..n {
+                            row[2 * n + 2 * c] = x[layout.p1(c)][lane];
+                            row[2 * n + 2 * c + 1] = x[layout.p2(c)][lane];
+                        }
+                        row[4 * n..].copy_from_slice(&[tip[0][lane], tip[1][lane]]);
+                    }
+                },
+            );
+        });
+        rows.truncate(self.cranes * width);
+        rows
+    }
+
+    /// Numbers of a row of [`Self::observe`].
+    pub fn observed(&self) -> usize {
+        4 * self.model.layout().joints() + 2
+    }
+
+    pub fn state(&self, crane: usize) -> Vec<f64> {
+        let states = self.model.layout().len();
+        let group = &self.x[crane / WIDTH * states..][..states];
+        group.iter().map(|lanes| lanes[crane % WIDTH]).collect()
+    }
+
+    fn write_state(&mut self, crane: usize, state: &[f64]) {
+        let states = state.len();
+        let group = &mut self.x[crane / WIDTH * states..][..states];
+        group.iter_mut().zip(state).for_each(|(lanes, value)| lanes[crane % WIDTH] = *value);
+    }
+
+    pub fn fate(&self, crane: usize) -> Fate {
+        self.fates[crane / WIDTH][crane % WIDTH]
+    }
+
+    /// At the tip, kg.
+    pub fn payload(&self, crane: usize) -> f64 {
+        self.payload[crane / WIDTH][crane % WIDTH]
+    }
+}

@@ -1,0 +1,61 @@
+"""One crane as an environment."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrocrane.gym.task import Numbers, TipTask
+from hydrocrane.machine import Machine
+
+
+class CraneTipEnv(gymnasium.Env[Numbers, NDArray[np.floating]]):
+    """Bring the tip of a crane to a target and keep it there; what that means in numbers: :class:`TipTask`.
+
+    Parameters
+    ----------
+    crane : Machine or str
+    sample_time, duration, payload
+        As in :class:`TipTask`.
+    """
+
+    metadata = {"render_modes": []}
+
+    def __init__(
+        self,
+        crane: Machine | str = "rottne-f9-lab",
+        sample_time: float = 0.05,
+        duration: float = 10.0,
+        payload: float | None = None,
+    ) -> None:
+        self.task = TipTask.of(crane, sample_time=sample_time, duration=duration, payload=payload)
+        self.action_space = self.task.action_space
+        self.observation_space = self.task.observation_space
+        self._cranes = self.task.simulator(1, threads=1)
+        self._target = np.zeros((1, 2))
+        self._samples = 0
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Numbers, dict[str, Any]]:
+        """Start an episode. ``options`` may hold ``q``, a pose to start from, and ``target``, (x, z) in m."""
+        super().reset(seed=seed)
+        q, target = self.task.draw(self.np_random)
+        wished = options or {}
+        self._target = np.asarray(wished.get("target", target), dtype=np.float64).reshape(1, 2)
+        self._samples = 0
+        seen = self._cranes.reset(q=wished.get("q", q))
+        return self.task.observation(seen, self._target)[0], {"target": self._target[0]}
+
+    def step(self, action: NDArray[np.floating]) -> tuple[Numbers, float, bool, bool, dict[str, Any]]:
+        """Hold the spool commands for one sample."""
+        seen = self._cranes.step(self.task.commands(action)[np.newaxis])
+        self._samples += 1
+        lost = ~self._cranes.alive
+        reward = float(self.task.reward(seen, self._target, lost)[0])
+        information = {"target": self._target[0], "tip": seen.tip[0], "outcome": self._cranes.outcomes[0]}
+        over = self._samples >= self.task.samples
+        return self.task.observation(seen, self._target)[0], reward, bool(lost[0]), over, information

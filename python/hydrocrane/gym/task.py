@@ -1,0 +1,93 @@
+"""The task: bring the tip to a place and keep it there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrocrane.arrays import Array
+from hydrocrane.batch import BatchObservation, BatchSimulator
+from hydrocrane.machine import Machine, load_machine
+
+Numbers = NDArray[np.float32]
+
+# Share of every joint's range, at either end, that starts and targets keep clear of.
+MARGIN = 0.15
+# Reward of losing the crane, m s: a minute far away.
+LOSS = -60.0
+
+
+@dataclass(frozen=True)
+class TipTask:
+    """What an episode is made of; the same for one crane and for many.
+
+    An action is one number per cylinder in -1 to 1, the spool command as a share of the spool's stroke. An observation
+    is, per joint, the coordinate as a share of its range (-1 to 1) and the rate (rad/s or m/s), the chamber pressures
+    as shares of the supply pressure, and the way from the tip to the target (x, z in m). The reward of a sample is
+    minus the distance of the tip from the target times the sample time, m s, and -60 m s where the crane is lost, which
+    ends the episode; time ends it otherwise. Starts at rest and targets are those of random poses.
+
+    Parameters
+    ----------
+    crane : Machine
+    sample_time : float
+        s between actions.
+    duration : float
+        s after which an episode is cut off.
+    payload : float, optional
+        kg at the tip.
+    """
+
+    crane: Machine
+    sample_time: float = 0.05
+    duration: float = 10.0
+    payload: float | None = None
+
+    @classmethod
+    def of(cls, crane: Machine | str, **settings: float | None) -> TipTask:
+        """The task for a machine or the name of one."""
+        machine = load_machine(crane) if isinstance(crane, str) else crane
+        return cls(machine, **settings)  # type: ignore[arg-type]
+
+    @property
+    def samples(self) -> int:
+        """Actions of an episode."""
+        return max(1, round(self.duration / self.sample_time))
+
+    @property
+    def action_space(self) -> gymnasium.spaces.Box:
+        return gymnasium.spaces.Box(-1.0, 1.0, (len(self.crane.cylinder_names),), np.float32)
+
+    @property
+    def observation_space(self) -> gymnasium.spaces.Box:
+        width = 2 * len(self.crane.joint_names) + 2 * len(self.crane.cylinder_names) + 2
+        return gymnasium.spaces.Box(-np.inf, np.inf, (width,), np.float32)
+
+    def simulator(self, n: int, threads: int | None = None) -> BatchSimulator:
+        """Cranes to play with."""
+        return BatchSimulator(self.crane, n, self.sample_time, payload=self.payload, threads=threads)
+
+    def draw(self, random: np.random.Generator) -> tuple[Array, Array]:
+        """A pose (n_joints,) to start from and a target (2,), m."""
+        lower, upper = self.crane.joint_limits.T
+        start, end = lower + (upper - lower) * random.uniform(MARGIN, 1.0 - MARGIN, (2, len(lower)))
+        return start, self.crane.tip(end)
+
+    def commands(self, action: NDArray[np.floating]) -> Array:
+        """Spool commands, m, of actions (..., n_cyl)."""
+        return np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0) * self.crane.spool_strokes
+
+    def observation(self, seen: BatchObservation, target: Array) -> Numbers:
+        """(n, width) of what is seen of n cranes and their targets (n, 2)."""
+        lower, upper = self.crane.joint_limits.T
+        share = (2.0 * seen.q - lower - upper) / (upper - lower)
+        pressures = seen.p.reshape(len(seen.q), -1) / self.crane.supply_pressure
+        return np.concatenate([share, seen.qd, pressures, target - seen.tip], axis=1).astype(np.float32)
+
+    def reward(self, seen: BatchObservation, target: Array, lost: NDArray[np.bool_]) -> Array:
+        """(n,) m s."""
+        distance = np.linalg.norm(seen.tip - target, axis=1)
+        return np.where(lost, LOSS, -distance * self.sample_time)

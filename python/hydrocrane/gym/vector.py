@@ -1,0 +1,86 @@
+"""Many cranes as one vectorised environment."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from hydrocrane.arrays import Array
+from hydrocrane.gym.task import Numbers, TipTask
+from hydrocrane.machine import Machine
+
+
+class CraneTipVectorEnv(VectorEnv[Numbers, NDArray[np.floating], NDArray[np.bool_]]):
+    """:class:`~hydrocrane.gym.CraneTipEnv` for many cranes per call, on a :class:`hydrocrane.BatchSimulator`.
+
+    An episode that is over starts anew at the next step, whose action it ignores and whose reward is zero
+    (gymnasium's autoreset mode ``NEXT_STEP``).
+
+    Parameters
+    ----------
+    num_envs : int
+    crane, sample_time, duration, payload
+        As in :class:`CraneTipEnv`.
+    threads : int, optional
+        Default is the number of cores.
+    """
+
+    metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        crane: Machine | str = "rottne-f9-lab",
+        sample_time: float = 0.05,
+        duration: float = 10.0,
+        payload: float | None = None,
+        threads: int | None = None,
+    ) -> None:
+        self.task = TipTask.of(crane, sample_time=sample_time, duration=duration, payload=payload)
+        self.num_envs = num_envs
+        self.single_action_space = self.task.action_space
+        self.single_observation_space = self.task.observation_space
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self._cranes = self.task.simulator(num_envs, threads)
+        self._random: list[np.random.Generator] = []
+        self._target: Array = np.zeros((num_envs, 2))
+        self._samples = np.zeros(num_envs, dtype=np.int64)
+        self._over = np.zeros(num_envs, dtype=bool)
+
+    def reset(
+        self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Numbers, dict[str, Any]]:
+        """Start an episode with every crane; with the seed s, crane i draws what one crane alone draws with s + i."""
+        numbers = range(self.num_envs)
+        seeds = seed if isinstance(seed, list) else [None if seed is None else seed + i for i in numbers]
+        self._random = [np.random.default_rng(s) for s in seeds]
+        self._begin(np.arange(self.num_envs))
+        return self.task.observation(self._cranes.observe(), self._target), {}
+
+    def step(
+        self, actions: NDArray[np.floating]
+    ) -> tuple[Numbers, Array, NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+        """Hold the spool commands for one sample."""
+        anew = self._over.copy()
+        seen = self._cranes.step(np.where(anew[:, np.newaxis], 0.0, self.task.commands(actions)))
+        self._samples += 1
+        if anew.any():
+            self._begin(np.flatnonzero(anew))
+            seen = self._cranes.observe()
+        lost = ~self._cranes.alive
+        reward = np.where(anew, 0.0, self.task.reward(seen, self._target, lost))
+        late = ~anew & (self._samples >= self.task.samples)
+        self._over = lost | late
+        return self.task.observation(seen, self._target), reward, lost, late, {}
+
+    def _begin(self, cranes: NDArray[np.int64]) -> None:
+        drawn = [self.task.draw(self._random[crane]) for crane in cranes]
+        self._target[cranes] = [target for _, target in drawn]
+        self._samples[cranes] = 0
+        self._over[cranes] = False
+        self._cranes.reset(q=np.array([q for q, _ in drawn]), cranes=cranes)

@@ -1,0 +1,179 @@
+"""Batches of cranes and the environments on them."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+import hydrocrane as hc
+from hydrocrane.errors import InputError, SimulationError
+
+POSE = np.array([1.7, 1.7, 0.0])
+
+
+@pytest.fixture(scope="module")
+def crane():
+    return hc.load_machine("rottne-f9-lab")
+
+
+def commands(n: int, samples: int, seed: int = 0) -> np.ndarray:
+    return np.random.default_rng(seed).uniform(-0.02, 0.02, (samples, n, 3))
+
+
+def test_a_batch_is_the_simulator_with_a_leading_axis(crane):
+    batch, alone = hc.BatchSimulator(crane, 3, payload=20.0), hc.Simulator(crane, payload=20.0, rtol=1e-8)
+    seen, one = batch.reset(q=POSE), alone.reset(q=POSE)
+    np.testing.assert_array_equal(seen.tip[1], one.tip)
+    for u in commands(3, 40):
+        seen, one = batch.step(u), alone.step(u[1])
+    assert seen.t.shape == (3,) and seen.q.shape == seen.qd.shape == (3, 3)
+    assert seen.p.shape == (3, 3, 2) and seen.tip.shape == (3, 2)
+    assert seen.t[1] == pytest.approx(one.t)
+    np.testing.assert_allclose(seen.tip[1], one.tip, atol=1e-3)
+    np.testing.assert_allclose(seen.p[1], one.p, atol=2e5)
+    np.testing.assert_allclose(crane.tip(seen.q), seen.tip, atol=1e-14)
+    assert batch.state.shape == (3, len(crane.state_names))
+    np.testing.assert_array_equal(batch.state[:, :3], seen.q)
+
+
+def test_the_size_of_the_batch_and_the_threads_do_not_matter(crane):
+    u = commands(1000, 5, seed=3)
+
+    def tips(part: slice, threads: int | None) -> np.ndarray:
+        batch = hc.BatchSimulator(crane, len(range(1000)[part]), threads=threads)
+        batch.reset(q=POSE)
+        for row in u:
+            batch.step(row[part])
+        return batch.state
+
+    everything = tips(slice(None), 2)
+    np.testing.assert_array_equal(tips(slice(None), 1), everything)
+    for part in (slice(0, 1), slice(5, 12), slice(40, 48)):
+        np.testing.assert_array_equal(tips(part, None), everything[part])
+
+
+def test_a_lost_crane_is_told_and_can_be_reset(crane):
+    batch = hc.BatchSimulator(crane, 4)
+    state = np.tile(crane.equilibrium(POSE), (4, 1))
+    state[2, crane.state_names.index("joint.jib.qd")] = 400.0
+    batch.reset(state=state)
+    for _ in range(10):
+        batch.step([0.0, 0.0, 0.0])
+    np.testing.assert_array_equal(batch.alive, [True, True, False, True])
+    assert batch.outcomes[2] in ("stroke-limit", "solver-failed") and batch.outcomes[0] == "completed"
+    assert np.isfinite(batch.state).all() and batch.time[2] < batch.time[0]
+    batch.reset(q=POSE, cranes=~batch.alive)
+    assert batch.alive.all() and batch.time[2] == 0.0 and batch.time[0] == pytest.approx(0.1)
+
+
+def test_payloads_are_each_crane_s_own(crane):
+    batch = hc.BatchSimulator(crane, 3, payload=[0.0, 50.0, 100.0])
+    batch.reset(q=POSE)
+    states = batch.state
+    for row, mass in zip(states, (0.0, 50.0, 100.0)):
+        np.testing.assert_array_equal(row, crane.equilibrium(POSE, payload=mass))
+    batch.set_payload(30.0, cranes=[0, 2])
+    np.testing.assert_array_equal(batch.payload, [30.0, 50.0, 30.0])
+
+
+@pytest.mark.parametrize(
+    ("call", "says"),
+    [
+        (lambda b: b.step(np.zeros((4, 3))), "must have one row or 3, one per crane; got shape \\(4, 3\\)"),
+        (lambda b: b.step(np.zeros(2)), "spool_commands must have shape"),
+        (lambda b: b.step([0.0, np.nan, 0.0]), "must be finite"),
+        (lambda b: b.reset(), "either q"),
+        (lambda b: b.reset(q=POSE, cranes=[3]), "between 0 and 2"),
+        (lambda b: b.reset(q=POSE, cranes=[0.5]), "numbers of cranes or 3 truth values"),
+        (lambda b: b.reset(q=[[9.0, 9.0, 9.0]]), "limit"),
+        (lambda b: b.set_payload(-1.0), "zero or more"),
+        (lambda b: b.set_payload([1.0, 2.0]), "or 3 of them"),
+        (lambda b: hc.BatchSimulator(b.crane, 0), "a whole number, one or more"),
+        (lambda b: hc.BatchSimulator(b.crane, 2, 0.0), "greater than zero"),
+        (lambda b: hc.BatchSimulator(b.crane, 2, payload=[1.0, 2.0, 3.0]), "or 2 of them"),
+    ],
+)
+def test_bad_input_is_one_clear_error(crane, call, says):
+    batch = hc.BatchSimulator(crane, 3)
+    batch.reset(q=POSE)
+    with pytest.raises(hc.HydrocraneError, match=says):
+        call(batch)
+
+
+def test_a_step_before_the_reset_is_refused(crane):
+    batch = hc.BatchSimulator(crane, 3)
+    batch.reset(q=POSE, cranes=[0, 2])
+    with pytest.raises(SimulationError, match="crane 1 has no state"):
+        batch.step(np.zeros(3))
+
+
+def test_a_call_costs_little_beyond_the_cranes(crane):
+    """Eight cranes take as long as one: no work is done crane by crane in Python."""
+
+    def per_step(n: int) -> float:
+        batch = hc.BatchSimulator(crane, n, threads=1)
+        batch.reset(q=POSE)
+        u = commands(n, 1)[0]
+        times = []
+        for _ in range(60):
+            start = time.perf_counter()
+            batch.step(u)
+            times.append(time.perf_counter() - start)
+        return min(times)
+
+    assert per_step(8) < 1.5 * per_step(1)
+
+
+def test_environments_pass_the_checker_of_gymnasium():
+    gymnasium = pytest.importorskip("gymnasium")
+    from gymnasium.utils.env_checker import check_env
+
+    import hydrocrane.gym  # noqa: F401
+
+    env = gymnasium.make("hydrocrane/CraneTip-v0")
+    check_env(env.unwrapped, skip_render_check=True)
+
+
+def test_the_reward_is_what_the_task_says():
+    pytest.importorskip("gymnasium")
+    from hydrocrane.gym import CraneTipEnv
+
+    env = CraneTipEnv(sample_time=0.05, duration=0.2)
+    _, information = env.reset(seed=1, options={"q": POSE})
+    target = information["target"]
+    for sample in range(1, 5):
+        observation, reward, lost, late, information = env.step(np.zeros(3))
+        way = target - information["tip"]
+        assert reward == pytest.approx(-0.05 * np.linalg.norm(way))
+        np.testing.assert_allclose(observation[-2:], way, rtol=1e-6)
+        assert not lost and late == (sample == 4)
+
+
+def test_many_environments_are_one_environment_many_times():
+    pytest.importorskip("gymnasium")
+    from hydrocrane.gym import CraneTipEnv, CraneTipVectorEnv
+
+    many = CraneTipVectorEnv(3, duration=0.3)
+    observations, _ = many.reset(seed=7)
+    alone = CraneTipEnv(duration=0.3)
+    first, _ = alone.reset(seed=8)
+    np.testing.assert_array_equal(observations[1], first)
+    actions = np.random.default_rng(2).uniform(-0.3, 0.3, (6, 3, 3))
+    for action in actions:
+        observations, rewards, lost, late, _ = many.step(action)
+        first, reward, one_lost, one_late, _ = alone.step(action[1])
+        np.testing.assert_array_equal(observations[1], first)
+        assert (rewards[1], lost[1], late[1]) == (reward, one_lost, one_late)
+    assert late.all()
+    # The next step begins anew: the action is ignored, the reward zero.
+    observations, rewards, lost, late, _ = many.step(actions[0])
+    assert not rewards.any() and not lost.any() and not late.any()
+    np.testing.assert_array_equal(observations[1], alone.reset()[0])
+    assert (np.abs(observations[:, -2:]).sum(axis=1) > 0).all()
+
+
+def test_errors_name_what_is_no_machine():
+    with pytest.raises(InputError, match="Machine from load_machine"):
+        hc.BatchSimulator("rottne-f9-lab", 2)  # type: ignore[arg-type]
