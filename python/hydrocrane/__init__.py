@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from hydrocrane.sensitivity import Sensitivities, sensitivities
     from hydrocrane.simulation import simulate
     from hydrocrane.simulator import Simulator
+    from hydrocrane.studies import Study, load_study, open_study, sweep
 
 # Public name -> module that defines it.
 _HOME = {
@@ -71,6 +72,7 @@ _HOME = {
     "Simulator": "simulator",
     "Solver": "scenario",
     "Stick": "joystick",
+    "Study": "studies",
     "Value": "machine",
     "bundled_machines": "machine",
     "bundled_scenarios": "scenario",
@@ -80,11 +82,14 @@ _HOME = {
     "load_machine": "machine",
     "load_run": "result",
     "load_scenario": "scenario",
+    "load_study": "studies",
     "mode_map": "linear",
     "modes": "linear",
+    "open_study": "studies",
     "read_log": "logs",
     "sensitivities": "sensitivity",
     "simulate": "simulation",
+    "sweep": "studies",
 }
 
 __all__ = [
@@ -116,6 +121,7 @@ __all__ = [
     "Simulator",
     "Solver",
     "Stick",
+    "Study",
     "Value",
     "__version__",
     "bundled_machines",
@@ -126,13 +132,16 @@ __all__ = [
     "load_machine",
     "load_run",
     "load_scenario",
+    "load_study",
     "mode_map",
     "modes",
+    "open_study",
     "plots",
     "read_log",
     "sensitivities",
     "rig",
     "simulate",
+    "sweep",
 ]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -23,32 +24,38 @@ def run_dataset(crane: Machine, plan: Scenario, raw: dict[str, Any], *, payload:
     """
     time = np.asarray(raw["t"])
     states, commands = np.asarray(raw["states"]), np.asarray(raw["commands"])
-    data = xr.Dataset(coords={"time": ("time", time, {"units": "s", "long_name": "time"})})
     states_info = zip(crane.state_names, crane.state_units, crane.core.state_long_names, strict=True)
-    _add_columns(data, list(states_info), states)
-    for i, cylinder in enumerate(crane.cylinder_names):
-        about = {"units": "m", "long_name": f"{cylinder} spool command"}
-        data[f"cylinder.{cylinder}.command"] = ("time", commands[:, i].copy(), about)
+    commands_info = [(f"cylinder.{c}.command", "m", f"{c} spool command") for c in crane.cylinder_names]
     payloads = np.asarray(raw["payloads"])
-    _add_columns(data, crane.core.output_info, _outputs(crane, states, commands, payloads))
-    data["payload"] = ("time", payloads, {"units": "kg", "long_name": "payload at the tip"})
+    # One construction from all columns: adding variables one by one to a data set costs more than the run.
+    columns = _columns(states_info, states) | _columns(commands_info, commands)
+    columns |= _columns(crane.core.output_info, outputs_table(crane, states, commands, payloads))
+    columns["payload"] = ("time", payloads, {"units": "kg", "long_name": "payload at the tip"})
     if np.size(raw["ledger"]):
         info = [(f"ledger.{name}", unit, text) for name, unit, text in crane.core.ledger_info]
-        _add_columns(data, info, np.asarray(raw["ledger"]))
-        for (name, _, _), sign in zip(info, crane.core.ledger_signs, strict=True):
-            data[name].attrs["sign"] = sign
+        entries = _columns(info, np.asarray(raw["ledger"]))
+        for (_, _, about), sign in zip(entries.values(), crane.core.ledger_signs, strict=True):
+            about["sign"] = sign
+        columns |= entries
+    data = xr.Dataset(columns, coords={"time": ("time", time, {"units": "s", "long_name": "time"})})
     data.attrs = _run_attributes(crane, plan, raw, payload, wall)
     if "samples" in raw:
-        add_samples(data, crane, plan, raw)
+        data = add_samples(data, crane, plan, raw)
         _note_belief(data, crane, plan)
     return data
 
 
-def _outputs(crane: Machine, states: np.ndarray, commands: np.ndarray, payloads: np.ndarray) -> np.ndarray:
+def outputs_table(
+    crane: Machine, states: np.ndarray, commands: np.ndarray, payloads: np.ndarray, *, oil: bool = True
+) -> np.ndarray:
+    """Everything derived from the states, (m, n_outputs), in the order of the core's ``output_info``.
+
+    Without `oil`, ``energy.oil`` is NaN, and a machine that runs only once is spared the making of its tables.
+    """
     table = np.empty((len(states), len(crane.core.output_info)))
     for mass in np.unique(payloads):
         rows = payloads == mass
-        table[rows] = crane.core.outputs(states[rows], commands[rows], float(mass))
+        table[rows] = crane.core.outputs(states[rows], commands[rows], float(mass), oil)
     return table
 
 
@@ -58,9 +65,12 @@ def _events(raw: dict[str, Any]) -> list[tuple[float, str]]:
     return sorted([*raw.get("events", []), *((change.time, change.text) for change in changes)], key=lambda e: e[0])
 
 
-def _add_columns(data: xr.Dataset, info: list[tuple[str, str, str]], table: np.ndarray) -> None:
-    for i, (name, unit, meaning) in enumerate(info):
-        data[name] = ("time", table[:, i].copy(), {"units": unit, "long_name": meaning})
+def _columns(info: Iterable[tuple[str, str, str]], table: np.ndarray) -> dict[str, tuple[str, np.ndarray, dict]]:
+    """Variables over time from the columns of a table, by their names, units and meanings."""
+    return {
+        name: ("time", table[:, i].copy(), {"units": unit, "long_name": meaning})
+        for i, (name, unit, meaning) in enumerate(info)
+    }
 
 
 def _note_belief(data: xr.Dataset, crane: Machine, plan: Scenario) -> None:

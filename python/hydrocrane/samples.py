@@ -12,39 +12,46 @@ from hydrocrane.joystick import TIP_AXES
 from hydrocrane.machine import Machine
 from hydrocrane.scenario import Scenario
 
+# Points whose distances are found together: some hundred kilobytes at a time.
+TOGETHER = 64
 
-def add_samples(data: xr.Dataset, crane: Machine, plan: Scenario, raw: dict[str, Any]) -> None:
-    """Add the samples of a run, each held over ``time`` until the next one."""
+
+def add_samples(data: xr.Dataset, crane: Machine, plan: Scenario, raw: dict[str, Any]) -> xr.Dataset:
+    """`data` with the samples of a run, each held over ``time`` until the next one."""
     samples = raw["samples"]
     driver = plan.driver
     data.attrs["controller"] = driver if isinstance(driver, str) else getattr(driver, "__name__", type(driver).__name__)
     data.attrs["sensors"] = plan.sensors
     if not np.size(samples["t"]):
-        return
+        return data
     held = np.searchsorted(samples["t"], data.time.values + 1e-9, side="right") - 1
     units = dict(zip(crane.state_names, crane.state_units, strict=True))
     units |= {name: unit for name, unit, _ in crane.core.output_info}
+    columns: dict[str, Any] = {}
     for signal, column in zip(samples["signals"], samples["measured"].T, strict=True):
         about = {"units": units[signal], "long_name": f"{signal} as measured"}
-        data[f"measured.{signal}"] = ("time", column[held], about)
+        columns[f"measured.{signal}"] = ("time", column[held], about)
     axes = TIP_AXES if plan.stick_mode == "tip" else crane.cylinder_names
     for axis, column in zip(axes, samples["sticks"].T, strict=True):
-        data[f"stick.{axis}"] = ("time", column[held], {"units": "1", "long_name": f"deflection of the stick, {axis}"})
+        about = {"units": "1", "long_name": f"deflection of the stick, {axis}"}
+        columns[f"stick.{axis}"] = ("time", column[held], about)
     for cylinder, column in zip(crane.cylinder_names, samples["commands"].T, strict=True):
         about = {"units": "m", "long_name": f"{cylinder} spool command as the controller gave it"}
-        data[f"controller.{cylinder}"] = ("time", column[held], about)
-    _add_set_point(data, samples["set_points"], held)
+        columns[f"controller.{cylinder}"] = ("time", column[held], about)
+    tip = np.column_stack([data["tip.x"].values, data["tip.z"].values])
+    return data.assign(columns | _set_point(tip, samples["set_points"], held))
 
 
-def _add_set_point(data: xr.Dataset, set_points: Array, held: np.ndarray) -> None:
+def _set_point(tip: Array, set_points: Array, held: np.ndarray) -> dict[str, Any]:
     if not np.isfinite(set_points).all(axis=1).any():
-        return
+        return {}
+    columns: dict[str, Any] = {}
     for axis, column in zip(TIP_AXES, set_points.T, strict=True):
         about = {"units": "m", "long_name": f"set-point of the crane tip, {axis}"}
-        data[f"set_point.{axis}"] = ("time", column[held], about)
-    tip = np.column_stack([data["tip.x"].values, data["tip.z"].values])
+        columns[f"set_point.{axis}"] = ("time", column[held], about)
     about = {"units": "m", "long_name": "distance of the crane tip from the way of its set-point"}
-    data["tip.deviation"] = ("time", distance_to_path(tip, set_points), about)
+    columns["tip.deviation"] = ("time", distance_to_path(tip, set_points), about)
+    return columns
 
 
 def distance_to_path(points: Array, path: Array) -> Array:
@@ -58,8 +65,11 @@ def distance_to_path(points: Array, path: Array) -> Array:
         begin, way = path, np.zeros_like(path)
     square = np.maximum((way**2).sum(axis=1), np.finfo(np.float64).tiny)
 
-    def distance(point: Array) -> float:
-        share = np.clip(((point - begin) * way).sum(axis=1) / square, 0.0, 1.0)
-        return float(np.linalg.norm(point - begin - share[:, np.newaxis] * way, axis=1).min())
+    def distances(some: Array) -> Array:
+        x, z = some[:, :1] - begin[:, 0], some[:, 1:] - begin[:, 1]
+        share = np.clip((x * way[:, 0] + z * way[:, 1]) / square, 0.0, 1.0)
+        x, z = x - share * way[:, 0], z - share * way[:, 1]
+        return np.sqrt((x * x + z * z).min(axis=1))
 
-    return np.array([distance(point) for point in points])
+    parts = [distances(points[i : i + TOGETHER]) for i in range(0, len(points), TOGETHER)]
+    return np.concatenate(parts) if parts else np.empty(0)

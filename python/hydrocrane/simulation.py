@@ -12,6 +12,7 @@ from os import PathLike
 from typing import Any
 
 from hydrocrane import _core
+from hydrocrane.arrays import Array
 from hydrocrane.controllers import SampledController
 from hydrocrane.dataset import run_dataset
 from hydrocrane.errors import translated
@@ -51,27 +52,44 @@ def simulate(
     crane = _machine_for(plan, machine)
     payload = crane.payload(plan.payload)
     began = time.perf_counter()
-    raw = _integrate(crane, plan, payload, ledger)
+    with interruptible() as should_stop:
+        raw = integrate(crane, plan, payload, ledger=ledger, record=plan.record_times(), should_stop=should_stop)
     wall = time.perf_counter() - began
     return Run(run_dataset(crane, plan, raw, payload=payload, wall=wall), crane)
 
 
-def _integrate(crane: Machine, plan: Scenario, payload: float, ledger: bool) -> dict[str, Any]:
-    """Hand the plan to the core, which records states, commands and ledger until the end or a reason to stop."""
+def integrate(
+    crane: Machine,
+    plan: Scenario,
+    payload: float,
+    *,
+    ledger: bool,
+    record: Array,
+    should_stop: Callable[[], bool] | None = None,
+) -> dict[str, Any]:
+    """Hand the plan to the core, which records states, commands and ledger until the end or a reason to stop.
+
+    Parameters
+    ----------
+    record : (m,) array
+        Times to record at, s, increasing.
+    should_stop : callable, optional
+        Asked now and then; True ends the run with outcome ``interrupted``.
+    """
     start = plan.initial_state(crane)
     settings = {**dataclasses.asdict(plan.solver), "payload": payload, "ledger": ledger}
     settings["payload_changes"] = list(plan.payload_changes.items())
-    head, record = (crane.core, start, float(plan.duration)), plan.record_times()
+    head = (crane.core, start, float(plan.duration))
     if plan.closed_loop:
         driver, believed = plan.driver, plan.believed_machine(crane)
         if not isinstance(driver, str):
             full_speed = plan.joystick.full_speed if plan.joystick else None
             driver = SampledController(driver, believed, plan.stick_mode, full_speed)
-        with interruptible() as should_stop, translated():
+        with translated():
             loop = plan.loop_plan(crane)
             return _core.simulate_controlled(*head, driver, believed.core, loop, record, settings, should_stop)
     times, spools, linear = plan.command_grid(crane)
-    with interruptible() as should_stop, translated():
+    with translated():
         return _core.simulate(*head, times, spools, linear, record, settings, should_stop)
 
 

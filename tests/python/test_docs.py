@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 TOP = ("README.md", "NOTATION.md", "ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md")
 PAGES = [*(ROOT / name for name in TOP), *sorted((ROOT / "docs").rglob("*.md"))]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
-NAMED = re.compile(r"# (machine|scenario): (\S+\.toml)\n")
+NAMED = re.compile(r"# (machine|scenario|study): (\S+\.toml)\n")
 SECTIONS = ROOT / "crates/machine/src/sections"
 
 
@@ -61,6 +61,8 @@ def load_complete_file(text: str) -> None:
     Path(name).write_text(text, encoding="utf-8")
     if kind == "machine":
         hc.load_machine(name)
+    elif kind == "study":
+        assert hc.load_study(name).study.cases.count
     else:
         plan = hc.load_scenario(name)
         assert plan.initial_state(plan.load_machine()).size

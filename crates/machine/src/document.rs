@@ -4,7 +4,7 @@
 //! table and below it, never to the values of another file.
 
 use std::ops::Range;
-use std::rc::Rc;
+use std::sync::Arc;
 
 use toml_edit::{Document, Item, TableLike, Value};
 
@@ -21,8 +21,8 @@ pub struct SourceFile {
 /// Where a key or value was written.
 #[derive(Debug, Clone)]
 pub enum Place {
-    File { file: Rc<SourceFile>, span: Range<usize> },
-    Override(Rc<str>),
+    File { file: Arc<SourceFile>, span: Range<usize> },
+    Override(Arc<str>),
 }
 
 /// Provenance of a value: each text with its own place, so that a wrong one can be reported.
@@ -41,7 +41,7 @@ pub struct Node {
 #[derive(Debug, Clone)]
 pub enum NodeKind {
     Table(Vec<Entry>),
-    Value { value: Scalar, origin: Rc<Origin> },
+    Value { value: Scalar, origin: Arc<Origin> },
 }
 
 #[derive(Debug, Clone)]
@@ -126,7 +126,7 @@ fn position(file: &SourceFile, span: &Range<usize>) -> FilePosition {
 }
 
 /// Parses a file's text into a tree.
-pub fn parse(file: &Rc<SourceFile>) -> Result<Node, MachineError> {
+pub fn parse(file: &Arc<SourceFile>) -> Result<Node, MachineError> {
     let document = Document::parse(file.text.as_str()).map_err(|error| syntax_error(file, &error))?;
     if document.as_table().is_empty() {
         let place = Place::File { file: file.clone(), span: 0..0 };
@@ -138,13 +138,13 @@ pub fn parse(file: &Rc<SourceFile>) -> Result<Node, MachineError> {
     // The top default of every value sits in [machine].
     let machine = root.get("machine").and_then(Item::as_table_like);
     let origin = match machine {
-        Some(table) => builder.origin(table, &Rc::default(), "machine")?,
-        None => Rc::default(),
+        Some(table) => builder.origin(table, &Arc::default(), "machine")?,
+        None => Arc::default(),
     };
     builder.table(root, Place::File { file: file.clone(), span: 0..0 }, &origin, "")
 }
 
-fn syntax_error(file: &Rc<SourceFile>, error: &toml_edit::TomlError) -> MachineError {
+fn syntax_error(file: &Arc<SourceFile>, error: &toml_edit::TomlError) -> MachineError {
     let span = error.span().unwrap_or(0..0);
     let message = error.message().trim().replace('\n', ", ");
     let place = Place::File { file: file.clone(), span };
@@ -157,7 +157,7 @@ fn syntax_error(file: &Rc<SourceFile>, error: &toml_edit::TomlError) -> MachineE
 }
 
 struct Builder<'a> {
-    file: &'a Rc<SourceFile>,
+    file: &'a Arc<SourceFile>,
 }
 
 impl Builder<'_> {
@@ -170,13 +170,13 @@ impl Builder<'_> {
     }
 
     /// The provenance that applies inside `table`.
-    fn origin(&self, table: &dyn TableLike, outer: &Rc<Origin>, path: &str) -> Result<Rc<Origin>, MachineError> {
+    fn origin(&self, table: &dyn TableLike, outer: &Arc<Origin>, path: &str) -> Result<Arc<Origin>, MachineError> {
         let class = self.text_of(table, "class", path)?;
         let source = self.text_of(table, "source", path)?;
         if class.is_none() && source.is_none() {
             return Ok(outer.clone());
         }
-        Ok(Rc::new(Origin {
+        Ok(Arc::new(Origin {
             class: class.or_else(|| outer.class.clone()),
             source: source.map_or_else(|| outer.source.clone(), |(text, _)| text),
         }))
@@ -194,7 +194,13 @@ impl Builder<'_> {
         }
     }
 
-    fn table(&self, table: &dyn TableLike, place: Place, outer: &Rc<Origin>, path: &str) -> Result<Node, MachineError> {
+    fn table(
+        &self,
+        table: &dyn TableLike,
+        place: Place,
+        outer: &Arc<Origin>,
+        path: &str,
+    ) -> Result<Node, MachineError> {
         let origin = self.origin(table, outer, path)?;
         let mut entries = Vec::new();
         for (key, item) in table.iter() {
@@ -209,7 +215,7 @@ impl Builder<'_> {
         Ok(Node { place, kind: NodeKind::Table(entries) })
     }
 
-    fn item(&self, item: &Item, key_place: Place, origin: &Rc<Origin>, path: &str) -> Result<Node, MachineError> {
+    fn item(&self, item: &Item, key_place: Place, origin: &Arc<Origin>, path: &str) -> Result<Node, MachineError> {
         let place = self.place(item.span()).unwrap_or(key_place);
         if let Some(table) = item.as_table_like() {
             if table.contains_key("value") {
@@ -229,7 +235,7 @@ impl Builder<'_> {
         &self,
         table: &dyn TableLike,
         place: Place,
-        outer: &Rc<Origin>,
+        outer: &Arc<Origin>,
         path: &str,
     ) -> Result<Node, MachineError> {
         const KEYS: [&str; 3] = ["value", "class", "source"];

@@ -1,7 +1,7 @@
 //! From a bundled name or a path to a checked machine.
 
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
+use std::sync::Arc;
 
 use crate::bundled::bundled_machines;
 use crate::document::{self, Node, NodeKind, Place, Scalar, SourceFile};
@@ -15,7 +15,7 @@ type Result<T> = std::result::Result<T, MachineError>;
 
 /// A file's text and the folder that paths inside it are relative to (`None`: bundled).
 pub struct Source {
-    pub file: Rc<SourceFile>,
+    pub file: Arc<SourceFile>,
     pub folder: Option<PathBuf>,
 }
 
@@ -42,7 +42,7 @@ pub fn placed(overrides: &[(String, OverrideValue)]) -> Vec<Override> {
 /// # Errors
 /// The first problem met, with its place and cure.
 pub fn parse(text: &str, origin: &str, overrides: &[(String, OverrideValue)]) -> Result<Machine> {
-    let file = Rc::new(SourceFile { name: origin.into(), text: text.into() });
+    let file = Arc::new(SourceFile { name: origin.into(), text: text.into() });
     build(&Source { file, folder: None }, &placed(overrides))
 }
 
@@ -201,7 +201,7 @@ pub fn open(source: &str, what: &str, bundled: &[(&'static str, &'static str)]) 
     match bundled.iter().find(|(name, _)| *name == source) {
         Some((name, text)) => {
             let file = SourceFile { name: format!("{name}.toml"), text: (*text).into() };
-            Ok(Source { file: Rc::new(file), folder: None })
+            Ok(Source { file: Arc::new(file), folder: None })
         }
         None => {
             let names: Vec<&str> = bundled.iter().map(|(name, _)| *name).collect();
@@ -222,14 +222,14 @@ fn read(path: &Path) -> Result<Source> {
     })?;
     let text = decode(&name, bytes)?;
     let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
-    Ok(Source { file: Rc::new(SourceFile { name, text }), folder: Some(folder) })
+    Ok(Source { file: Arc::new(SourceFile { name, text }), folder: Some(folder) })
 }
 
 fn decode(name: &str, bytes: Vec<u8>) -> Result<String> {
     String::from_utf8(bytes).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();
         let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
-        let place = Place::File { file: Rc::new(SourceFile { name: name.into(), text }), span: valid..valid + 1 };
+        let place = Place::File { file: Arc::new(SourceFile { name: name.into(), text }), span: valid..valid + 1 };
         MachineError::new(ErrorKind::NotText, place.locate(), "this is no UTF-8 text")
             .help("is it a machine or scenario file? Save it as UTF-8")
     })

@@ -1,6 +1,6 @@
 //! Extending one file by another, and overrides by dotted key.
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use crate::document::{join, Entry, Node, NodeKind, Origin, Place, Scalar};
 use crate::errors::{ErrorKind, MachineError};
@@ -90,7 +90,7 @@ pub fn apply_override(root: &mut Node, change: &Override) -> Result<(), MachineE
             .help("name one of the values below it"));
     }
     let origin = Origin { class: Some(("setting".into(), place.clone())), source: "override".into() };
-    node.kind = NodeKind::Value { value: scalar(value, place), origin: Rc::new(origin) };
+    node.kind = NodeKind::Value { value: scalar(value, place), origin: Arc::new(origin) };
     node.place = place.clone();
     Ok(())
 }

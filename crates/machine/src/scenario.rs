@@ -115,7 +115,7 @@ pub fn load_scenario(source: &str, overrides: &[(String, OverrideValue)]) -> Res
 /// # Errors
 /// The first problem met, with its place and cure.
 pub fn parse_scenario(text: &str, origin: &str, overrides: &[(String, OverrideValue)]) -> Result<Scenario> {
-    let file = std::rc::Rc::new(SourceFile { name: origin.into(), text: text.into() });
+    let file = std::sync::Arc::new(SourceFile { name: origin.into(), text: text.into() });
     build(&Source { file, folder: None }, overrides)
 }
 

@@ -4,7 +4,7 @@ use crate::machine::Machine;
 use hydrocrane_machine::scenario::{
     ControllerChoice, FaultKind, Interpolation, Joystick, Pressures, SensorFault, SensorQuality, StickMode,
 };
-use hydrocrane_machine::{MachineError, OverrideValue};
+use hydrocrane_machine::{MachineError, OverrideValue, Template};
 use hydrocrane_sim::BuildError;
 use pyo3::create_exception;
 use pyo3::exceptions::PyValueError;
@@ -54,10 +54,42 @@ fn pairs_of<'py>(py: Python<'py>, changes: &[(String, OverrideValue)]) -> PyResu
 }
 
 #[pyfunction]
-pub fn load_machine(source: &str, pairs: &Bound<'_, PyList>) -> PyResult<Machine> {
-    let description = hydrocrane_machine::load(source, &overrides(pairs)?).map_err(|e| file_error(&e))?;
-    let model = hydrocrane_sim::build(&description).map_err(|e| cannot_build(source, &e))?;
+pub fn load_machine(py: Python<'_>, source: &str, pairs: &Bound<'_, PyList>) -> PyResult<Machine> {
+    let changes = overrides(pairs)?;
+    built(py, source, || hydrocrane_machine::load(source, &changes))
+}
+
+/// The model of what `describe` reads, made without the interpreter lock.
+fn built(
+    py: Python<'_>,
+    source: &str,
+    describe: impl FnOnce() -> Result<hydrocrane_machine::Machine, MachineError> + Send,
+) -> PyResult<Machine> {
+    let made = py.detach(|| describe().map(|description| hydrocrane_sim::build(&description)));
+    let model = made.map_err(|e| file_error(&e))?.map_err(|e| cannot_build(source, &e))?;
     Ok(Machine { model })
+}
+
+/// A machine file that is read once and built many times, with other values each time.
+#[pyclass(frozen, module = "hydrocrane._core")]
+pub struct MachineTemplate {
+    source: String,
+    inner: Template,
+}
+
+#[pymethods]
+impl MachineTemplate {
+    /// `pairs` stay in force.
+    #[new]
+    fn new(source: &str, pairs: &Bound<'_, PyList>) -> PyResult<Self> {
+        let inner = Template::open(source, &overrides(pairs)?).map_err(|e| file_error(&e))?;
+        Ok(MachineTemplate { source: source.to_string(), inner })
+    }
+
+    fn build(&self, py: Python<'_>, pairs: &Bound<'_, PyList>) -> PyResult<Machine> {
+        let changes = overrides(pairs)?;
+        built(py, &self.source, || self.inner.build(&changes))
+    }
 }
 
 /// A machine that is described well but cannot be simulated.

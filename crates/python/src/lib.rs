@@ -17,6 +17,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("MachineFileError", m.py().get_type::<files::MachineFileError>())?;
     m.add_class::<batch::BatchSimulator>()?;
     m.add_class::<machine::Machine>()?;
+    m.add_class::<files::MachineTemplate>()?;
     m.add_class::<sensitivity::SensitivityExperiment>()?;
     m.add_class::<simulation::Simulator>()?;
     m.add_function(wrap_pyfunction!(files::load_machine, m)?)?;

@@ -101,6 +101,13 @@ impl Machine {
     fn description(&self) -> &str {
         &self.model.machine().description
     }
+    /// Everything that decides what the machine does, as text: two machines with the same text behave alike.
+    #[getter]
+    fn resolved(&self) -> String {
+        let mut machine = self.model.machine().clone();
+        (machine.title, machine.description, machine.provenance) = Default::default();
+        format!("{machine:?}")
+    }
     #[getter]
     fn joint_names<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         PyTuple::new(py, self.model.machine().joints.iter().map(|j| j.name.as_str()))
@@ -382,9 +389,14 @@ impl Machine {
         let info = self.model.output_info().iter();
         info.map(|OutputInfo { name, unit, long_name }| (name.clone(), *unit, long_name.clone())).collect()
     }
-    fn outputs<'py>(&self, py: Python<'py>, x: Rows<'py>, u: Rows<'py>, payload: f64) -> Matrix<'py> {
+    /// `oil`: whether `energy.oil` is wanted; else it is NaN.
+    #[pyo3(signature = (x, u, payload, oil = true))]
+    fn outputs<'py>(&self, py: Python<'py>, x: Rows<'py>, u: Rows<'py>, payload: f64, oil: bool) -> Matrix<'py> {
         let width = self.model.output_info().len();
-        let data = self.over_states(py, &x, &u, width, |m, x, _, out| m.outputs(x, payload, out))?;
+        let data = self.over_states(py, &x, &u, width, |m, x, _, out| match oil {
+            true => m.outputs(x, payload, out),
+            false => m.outputs_without_oil(x, payload, out),
+        })?;
         matrix(py, data, width)
     }
     /// Gains of the controller `tip` by key, SI: the machine's, else the defaults.

@@ -340,6 +340,9 @@ impl<const N: usize> Model for Crane<N> {
         let oil = self.oil();
         outputs::evaluate(&self.plant, &self.layout, |p| oil.energy_density(p), x, payload, out);
     }
+    fn outputs_without_oil(&self, x: &[f64], payload: f64, out: &mut [f64]) {
+        outputs::evaluate(&self.plant, &self.layout, |_| f64::NAN, x, payload, out);
+    }
     fn equilibrium(&self, q: &[f64], mode: EquilibriumMode, payload: f64) -> Result<Vec<f64>, PoseError> {
         self.plant.rest(&self.machine, &self.layout, &array::<N>(q), mode, payload)
     }

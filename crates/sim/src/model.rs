@@ -107,6 +107,8 @@ pub trait Model: Send + Sync {
 
     fn output_info(&self) -> &[OutputInfo];
     fn outputs(&self, x: &[f64], payload: f64, out: &mut [f64]);
+    /// The same with NaN for `energy.oil`, whose tables take longer to make than a run of a few seconds.
+    fn outputs_without_oil(&self, x: &[f64], payload: f64, out: &mut [f64]);
     fn equilibrium(&self, q: &[f64], mode: EquilibriumMode, payload: f64) -> Result<Vec<f64>, PoseError>;
     /// Largest spool displacement per cylinder, m.
     fn spool_strokes(&self) -> Vec<f64>;

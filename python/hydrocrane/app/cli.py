@@ -16,6 +16,7 @@ from hydrocrane.app.console import bar, complain, say, waiting
 from hydrocrane.app.control import control
 from hydrocrane.app.identify import identify
 from hydrocrane.app.rig import rig
+from hydrocrane.app.sweep import sweep
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,6 +34,7 @@ app = typer.Typer(
 app.add_typer(control)
 app.add_typer(identify)
 app.add_typer(rig)
+app.command(epilog="Example:  hydrocrane sweep study.toml --store results/study.zarr --picture study.png")(sweep)
 
 
 class Chart(StrEnum):

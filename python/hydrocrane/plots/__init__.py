@@ -9,6 +9,7 @@ from hydrocrane.plots.loadchart import load_chart
 from hydrocrane.plots.modes import mode_map
 from hydrocrane.plots.overlay import overlay
 from hydrocrane.plots.ranking import ranking
+from hydrocrane.plots.sweep import sweep
 from hydrocrane.plots.tip_path import tip_charts
 from hydrocrane.plots.workspace import workspace
 
@@ -23,6 +24,7 @@ __all__ = [
     "overlay",
     "overview",
     "ranking",
+    "sweep",
     "tip_charts",
     "workspace",
 ]

@@ -1,0 +1,83 @@
+"""``hydrocrane sweep``: run a study from a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hydrocrane.app.console import complain, say
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from rich.table import Table
+
+# Messages of failed cases that are printed.
+SHOWN_FAILURES = 5
+
+
+def sweep(
+    study: Annotated[str, typer.Argument(help="Study file.", metavar="STUDY")],
+    store: Annotated[
+        Path | None, typer.Option(help="Folder for the results; by default the study's own, or named after it.")
+    ] = None,
+    workers: Annotated[int | None, typer.Option(help="Threads; by default one per core.")] = None,
+    scheduler: Annotated[str | None, typer.Option(help="Dask scheduler, e.g. tcp://host:8786.")] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Begin anew; what is in the store is lost.")] = False,
+    picture: Annotated[Path | None, typer.Option(help="Also draw a figure against the keys, into this file.")] = None,
+    measure: Annotated[str | None, typer.Option(help="Which figure to draw; by default the first.")] = None,
+) -> None:
+    """Run a scenario for many values of some keys; a study that was stopped goes on where it was."""
+    from hydrocrane.studies import StudyInterrupted, load_study
+
+    file = load_study(study)
+    folder = store or file.store
+    # A picture that cannot be drawn shall not cost the runs.
+    drawn = file.study.pictured(measure) if picture is not None else None
+    try:
+        data = file.study.run(folder, overwrite=overwrite, workers=workers, scheduler=scheduler)
+    except StudyInterrupted as stopped:
+        complain(str(stopped))
+        raise typer.Exit(1) from None
+    say(outcome_table(data), *failures(data))
+    written = [folder]
+    if picture is not None and drawn is not None:
+        written.append(_draw(data, drawn, picture))
+    say("written:", *(f"  {path}" for path in written))
+
+
+def outcome_table(data: xr.Dataset) -> Table:
+    """How many cases ended how."""
+    import numpy as np
+    from rich.table import Table
+
+    outcomes, counts = np.unique(data["outcome"].values.astype(str), return_counts=True)
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for heading in ("outcome", "cases", "share"):
+        table.add_column(heading, justify="left" if heading == "outcome" else "right")
+    for i in np.argsort(-counts, kind="stable"):
+        table.add_row(str(outcomes[i]), str(counts[i]), f"{counts[i] / counts.sum():.1%}")
+    return table
+
+
+def failures(data: xr.Dataset) -> list[str]:
+    """What went wrong, each message once, with how often it came."""
+    import numpy as np
+
+    texts, counts = np.unique(data["message"].values.astype(str), return_counts=True)
+    found = [(int(count), str(text)) for count, text in zip(counts, texts, strict=True) if text]
+    found.sort(key=lambda entry: -entry[0])
+    lines = [f"{count} x {text}" for count, text in found[:SHOWN_FAILURES]]
+    more = len(found) - SHOWN_FAILURES
+    return [*lines, *([f"and {more} more messages; `message` in the store has them all"] if more > 0 else [])]
+
+
+def _draw(data: xr.Dataset, measure: str, path: Path) -> Path:
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from hydrocrane import plots
+    from hydrocrane.plots.style import write
+
+    return write(plots.sweep(data, measure), path)

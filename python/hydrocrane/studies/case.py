@@ -1,0 +1,209 @@
+"""Runs the cases of a study, block by block; nothing here knows where the others run or where results go."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import hashlib
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from hydrocrane import _core
+from hydrocrane.arrays import Array
+from hydrocrane.errors import HydrocraneError, InputError, translated
+from hydrocrane.machine import Machine, plain_overrides
+from hydrocrane.scenario import Scenario
+from hydrocrane.simulation import integrate
+from hydrocrane.studies.changes import changed_plan
+from hydrocrane.studies.key import Key
+from hydrocrane.studies.measures import OF_ANY_RUN, Measure, measured
+from hydrocrane.studies.record import Record
+
+# Outcomes of cases beyond those of runs.
+INVALID, MEASURE_FAILED, CRASHED = "invalid-input", "measure-failed", "crashed"
+# Times closer than this are one, s.
+SAME_TIME = 1e-9
+
+
+class Abandoned(Exception):
+    """A block was told to stop before its last case."""
+
+
+@dataclass(frozen=True)
+class CaseResult:
+    """What is kept of a case: how it ended, figures by name, signals (n_signals, n_times) or None."""
+
+    outcome: str
+    message: str
+    figures: dict[str, float]
+    signals: Array | None
+
+
+@dataclass(frozen=True)
+class BlockResult:
+    """What is kept of the cases of a block, in their order.
+
+    Attributes
+    ----------
+    outcomes, messages : list of str
+    figures : dict
+        Name to (n_cases,) values, NaN where a case has none.
+    signals : (n_signals, n_cases, n_times) array
+    """
+
+    outcomes: list[str]
+    messages: list[str]
+    figures: dict[str, Array]
+    signals: Array
+
+
+@dataclass(frozen=True)
+class Job:
+    """All that a worker needs to know of a study besides the values of its cases.
+
+    Attributes
+    ----------
+    plan : Scenario
+    keys : tuple of Key
+    measures : tuple of Measure
+    signals : tuple of str
+    times : (n_times,) array
+        Times that signals are kept at, s.
+    ledger : bool
+        Integrate the energy ledger too, for functions of one's own.
+    digest : str
+        Of the machine with the plan's overrides: a worker with another one must not take part.
+    """
+
+    plan: Scenario
+    keys: tuple[Key, ...]
+    measures: tuple[Measure, ...]
+    signals: tuple[str, ...]
+    times: Array
+    ledger: bool
+    digest: str
+
+    def __getstate__(self) -> dict[str, Any]:
+        # What was made of the machine file stays where it was made.
+        return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+
+    @cached_property
+    def template(self) -> _core.MachineTemplate:
+        """The machine file, read once."""
+        with translated():
+            template = _core.MachineTemplate(self.plan.machine, [])
+            core = template.build(list(self.plan.machine_overrides.items()))
+        if digest_of(core) != self.digest:
+            raise InputError(f"the machine {self.plan.machine} has changed since the study began, or differs here")
+        return template
+
+    @cached_property
+    def _recent(self) -> threading.local:
+        """The machine that each thread had last."""
+        return threading.local()
+
+    def machine(self, plan: Scenario) -> Machine:
+        """The machine of one case; neighbours that vary only the scenario share it."""
+        overrides = plain_overrides(plan.machine_overrides)
+        recent: Machine | None = getattr(self._recent, "machine", None)
+        if recent is not None and recent.overrides == overrides:
+            return recent
+        with translated():
+            machine = Machine(self.template.build(list(overrides.items())), plan.machine, overrides)
+        self._recent.machine = machine
+        return machine
+
+
+def digest_of(core: _core.Machine) -> str:
+    """What tells two machines apart."""
+    return hashlib.sha256(core.resolved.encode()).hexdigest()
+
+
+def run_block(job: Job, cases: Sequence[tuple[Any, ...]], should_stop: Callable[[], bool] | None = None) -> BlockResult:
+    """Run the cases of a block, one after the other.
+
+    Raises
+    ------
+    Abandoned
+        Where `should_stop` said so before the last case was done.
+    """
+    # A machine that differs concerns the whole study, not its first case.
+    _ = job.template
+    results = []
+    for values in cases:
+        results.append(run_case(job, values, should_stop))
+        if should_stop is not None and should_stop():
+            raise Abandoned
+    names = dict.fromkeys(name for result in results for name in result.figures)
+    figures = {name: np.array([result.figures.get(name, np.nan) for result in results]) for name in names}
+    signals = np.full((len(job.signals), len(results), job.times.size), np.nan)
+    for i, result in enumerate(results):
+        if result.signals is not None:
+            signals[:, i] = result.signals
+    return BlockResult([r.outcome for r in results], [r.message for r in results], figures, signals)
+
+
+def run_case(job: Job, values: Sequence[Any], should_stop: Callable[[], bool] | None = None) -> CaseResult:
+    """Run one case; whatever goes wrong in it is its outcome."""
+    try:
+        return _kept(job, _simulated(job, values, should_stop))
+    except HydrocraneError as error:
+        return CaseResult(INVALID, str(error), {}, None)
+    except (KeyboardInterrupt, SystemExit, GeneratorExit):
+        raise
+    except BaseException as error:
+        return CaseResult(CRASHED, f"{type(error).__name__}: {error}", {}, None)
+
+
+def _simulated(job: Job, values: Sequence[Any], should_stop: Callable[[], bool] | None) -> Record:
+    plan = changed_plan(job.plan, job.keys, values)
+    if not isinstance(plan.driver, str | None):
+        # A controller of one's own remembers: each run has its own.
+        plan = plan.changed(controller=copy.deepcopy(plan.controller))
+    crane = job.machine(plan)
+    payload = crane.payload(plan.payload)
+    record, _ = recorded_times(plan, job.times)
+    raw = integrate(crane, plan, payload, ledger=job.ledger, record=record, should_stop=should_stop)
+    return Record(crane, plan, raw, payload)
+
+
+def _kept(job: Job, record: Record) -> CaseResult:
+    outcome = record.outcome
+    message = "" if outcome.completed else outcome.message
+    signals = _signals(job, record) if job.signals else None
+    try:
+        return CaseResult(outcome.kind, message, measured(job.measures, record), signals)
+    except Exception as error:
+        figures = {OF_ANY_RUN: outcome.time}
+        return CaseResult(MEASURE_FAILED, f"{type(error).__name__}: {error}", figures, signals)
+
+
+def recorded_times(plan: Scenario, wanted: Array) -> tuple[Array, np.ndarray]:
+    """When to record so that the `wanted` times are among them, as far as the run goes; and their places."""
+    own = plan.record_times()
+    wanted = wanted[wanted <= own[-1] + SAME_TIME]
+    near = np.clip(np.searchsorted(own, wanted - SAME_TIME), 0, own.size - 1)
+    missing = wanted[np.abs(own[near] - wanted) > SAME_TIME]
+    times = np.sort(np.concatenate([own, missing])) if missing.size else own
+    return times, np.searchsorted(times, wanted - SAME_TIME)
+
+
+def _signals(job: Job, record: Record) -> Array:
+    """(n_signals, n_times), NaN from where the run ended, and where a machine has no such signal."""
+    times, places = recorded_times(record.plan, job.times)
+    # A run that broke off has its last state behind the times that were asked for.
+    done = min(record.time.size, times.size)
+    reached = int(np.count_nonzero(record.time[:done] == times[:done]))
+    places = places[places < reached]
+    table = np.full((len(job.signals), job.times.size), np.nan)
+    for row, name in zip(table, job.signals, strict=True):
+        try:
+            row[: places.size] = record.signal(name)[places]
+        except InputError:
+            continue
+    return table

@@ -1,0 +1,135 @@
+"""Which cases a study has: all combinations, random draws, a Latin hypercube, or a list."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hydrocrane.arrays import Array
+from hydrocrane.errors import InputError, unknown
+from hydrocrane.studies.key import Key
+from hydrocrane.studies.ranges import drawn_values, grid_values
+from hydrocrane.studies.values import si_value
+
+METHODS = ("grid", "random", "latin", "list")
+DRAWN = ("random", "latin")
+CASE = "case"
+# Blocks that a study is cut into, where they do not become too small or too large.
+BLOCKS = 64
+LARGEST_BLOCK = 1024
+# Bytes of signals in one block.
+BLOCK_BYTES = 16_000_000
+
+Place = tuple[slice, ...]
+
+
+@dataclass(frozen=True)
+class Cases:
+    """The cases of a study, in an array of one dimension per key or in a row.
+
+    Attributes
+    ----------
+    keys : tuple of Key
+    axes : tuple of list
+        Per key its values: those of its dimension on a grid, else one per case.
+    grid : bool
+    """
+
+    keys: tuple[Key, ...]
+    axes: tuple[list[Any], ...]
+    grid: bool
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        return tuple(key.name for key in self.keys) if self.grid else (CASE,)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return tuple(len(axis) for axis in self.axes) if self.grid else (len(self.axes[0]),)
+
+    @property
+    def count(self) -> int:
+        return int(np.prod(self.shape))
+
+    def values(self, place: Place) -> list[tuple[Any, ...]]:
+        """Values of the keys, one tuple per case of a block."""
+        if not self.grid:
+            return list(zip(*(axis[place[0]] for axis in self.axes), strict=True))
+        return list(itertools.product(*(axis[part] for axis, part in zip(self.axes, place, strict=True))))
+
+    def along(self, key: str) -> list[Any]:
+        """All values that a key takes; none for a key that is not varied."""
+        return next((axis for own, axis in zip(self.keys, self.axes, strict=True) if own.name == key), [])
+
+
+def designed(keys: Sequence[Key], given: Mapping[str, Any], method: str, n: int | None, seed: int) -> Cases:
+    """The cases of a study.
+
+    Parameters
+    ----------
+    keys : sequence of Key
+    given : mapping
+        Per key its values or range, as it was given.
+    method : {"grid", "random", "latin", "list"}
+    n : int
+        How many cases to draw.
+    seed : int
+    """
+    if method not in METHODS:
+        raise unknown("method of a study", method, METHODS)
+    if (n is not None) != (method in DRAWN):
+        need = "needs n, the number of cases" if n is None else "takes no n: its values say how many cases there are"
+        raise InputError(f"the method `{method}` {need}")
+    if method in DRAWN:
+        return Cases(tuple(keys), _drawn(keys, given, method, n, seed), grid=False)
+    axes = tuple(grid_values(key.name, spec, _to_si(key)) for key, spec in zip(keys, given.values(), strict=True))
+    if method == "list" and len({len(axis) for axis in axes}) > 1:
+        counts = ", ".join(f"{key.name} {len(axis)}" for key, axis in zip(keys, axes, strict=True))
+        raise InputError(f"a list of cases needs as many values of every key; got {counts}")
+    return Cases(tuple(keys), axes, grid=method == "grid")
+
+
+def _to_si(key: Key) -> Any:
+    return lambda value: si_value(key, value)
+
+
+def _drawn(keys: Sequence[Key], given: Mapping[str, Any], method: str, n: Any, seed: int) -> tuple[list[Any], ...]:
+    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
+        raise InputError(f"n must be a whole number of cases, one or more; got {n!r}")
+    shares = _shares(method, int(n), len(keys), seed)
+    columns = zip(keys, given.values(), shares.T, strict=True)
+    return tuple(drawn_values(key.name, spec, share, _to_si(key)) for key, spec, share in columns)
+
+
+def _shares(method: str, n: int, width: int, seed: int) -> Array:
+    """Points (n, width) of the unit cube."""
+    generator = np.random.default_rng(seed)
+    if method == "random":
+        return generator.random((n, width))
+    from scipy.stats import qmc
+
+    return np.asarray(qmc.LatinHypercube(width, rng=generator).random(n), dtype=np.float64)
+
+
+def block_shape(shape: Sequence[int], size: int | None, bytes_per_case: int) -> tuple[int, ...]:
+    """How many cases a block has along each dimension: about `size` of them, in neighbouring places."""
+    count = int(np.prod(shape))
+    if size is None:
+        size = min(max(count // BLOCKS, 1), LARGEST_BLOCK)
+    left = max(min(size, BLOCK_BYTES // max(bytes_per_case, 1)), 1)
+    parts: list[int] = []
+    for length in reversed(shape):
+        parts.append(min(length, left))
+        left = max(left // length, 1)
+    return tuple(reversed(parts))
+
+
+def blocks(shape: Sequence[int], block: Sequence[int]) -> Iterator[Place]:
+    """The places of all blocks, in order."""
+    starts = [range(0, length, step) for length, step in zip(shape, block, strict=True)]
+    for corner in itertools.product(*starts):
+        yield tuple(slice(a, min(a + b, n)) for a, b, n in zip(corner, block, shape, strict=True))

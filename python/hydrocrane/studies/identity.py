@@ -1,0 +1,108 @@
+"""What makes a study the one it is, all that its results depend on, as plain data; and how two studies differ."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import inspect
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from hydrocrane.machine import Machine
+from hydrocrane.scenario import Scenario
+from hydrocrane.studies.case import digest_of
+from hydrocrane.studies.design import Cases
+from hydrocrane.studies.measures import Measure
+from hydrocrane.studies.values import axis_values
+
+# Longer tables are told apart by their digest.
+SHOWN_NUMBERS = 40
+SHOWN_DIFFERENCES = 5
+# Where a machine file lies, and what its fields are called, changes no result.
+NOT_OF_THE_SCENARIO = ("machine", "overrides", "name", "title")
+
+
+def identity(
+    plan: Scenario, crane: Machine, cases: Cases, measures: tuple[Measure, ...], settings: Mapping[str, Any]
+) -> dict[str, Any]:
+    """What the results of a study depend on, as it comes back from JSON."""
+    from hydrocrane import __version__
+
+    fields = {field.name: getattr(plan, field.name) for field in dataclasses.fields(plan)}
+    values = {key: plain(crane.value(key).si) for key in crane.keys}
+    whole = {
+        "hydrocrane": __version__,
+        "scenario": {name: plain(value) for name, value in fields.items() if name not in NOT_OF_THE_SCENARIO},
+        "machine": {"name": crane.name, "values": values, "digest": digest_of(crane.core)},
+        "keys": {key.name: plain(axis_values(axis)) for key, axis in zip(cases.keys, cases.axes, strict=True)},
+        "measures": {measure.name: plain(measure.own) for measure in measures},
+        **{name: plain(value) for name, value in settings.items()},
+    }
+    return json.loads(json.dumps(whole))
+
+
+def plain(value: Any) -> Any:
+    """`value` as JSON can hold it; functions and objects by their name and source."""
+    if value is None or isinstance(value, bool | int | float | str):
+        return value if not isinstance(value, float) or np.isfinite(value) else str(value)
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, Machine):
+        return {"name": value.name, "digest": digest_of(value.core)}
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple | np.ndarray):
+        return _shortened([plain(item) for item in value])
+    return _of_object(value)
+
+
+def _shortened(values: list[Any]) -> Any:
+    text = json.dumps(values)
+    if len(values) <= SHOWN_NUMBERS:
+        return values
+    return f"{len(values)} values, sha256 {hashlib.sha256(text.encode()).hexdigest()[:16]}"
+
+
+def _of_object(value: Any) -> str:
+    """A function or an object: its name, and the digest of the source of what made it."""
+    kind = value if inspect.isroutine(value) else type(value)
+    try:
+        source = hashlib.sha256(inspect.getsource(kind).encode()).hexdigest()[:16]
+    except (OSError, TypeError):
+        source = "without source"
+    return f"{getattr(kind, '__module__', '')}.{kind.__qualname__}, {source}"
+
+
+def differences(stored: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
+    """Where two studies differ, in words; empty where they do not."""
+    before, after = dict(_leaves(stored)), dict(_leaves(wanted))
+    absent = object()
+    every = dict.fromkeys([*before, *after])
+    names = [name for name in every if before.get(name, absent) != after.get(name, absent)]
+    # The digest tells of whatever the values do not show, and nothing where they do.
+    if len(names) > 1 and "machine.digest" in names:
+        names.remove("machine.digest")
+    shown = [_difference(name, before, after) for name in names[:SHOWN_DIFFERENCES]]
+    more = len(names) - len(shown)
+    return "; ".join([*shown, *([f"and {more} more"] if more > 0 else [])])
+
+
+def _difference(name: str, before: Mapping[str, Any], after: Mapping[str, Any]) -> str:
+    if name not in before:
+        return f"{name} was not there"
+    if name not in after:
+        return f"{name} is not there"
+    return f"{name} was {before[name]}, is {after[name]}"
+
+
+def _leaves(tree: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    if isinstance(tree, Mapping) and tree:
+        for name, branch in tree.items():
+            yield from _leaves(branch, f"{path}.{name}" if path else str(name))
+    else:
+        yield path, tree

@@ -1,0 +1,57 @@
+"""A dotted key of a study, and the keys that scenarios have."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+# Key of a scenario file -> field of a Scenario, SI unit; None where the value is a word or a switch.
+FIELDS: dict[str, tuple[str, str | None]] = {
+    "duration": ("duration", "s"),
+    "record-interval": ("record_interval", "s"),
+    "payload": ("payload", "kg"),
+    "seed": ("seed", ""),
+    "controller.name": ("controller", None),
+    "controller.period": ("period", "s"),
+    "controller.delay": ("delay", "s"),
+    "controller.sensors": ("sensors", None),
+    "controller.monitor": ("monitor", None),
+}
+SOLVER: dict[str, tuple[str, str | None]] = {
+    "solver.method": ("method", None),
+    "solver.rtol": ("rtol", ""),
+    "solver.atol": ("atol", ""),
+    "solver.max-step": ("max_step", "s"),
+}
+JOYSTICK: dict[str, tuple[str, str | None]] = {
+    "joystick.full-speed": ("full_speed", "m/s"),
+    "joystick.dead-zone": ("dead_zone", ""),
+    "joystick.ramp": ("ramp", "s"),
+    "joystick.interpolation": ("interpolation", None),
+}
+PLAIN = FIELDS | SOLVER | JOYSTICK
+# Tables of a scenario file whose keys hold names.
+NAMED = ("initial.joint", "initial.pressure", "command", "controller.believed")
+COMMAND_FIELDS: dict[str, str | None] = {"time": "s", "spool": "m", "interpolation": None}
+
+
+@dataclass(frozen=True)
+class Key:
+    """A dotted key.
+
+    Attributes
+    ----------
+    name : str
+        As it was given.
+    unit : str or None
+        SI unit, empty for a plain number; None for words, switches and lists.
+    whole : tuple of float or None
+        Where `name` means one value of a list, ``friction.lift.coulomb[0]``, the whole list, SI.
+    """
+
+    name: str
+    unit: str | None
+    whole: tuple[float, ...] | None = None
+
+    @property
+    def of_scenario(self) -> bool:
+        return self.name in PLAIN or self.name.startswith(tuple(f"{table}." for table in NAMED))

@@ -1,0 +1,135 @@
+"""Finds out what a dotted key of a study means: a value of the machine, or a field of the scenario."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from hydrocrane import _core
+from hydrocrane.errors import InputError, MachineFileError, nearest, translated
+from hydrocrane.machine import Machine, plain_overrides
+from hydrocrane.scenario import Scenario
+from hydrocrane.studies.changes import changed_plan
+from hydrocrane.studies.key import COMMAND_FIELDS, JOYSTICK, NAMED, PLAIN, Key
+
+# Mistakes of a value that leave its key and unit beyond doubt: a case of a study may have them.
+OF_THE_VALUE = ("out-of-range", "not-finite", "crossed-limits", "cannot-close", "cannot-build")
+# Values that a key is tried out with.
+MOST_TRIED = 200
+
+
+def resolved_key(name: str, values: Sequence[Any], plan: Scenario, crane: Machine) -> Key:
+    """The key `name` of a study of `plan` on `crane`, tried out with some of its `values`.
+
+    Raises
+    ------
+    InputError, MachineFileError
+        Where there is no such key, with the nearest one; where no value fits it.
+    """
+    name = name.removeprefix("scenario.")
+    if name in PLAIN:
+        if name in JOYSTICK and plan.joystick is None:
+            raise InputError(f"key `{name}`: this scenario has no joystick")
+        if name.startswith("controller.") and name != "controller.name" and not plan.closed_loop:
+            raise InputError(f"key `{name}`: this scenario has no controller")
+        key = Key(name, PLAIN[name][1])
+        if key.unit is None:
+            # A misspelt word would fail in every case.
+            for value in _distinct(values):
+                changed_plan(plan, [key], [value])
+        return key
+    for table in NAMED:
+        if name.startswith(f"{table}."):
+            return _named_key(table, name, values, plan, crane)
+    if "." not in name or name.split(".")[0] in {known.split(".")[0] for known in (*PLAIN, *NAMED)} - {"payload"}:
+        raise InputError(f"unknown key `{name}`{nearest(name, [*PLAIN, *_examples(plan, crane), *crane.keys])}")
+    return _machine_key(name, values, plan)
+
+
+def _examples(plan: Scenario, crane: Machine) -> list[str]:
+    """Keys of a scenario that hold names."""
+    joints = [f"initial.joint.{name}" for name in crane.joint_names]
+    pressures = [f"initial.pressure.{name}" for name in crane.cylinder_names]
+    commands = [f"command.{name}.{field}" for name in crane.cylinder_names for field in COMMAND_FIELDS]
+    return joints + pressures + commands
+
+
+def _named_key(table: str, name: str, values: Sequence[Any], plan: Scenario, crane: Machine) -> Key:
+    rest = name.removeprefix(f"{table}.")
+    known = [key for key in _examples(plan, crane) if key.startswith(f"{table}.")]
+    if table == "controller.believed":
+        if not plan.closed_loop:
+            raise InputError(f"key `{name}`: this scenario has no controller that could believe something")
+        if not (plan.believed is None or isinstance(plan.believed, Mapping)):
+            raise InputError(f"key `{name}`: what the controller believes is a machine here; give it as overrides")
+        return dataclasses.replace(_machine_key(rest, values, plan), name=name)
+    if name not in known:
+        raise InputError(f"unknown key `{name}`{nearest(name, known)}")
+    if table == "initial.joint":
+        return Key(name, crane.joint_units[crane.joint_names.index(rest)])
+    if table == "command" and plan.closed_loop:
+        raise InputError(f"key `{name}`: this scenario has a controller in place of commands")
+    return Key(name, None)
+
+
+def _machine_key(name: str, values: Sequence[Any], plan: Scenario) -> Key:
+    """A key of the machine file, told by building the machine with its values.
+
+    Of numbers one that builds is enough; each word is tried.
+    """
+    base = plan.load_machine()
+    if name.endswith("]") and "[" in name:
+        return _element_key(name, base)
+    found, failure = None, None
+    for value in _distinct(values):
+        if found is not None and (found.unit is not None or not isinstance(value, str)):
+            continue
+        try:
+            with translated():
+                made = _core.load_machine(plan.machine, [*plan.machine_overrides.items(), (name, value)])
+        except MachineFileError as error:
+            if error.slug not in OF_THE_VALUE:
+                raise _with_scenario_keys(error, name) from None
+            failure = error
+            continue
+        found = _as_stated(name, Machine(made, base.source, {}))
+    if found is None and name in base.keys:
+        return _as_stated(name, base)
+    if found is None:
+        raise failure or InputError(f"key `{name}` has no values")
+    return found
+
+
+def _distinct(values: Sequence[Any]) -> list[Any]:
+    """Each value once, as overrides take it."""
+    plain = [plain_overrides({"value": value})["value"] for value in values[:MOST_TRIED]]
+    return list({repr(value): value for value in plain}.values())
+
+
+def _as_stated(name: str, crane: Machine) -> Key:
+    if name not in crane.keys:
+        return Key(name, None)
+    value = crane.value(name)
+    return Key(name, value.unit if np.ndim(value.si) == 0 else None)
+
+
+def _element_key(name: str, base: Machine) -> Key:
+    key, _, rest = name.removesuffix("]").partition("[")
+    value = base.value(key)
+    whole = np.atleast_1d(value.si)
+    if not rest.isdigit() or int(rest) >= whole.size:
+        raise InputError(f"key `{name}`: {key} has the values [0] to [{whole.size - 1}]")
+    return Key(name, value.unit, tuple(map(float, whole)))
+
+
+def _with_scenario_keys(error: MachineFileError, name: str) -> Exception:
+    """The error, or a better one where a key of the scenario was meant."""
+    if error.slug in ("unknown-key", "unknown-reference"):
+        meant = difflib.get_close_matches(name, PLAIN, n=1, cutoff=0.75)
+        if meant:
+            return InputError(f"unknown key `{name}`; did you mean `{meant[0]}`?")
+    return error

@@ -1,0 +1,155 @@
+"""Figures that a study keeps of each run.
+
+By name: one of :data:`BUILT_IN`, or a statistic of a signal, ``max(cylinder.lift.p1)``; or a function that takes a
+:class:`hydrocrane.Run` and gives a number or a mapping of names to numbers. A run that did not come to its end has
+NaN for all of them but ``end_time``.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hydrocrane.errors import InputError, nearest, unknown
+from hydrocrane.studies.record import Record
+
+STATISTICS: dict[str, Callable[[np.ndarray], Any]] = {
+    "min": np.min,
+    "max": np.max,
+    "mean": np.mean,
+    "rms": lambda values: np.sqrt(np.mean(np.square(values))),
+    "range": np.ptp,
+    "start": lambda values: values[0],
+    "end": lambda values: values[-1],
+}
+_STATISTIC = re.compile(r"(\w+)\(([^()]+)\)")
+
+
+def _way(record: Record) -> float:
+    return float(np.hypot(np.diff(record.signal("tip.x")), np.diff(record.signal("tip.z"))).sum())
+
+
+def _pump_energy(record: Record) -> float:
+    from scipy.integrate import trapezoid
+
+    return float(trapezoid(record.signal("supply.power"), record.time))
+
+
+def _stroke_margin(record: Record) -> float:
+    strokes = np.stack([record.signal(f"cylinder.{name}.x") for name in record.crane.cylinder_names], axis=-1)
+    low, high = record.crane.stroke_limits.T
+    return float(np.minimum(strokes - low, high - strokes).min())
+
+
+# Name -> unit, meaning, function.
+BUILT_IN: dict[str, tuple[str, str, Callable[[Record], float]]] = {
+    "end_time": ("s", "time that the run reached", lambda record: record.outcome.time),
+    "tip_way": ("m", "way of the tip", _way),
+    "largest_pressure": ("Pa", "largest pressure of any chamber", lambda record: float(record.pressures().max())),
+    "smallest_pressure": ("Pa", "smallest pressure of any chamber", lambda record: float(record.pressures().min())),
+    "pump_energy": ("J", "work of the pump, from the recorded power by trapezia", _pump_energy),
+    "stroke_margin": ("m", "smallest distance of any piston from the end of its stroke", _stroke_margin),
+    "steps": ("1", "steps of the integrator", lambda record: float(record.effort["steps"])),
+    "rejected": ("1", "rejected steps of the integrator", lambda record: float(record.effort["rejected"])),
+}
+DEFAULT = ("tip_way", "largest_pressure", "pump_energy")
+# What every run has, and every study keeps.
+OF_ANY_RUN = "end_time"
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A figure of a run.
+
+    Attributes
+    ----------
+    name : str
+    unit, meaning : str
+        Empty for functions of one's own.
+    own : callable or None
+        A function of one's own.
+    """
+
+    name: str
+    unit: str = ""
+    meaning: str = ""
+    own: Callable[..., Any] | None = None
+
+    def of(self, record: Record) -> dict[str, float]:
+        """Name to value, of a run that came to its end."""
+        if self.own is not None:
+            return self._of_run(self.own(record.run))
+        if self.name in BUILT_IN:
+            return {self.name: BUILT_IN[self.name][2](record)}
+        kind, signal = _parts(self.name)
+        return {self.name: float(STATISTICS[kind](record.signal(signal)))}
+
+    def _of_run(self, answer: Any) -> dict[str, float]:
+        if isinstance(answer, Mapping):
+            return {str(name): float(value) for name, value in answer.items()}
+        return {self.name: float(answer)}
+
+
+def checked_measures(given: Any, units: Mapping[str, str]) -> tuple[Measure, ...]:
+    """The measures of a study.
+
+    Parameters
+    ----------
+    given : sequence of str or callable, or mapping of name to callable
+    units : mapping
+        Signal to unit, of the machine as it stands.
+    """
+    if isinstance(given, str) or callable(given):
+        given = [given]
+    if isinstance(given, Mapping):
+        for name, own in given.items():
+            if not callable(own):
+                raise InputError(f"measure `{name}` must be a function of a run; got {own!r}")
+    named = given.items() if isinstance(given, Mapping) else ()
+    found = tuple(Measure(str(name), own=own) for name, own in named) or tuple(_checked(e, units) for e in given)
+    names = [measure.name for measure in found]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"measure `{name}` is given twice; name functions by a mapping of name to function")
+    return found if OF_ANY_RUN in names else (_checked(OF_ANY_RUN, units), *found)
+
+
+def _checked(entry: Any, units: Mapping[str, str]) -> Measure:
+    if callable(entry):
+        name = getattr(entry, "__name__", type(entry).__name__)
+        return Measure("measure" if name == "<lambda>" else name, own=entry)
+    if not isinstance(entry, str):
+        raise InputError(f"a measure is a name or a function of a run; got {entry!r}")
+    if entry in BUILT_IN:
+        return Measure(entry, *BUILT_IN[entry][:2])
+    if not _STATISTIC.fullmatch(entry):
+        examples = ("max(tip.z)", "end(tip.x)")
+        raise InputError(f"unknown measure `{entry}`{nearest(entry, [*BUILT_IN, *examples])}")
+    kind, signal = _parts(entry)
+    if kind not in STATISTICS:
+        raise unknown("statistic", kind, STATISTICS)
+    if signal not in units:
+        raise unknown("signal", signal, units)
+    return Measure(entry, units[signal], f"{kind} of {signal}")
+
+
+def _parts(name: str) -> tuple[str, str]:
+    """``max(tip.z)`` as its statistic and its signal."""
+    match = _STATISTIC.fullmatch(name)
+    if match is None:
+        raise unknown("measure", name, BUILT_IN)
+    return match[1], match[2].strip()
+
+
+def measured(measures: Sequence[Measure], record: Record) -> dict[str, float]:
+    """All figures of a run that came to its end, or what any run has."""
+    if not record.outcome.completed:
+        return {OF_ANY_RUN: record.outcome.time}
+    found: dict[str, float] = {}
+    for measure in measures:
+        found |= measure.of(record)
+    return found

@@ -1,0 +1,45 @@
+"""How far a study is, and how long it will still take."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+# Called with (cases done, cases in all).
+Progress = Callable[[int, int], None]
+
+
+@contextmanager
+def telling(progress: Progress | bool | None, title: str) -> Iterator[Progress]:
+    """A function to be called with (done, in all): `progress` itself, a bar, or nothing.
+
+    Without a choice there is a bar where stderr is a terminal.
+    """
+    if callable(progress):
+        yield progress
+    elif progress is False or (progress is None and not sys.stderr.isatty()):
+        yield lambda done, total: None
+    else:
+        with _bar(title) as update:
+            yield update
+
+
+@contextmanager
+def _bar(title: str) -> Iterator[Progress]:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bar
+
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("done in"),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+    )
+    with Bar(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task(title, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)

@@ -1,0 +1,80 @@
+"""One run of a study: its arrays by name, labelled only where somebody asks for it."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from hydrocrane.arrays import Array
+from hydrocrane.dataset import outputs_table, run_dataset
+from hydrocrane.errors import unknown
+from hydrocrane.machine import Machine
+from hydrocrane.result import Outcome, Run
+from hydrocrane.scenario import Scenario
+
+# Its tables take longer to make than a run of a few seconds.
+OIL = "energy.oil"
+
+
+class Record:
+    """What the core recorded of a run.
+
+    Attributes
+    ----------
+    crane : Machine
+    plan : Scenario
+    outcome : Outcome
+    time : (m,) array
+        s.
+    """
+
+    def __init__(self, crane: Machine, plan: Scenario, raw: dict[str, Any], payload: float) -> None:
+        self.crane, self.plan, self._raw, self._payload = crane, plan, raw, payload
+        self.outcome = Outcome(*raw["outcome"])
+        self.time: Array = np.asarray(raw["t"])
+
+    @property
+    def effort(self) -> dict[str, int]:
+        """Steps, rejections, evaluations."""
+        return self._raw["stats"]
+
+    @property
+    def states(self) -> Array:
+        """(m, n_states)."""
+        return np.asarray(self._raw["states"])
+
+    def signal(self, name: str) -> Array:
+        """A state, output, command or sample by its name, (m,) over :attr:`time`, SI."""
+        if name in self._state_columns:
+            return np.asarray(self.states[:, self._state_columns[name]])
+        if name in self._output_columns and name != OIL:
+            return np.asarray(self._outputs[:, self._output_columns[name]])
+        data = self.run.data
+        if name not in data:
+            raise unknown("signal", name, map(str, data))
+        return np.asarray(data[name].values)
+
+    def pressures(self) -> Array:
+        """(m, 2 n_cyl) chamber pressures, Pa."""
+        columns = [i for name, i in self._state_columns.items() if name.endswith((".p1", ".p2"))]
+        return np.asarray(self.states[:, columns])
+
+    @cached_property
+    def run(self) -> Run:
+        """The whole run as people know it."""
+        return Run(run_dataset(self.crane, self.plan, self._raw, payload=self._payload, wall=0.0), self.crane)
+
+    @cached_property
+    def _state_columns(self) -> dict[str, int]:
+        return {name: i for i, name in enumerate(self.crane.state_names)}
+
+    @cached_property
+    def _output_columns(self) -> dict[str, int]:
+        return {name: i for i, (name, _, _) in enumerate(self.crane.core.output_info)}
+
+    @cached_property
+    def _outputs(self) -> Array:
+        commands, payloads = np.asarray(self._raw["commands"]), np.asarray(self._raw["payloads"])
+        return outputs_table(self.crane, self.states, commands, payloads, oil=False)

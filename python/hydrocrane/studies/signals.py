@@ -1,0 +1,41 @@
+"""Signals that a study can keep, and the times that it keeps them at."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydrocrane.arrays import Array, real_array
+from hydrocrane.errors import InputError
+from hydrocrane.machine import Machine
+from hydrocrane.scenario import Scenario
+from hydrocrane.studies.design import Cases
+from hydrocrane.studies.values import converted
+
+
+def known_signals(plan: Scenario, crane: Machine) -> dict[str, tuple[str, str]]:
+    """Name to unit and meaning of whatever a run of `plan` on `crane` records."""
+    states = zip(crane.state_names, crane.state_units, crane.core.state_long_names, strict=True)
+    known = {name: (unit, text) for name, unit, text in (*states, *crane.core.output_info)}
+    known |= {f"cylinder.{c}.command": ("m", f"{c} spool command") for c in crane.cylinder_names}
+    known["payload"] = ("kg", "payload at the tip")
+    if plan.closed_loop:
+        known["tip.deviation"] = ("m", "distance of the crane tip from the way of its set-point")
+        known |= {f"controller.{c}": ("m", f"{c} spool command as given") for c in crane.cylinder_names}
+        known |= {f"set_point.{axis}": ("m", f"set-point of the crane tip, {axis}") for axis in ("x", "z")}
+    return known
+
+
+def signal_times(plan: Scenario, cases: Cases, resample: float | str | None) -> Array:
+    """Times (n_times,) that all cases share, up to the longest duration, s."""
+    if resample is None and cases.along("record-interval"):
+        raise InputError("signals of runs with different record intervals need one of their own: resample=0.05")
+    interval = plan.record_interval if resample is None else _interval(resample)
+    longest = max([float(value) for value in cases.along("duration")] or [plan.duration])
+    return np.arange(int(np.floor(longest / interval * (1 + 1e-12))) + 1, dtype=np.float64) * interval
+
+
+def _interval(given: float | str) -> float:
+    interval = converted("resample", given, "s") if isinstance(given, str) else real_array(given, "resample")
+    if np.ndim(interval) or interval <= 0:
+        raise InputError(f"resample must be one interval greater than zero, in s; got {given!r}")
+    return float(interval)

@@ -1,0 +1,280 @@
+"""A study: what is varied, what is kept, and how it is run."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field
+from functools import cached_property
+from os import PathLike
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from hydrocrane.arrays import seed_number
+from hydrocrane.errors import InputError, unknown
+from hydrocrane.machine import Machine
+from hydrocrane.scenario import Scenario, load_scenario
+from hydrocrane.studies import local
+from hydrocrane.studies.case import Job, digest_of
+from hydrocrane.studies.design import Cases, block_shape, designed
+from hydrocrane.studies.identity import identity
+from hydrocrane.studies.keys import resolved_key
+from hydrocrane.studies.measures import DEFAULT, OF_ANY_RUN, checked_measures
+from hydrocrane.studies.progress import Progress, telling
+from hydrocrane.studies.ranges import samples_of
+from hydrocrane.studies.signals import known_signals, signal_times
+from hydrocrane.studies.store import MESSAGE, OUTCOME, TIME, Layout, Store
+
+RESERVED = (OUTCOME, MESSAGE, TIME, "case")
+
+
+class StudyInterrupted(KeyboardInterrupt):
+    """A study was stopped by Ctrl-C; its text says how many cases are done and how to go on."""
+
+
+@dataclass(frozen=True)
+class Study:
+    """A scenario that is run many times, with other values of some keys each time.
+
+    Parameters
+    ----------
+    scenario : str, path or Scenario
+    keys : mapping
+        Dotted key of machine, scenario or controller to its values. On a grid and in a list: a sequence of values, or
+        ``{"low": ..., "high": ..., "count": ..., "log": False}``. Drawn: a pair (low, high), a table with low, high
+        and log, ``{"values": [...]}``, a frozen distribution of ``scipy.stats``, or ``{"distribution": "norm",
+        "loc": ..., "scale": ...}``. Numbers are SI, texts carry their unit.
+    method : {"grid", "random", "latin", "list"}
+        All combinations; independent draws; a Latin hypercube; the first values of all keys, the second ones, ...
+    n : int
+        Number of cases to draw.
+    seed : int
+        Of the draws.
+    measures : sequence of str or callable, or mapping of name to callable
+        Figures to keep, see :mod:`hydrocrane.studies.measures`.
+    signals : sequence of str
+        Signals to keep, on one time grid for all cases; NaN from where a run ended.
+    resample : float or str, optional
+        Interval of that grid, s; default is the scenario's record interval.
+    ledger : bool
+        Integrate the energy ledger too, for functions that read it.
+    machine : Machine, str or path, optional
+        In place of the scenario's.
+    changes : mapping
+        Fields of the scenario or its solver to change in all cases, as in :func:`hydrocrane.simulate`.
+    """
+
+    scenario: Any
+    keys: Mapping[str, Any]
+    method: str = "grid"
+    n: int | None = None
+    seed: int = 0
+    measures: Any = DEFAULT
+    signals: Sequence[str] = ()
+    resample: float | str | None = None
+    ledger: bool = False
+    machine: Machine | str | PathLike[str] | None = None
+    changes: Mapping[str, Any] = field(default_factory=dict)
+
+    @cached_property
+    def plan(self) -> Scenario:
+        """The scenario with what holds for all cases."""
+        plan = self.scenario if isinstance(self.scenario, Scenario) else load_scenario(self.scenario)
+        changes = dict(self.changes)
+        if isinstance(self.machine, Machine):
+            changes["overrides"] = {**self.machine.overrides, **plan.overrides, **changes.get("overrides", {})}
+            changes["machine"] = self.machine.source
+        elif self.machine is not None:
+            changes["machine"] = str(self.machine)
+        plan = plan.changed(**changes)
+        try:
+            copy.deepcopy(plan.controller)
+        except Exception as error:
+            raise InputError(
+                f"every case needs a controller of its own, and this one cannot be copied: {error}"
+            ) from None
+        return plan
+
+    @cached_property
+    def crane(self) -> Machine:
+        """The machine before any key is varied."""
+        return self.plan.load_machine()
+
+    @cached_property
+    def cases(self) -> Cases:
+        """The cases, their keys checked."""
+        if not isinstance(self.keys, Mapping) or not self.keys:
+            raise InputError('a study needs keys with their values, such as {"payload.mass": [0, 100]}')
+        given = {str(key): spec for key, spec in self.keys.items()}
+        tried = {key: samples_of(key, spec) for key, spec in given.items()}
+        keys = [resolved_key(key, values, self.plan, self.crane) for key, values in tried.items()]
+        return designed(keys, given, self.method, self.n, seed_number(self.seed))
+
+    @cached_property
+    def job(self) -> Job:
+        """What the workers are told."""
+        units = {name: unit for name, (unit, _) in self._known_signals.items()}
+        for name in self.signals:
+            if name not in units:
+                raise unknown("signal", name, units)
+        measures = checked_measures(self.measures, units)
+        names = [key.name for key in self.cases.keys] + [measure.name for measure in measures] + list(self.signals)
+        for name in names:
+            if names.count(name) > 1 or name in RESERVED:
+                raise InputError(f"`{name}` would name two things in the result; rename or leave out one of them")
+        times = signal_times(self.plan, self.cases, self.resample) if self.signals else np.empty(0)
+        digest = digest_of(self.crane.core)
+        return Job(self.plan, self.cases.keys, measures, tuple(self.signals), times, self.ledger, digest)
+
+    def run(
+        self,
+        store: str | PathLike[str] | None = None,
+        *,
+        overwrite: bool = False,
+        workers: int | None = None,
+        scheduler: Any = None,
+        block: int | None = None,
+        progress: Progress | bool | None = None,
+    ) -> xr.Dataset:
+        """Run what is not done yet; parameters and result as of :func:`sweep`."""
+        kept = Store.at(store, self._layout(block), overwrite=overwrite)
+        places, total = kept.pending(), kept.total
+        done = total - sum(_size(place) for place in places)
+        if scheduler is None:
+            results = local.in_threads(self.job, self.cases, places, local.thread_count(workers))
+        else:
+            from hydrocrane.studies import cluster
+
+            results = cluster.on_cluster(self.job, self.cases, places, scheduler)
+        try:
+            with telling(progress, self.plan.name) as tell, closing(results):
+                tell(done, total)
+                for place, result in results:
+                    kept.write(place, result)
+                    done += _size(place)
+                    tell(done, total)
+        except KeyboardInterrupt:
+            raise StudyInterrupted(_stopped(done, total, kept)) from None
+        return kept.dataset()
+
+    def pictured(self, measure: str | None) -> str:
+        """The figure to draw: `measure`, which must be one of the study's, or the first beside the end time."""
+        names = [own.name for own in self.job.measures]
+        if measure is not None and measure not in names:
+            raise unknown("measure of the study", measure, names)
+        return measure or next((name for name in names if name != OF_ANY_RUN), OF_ANY_RUN)
+
+    @cached_property
+    def _known_signals(self) -> dict[str, tuple[str, str]]:
+        return known_signals(self.plan, self.crane)
+
+    def _layout(self, block: int | None) -> Layout:
+        job, cases = self.job, self.cases
+        settings = {
+            "method": self.method,
+            "signals": list(job.signals),
+            "times": job.times,
+            "ledger": self.ledger,
+        }
+        about = {
+            "title": self.plan.title or self.plan.name,
+            "scenario": self.plan.name,
+            "machine": self.crane.name,
+            "method": self.method,
+            "seed": int(self.seed),
+            "source": _versions(),
+            "Conventions": "SI units, radians, gauge pressures",
+        }
+        return Layout(
+            cases=cases,
+            block=block_shape(cases.shape, _block(block), 8 * len(job.signals) * job.times.size),
+            times=job.times,
+            signals={name: self._known_signals[name] for name in job.signals},
+            figures={measure.name: (measure.unit, measure.meaning) for measure in job.measures if not measure.own},
+            identity=identity(self.plan, self.crane, cases, job.measures, settings),
+            about=about,
+        )
+
+
+def sweep(
+    scenario: Any,
+    keys: Mapping[str, Any],
+    *,
+    method: str = "grid",
+    n: int | None = None,
+    seed: int = 0,
+    measures: Any = DEFAULT,
+    signals: Sequence[str] = (),
+    resample: float | str | None = None,
+    ledger: bool = False,
+    machine: Machine | str | PathLike[str] | None = None,
+    store: str | PathLike[str] | None = None,
+    overwrite: bool = False,
+    workers: int | None = None,
+    scheduler: Any = None,
+    block: int | None = None,
+    progress: Progress | bool | None = None,
+    **changes: Any,
+) -> xr.Dataset:
+    """Run a scenario for many values of some keys, and keep figures or signals of every run.
+
+    Parameters
+    ----------
+    scenario, keys, method, n, seed, measures, signals, resample, ledger, machine
+        As of :class:`Study`.
+    store : path, optional
+        Folder that takes the results while they are computed (Zarr). The same call with the same store goes on where
+        an earlier one was stopped. Without it everything stays in memory.
+    overwrite : bool
+        Lose what a study has left in the store and begin anew.
+    workers : int, optional
+        Threads; default is the number of cores.
+    scheduler : str or distributed.Client, optional
+        A Dask scheduler, ``tcp://host:8786``, whose workers compute in place of this process.
+    block : int, optional
+        Cases that are computed and written together; at most those under way are lost in a crash.
+    progress : callable or bool, optional
+        Called with (cases done, cases in all); True draws a bar, which is the default on a terminal.
+    **changes
+        Fields of the scenario or its solver to change in all cases, as in :func:`hydrocrane.simulate`.
+
+    Returns
+    -------
+    xarray.Dataset
+        One dimension per key on a grid, else a dimension ``case`` with the values of the keys along it; figures,
+        signals over ``time`` too, ``outcome`` and ``message``. Read from the store as it is used.
+
+    Raises
+    ------
+    StudyInterrupted
+        After Ctrl-C; what is done is in the store.
+    """
+    study = Study(
+        scenario, keys, method, n, seed, measures, tuple([signals] if isinstance(signals, str) else signals),
+        resample, ledger, machine, changes,
+    )  # fmt: skip
+    return study.run(store, overwrite=overwrite, workers=workers, scheduler=scheduler, block=block, progress=progress)
+
+
+def _size(place: tuple[slice, ...]) -> int:
+    return int(np.prod([part.stop - part.start for part in place]))
+
+
+def _block(given: int | None) -> int | None:
+    if given is not None and (isinstance(given, bool) or not isinstance(given, int) or given < 1):
+        raise InputError(f"block must be a whole number of cases, one or more; got {given!r}")
+    return given
+
+
+def _stopped(done: int, total: int, kept: Store) -> str:
+    how = "give a store to be able to go on" if kept.path is None else f"the same call goes on from there ({kept.path})"
+    return f"stopped after {done} of {total} cases; {how}"
+
+
+def _versions() -> str:
+    from hydrocrane import __version__
+
+    return f"hydrocrane {__version__}, numpy {np.__version__}"

@@ -1,0 +1,100 @@
+"""Reads a study from a TOML file."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from hydrocrane.errors import InputError, nearest
+from hydrocrane.scenario import bundled_scenarios
+from hydrocrane.studies.study import Study
+
+TABLES = ("study", "keys", "overrides")
+STUDY_KEYS = (
+    "name", "scenario", "machine", "method", "n", "seed", "measures", "signals", "resample", "ledger", "store"
+)  # fmt: skip
+TYPES: dict[str, tuple[type, ...]] = {
+    "name": (str,), "scenario": (str,), "machine": (str,), "method": (str,), "n": (int,), "seed": (int,),
+    "measures": (list,), "signals": (list,), "resample": (str, float, int), "ledger": (bool,), "store": (str,),
+}  # fmt: skip
+# Keys of a table that is a range, not a part of a dotted key.
+RANGE = ("low", "high", "values", "distribution")
+
+
+@dataclass(frozen=True)
+class StudyFile:
+    """A study from a file, with its name and the folder that it is to be kept in."""
+
+    name: str
+    study: Study
+    store: Path
+
+
+def load_study(path: str | PathLike[str]) -> StudyFile:
+    """Read a study file; see docs/howto/run-a-study.md.
+
+    Raises
+    ------
+    InputError
+        With the file and the key.
+    """
+    file = Path(path)
+    content = _parsed(file)
+    _known(file, "", content, TABLES)
+    for table in ("study", "keys"):
+        if not isinstance(content.get(table), dict):
+            raise InputError(f"{file}: a study needs the table [{table}]")
+    about: dict[str, Any] = content["study"]
+    _known(file, "study.", about, STUDY_KEYS)
+    for key, value in about.items():
+        if not isinstance(value, TYPES[key]) or (isinstance(value, bool) and bool not in TYPES[key]):
+            words = " or ".join(kind.__name__ for kind in TYPES[key])
+            raise InputError(f"{file}: study.{key} must be of the type {words}; got {value!r}")
+    if "scenario" not in about:
+        raise InputError(f'{file}: [study] needs scenario = "..."; bundled: {", ".join(bundled_scenarios())}')
+    name = about.get("name", file.stem)
+    given = {key: value for key, value in about.items() if key not in ("name", "store")}
+    given |= {key: _beside(file, about[key]) for key in ("scenario", "machine") if key in about}
+    overrides = _flat(content.get("overrides", {}))
+    changes = {"overrides": overrides} if overrides else {}
+    study = Study(keys=_flat(content["keys"]), changes=changes, **given)
+    return StudyFile(name, study, Path(about.get("store", f"{name}.zarr")))
+
+
+def _parsed(file: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{file} cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{file} is no UTF-8 text; is it a study file?") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{file}: {error}") from None
+
+
+def _known(file: Path, path: str, table: Mapping[str, Any], known: tuple[str, ...]) -> None:
+    for key in table:
+        if key not in known:
+            raise InputError(f"{file}: unknown key `{path}{key}`{nearest(key, known)}")
+
+
+def _flat(table: Mapping[str, Any], path: str = "") -> dict[str, Any]:
+    """Dotted keys, also where TOML made tables of them."""
+    flat: dict[str, Any] = {}
+    for key, value in table.items():
+        dotted = f"{path}.{key}" if path else key
+        if isinstance(value, Mapping) and not any(word in value for word in RANGE):
+            flat |= _flat(value, dotted)
+        else:
+            flat[dotted] = value
+    return flat
+
+
+def _beside(file: Path, name: str) -> str:
+    """A path is taken from the study file's folder; a bundled name stays."""
+    there = file.resolve().parent / name
+    return str(there) if there.is_file() else name

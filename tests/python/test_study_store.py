@@ -1,0 +1,250 @@
+"""Studies on disk: stopped, killed, resumed, changed, on a cluster, within their memory."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+import zarr
+
+import hydrocrane as hc
+from hydrocrane.studies import StudyInterrupted, case, design, local
+
+ROOT = Path(__file__).resolve().parents[2]
+RIG = "single-cylinder-step"
+KEYS = {"payload.mass": [50.0, 60.0, 70.0, 80.0], "supply.pressure": [100e5, 120e5, 140e5]}
+
+
+def rig_study(keys=KEYS, **options):
+    return hc.sweep(RIG, keys, **{"duration": 0.4, "progress": False, "signals": ["tip.z"], **options})
+
+
+@pytest.fixture(scope="module")
+def bench():
+    """The benchmark of reliability, whose parts run here with few cases."""
+    spec = importlib.util.spec_from_file_location("sweep_reliability", ROOT / "benches/sweep_reliability.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def computed(monkeypatch):
+    """Values of every case that is run, in order."""
+    seen, plain = [], case.run_case
+
+    def counted(job, values, *rest):
+        seen.append(tuple(values))
+        return plain(job, values, *rest)
+
+    monkeypatch.setattr(case, "run_case", counted)
+    return seen
+
+
+def stop_after(count):
+    """A progress that is interrupted, as by Ctrl-C."""
+
+    def progress(done, total):
+        if done >= count:
+            raise KeyboardInterrupt
+
+    return progress
+
+
+def test_a_store_holds_what_memory_holds(tmp_path):
+    kept = rig_study(store=tmp_path / "study.zarr")
+    assert kept.load().identical(rig_study())
+    assert hc.open_study(tmp_path / "study.zarr").identical(kept)
+    # As any other program would open it.
+    plain = xr.open_zarr(tmp_path / "study.zarr", consolidated=False, chunks=None)
+    assert plain["tip.z"].dims == ("payload.mass", "supply.pressure", "time")
+    assert plain["tip.z"].attrs["units"] == "m" and plain.attrs["machine"] == "single-cylinder"
+
+
+def test_drawn_values_are_coordinates_in_the_store(tmp_path):
+    options = {"method": "latin", "n": 5, "store": tmp_path / "study.zarr"}
+    rig_study({"payload.mass": (50.0, 90.0), "solver.method": {"values": ["tsit5", "rodas5p"]}}, **options)
+    data = hc.open_study(tmp_path / "study.zarr")
+    assert {"payload.mass", "solver.method"} <= set(data.coords) and data["payload.mass"].attrs["units"] == "kg"
+
+
+def test_signals_stay_on_disk_until_they_are_used(tmp_path):
+    data = rig_study(store=tmp_path / "study.zarr")
+    assert not data["tip.z"].variable._in_memory
+    assert np.isfinite(data["tip.z"].sel({"payload.mass": 60.0})).all()
+
+
+def test_result_goes_through_netcdf(tmp_path):
+    data = rig_study({"payload.mass": [50.0, -1.0], "solver.method": ["tsit5", "rodas5p"]}, store=tmp_path / "s.zarr")
+    data.to_netcdf(tmp_path / "study.nc", engine="h5netcdf")
+    with xr.open_dataset(tmp_path / "study.nc", engine="h5netcdf") as again:
+        for name in data.variables:
+            assert np.array_equal(again[name].values.astype(data[name].dtype), data[name].values, equal_nan=again[name].dtype.kind == "f")  # fmt: skip  # noqa: E501
+        assert again["tip_way"].attrs["units"] == "m"
+
+
+def test_nothing_is_computed_twice(tmp_path, computed):
+    store = tmp_path / "study.zarr"
+    with pytest.raises(StudyInterrupted, match=f"after 3 of 12 cases.*{store.name}"):
+        rig_study(store=store, block=3, workers=1, progress=stop_after(3))
+    part = hc.open_study(store)
+    assert (part.outcome.values != "").sum() == 3 and np.isfinite(part["tip_way"].values).sum() == 3
+    places = np.argwhere(part.outcome.values != "")
+    done = {(KEYS["payload.mass"][i], KEYS["supply.pressure"][j]) for i, j in places}
+    computed.clear()
+    whole = rig_study(store=store, workers=2)
+    assert len(computed) == 9 == len(set(computed)) and not set(computed) & done
+    assert whole.load().identical(rig_study())
+    computed.clear()
+    rig_study(store=store)
+    assert not computed
+
+
+def test_interrupted_without_a_store_says_what_to_do():
+    with pytest.raises(StudyInterrupted, match="give a store"):
+        rig_study(block=1, progress=stop_after(2))
+
+
+def test_ctrl_c_ends_long_runs_too(monkeypatch):
+    """Runs of hours: the threads stop in the middle of a case, or this test would take as long."""
+    with pytest.raises(StudyInterrupted):
+        rig_study(signals=(), duration=36000.0, record_interval=60.0, block=1, workers=2, progress=stop_after(0))
+
+
+def test_progress_counts_from_what_is_done(tmp_path):
+    seen = []
+    with pytest.raises(StudyInterrupted):
+        rig_study(store=tmp_path / "s.zarr", block=3, workers=1, progress=stop_after(3))
+    rig_study(store=tmp_path / "s.zarr", progress=lambda done, total: seen.append((done, total)))
+    assert seen == [(3, 12), (6, 12), (9, 12), (12, 12)]
+
+
+DIFFERENT = {
+    "values of a key": ({"keys": {**KEYS, "payload.mass": [50.0, 60.0, 70.0, 81.0]}}, ["keys.payload.mass", "81"]),
+    "one more key": ({"keys": {**KEYS, "seed": [1.0]}}, ["keys.seed was not there"]),
+    "machine": ({"overrides": {"cylinder.test.bore": 0.07}}, ["machine.values.cylinder.test.bore", "0.07"]),
+    "law": ({"overrides": {"fluid.viscosity": "0.05 Pa s"}}, ["machine.values.fluid.viscosity"]),
+    "field of the scenario": ({"duration": 0.5}, ["scenario.duration was 0.4, is 0.5"]),
+    "tolerance": ({"rtol": 1e-5}, ["scenario.solver.rtol was 0.0001, is 1e-05"]),
+    "measures": ({"measures": ["steps"]}, ["measures.steps was not there"]),
+    "signals": ({"signals": ["tip.x"]}, ["signals was ['tip.z'], is ['tip.x']"]),
+    "own measure": ({"measures": {"tip_way": lambda run: 0.0}}, ["measures.tip_way was None"]),
+}
+
+
+@pytest.mark.parametrize(("changes", "words"), DIFFERENT.values(), ids=DIFFERENT)
+def test_another_study_does_not_go_on_in_a_store(changes, words, tmp_path, computed):
+    store = tmp_path / "study.zarr"
+    rig_study(store=store)
+    computed.clear()
+    with pytest.raises(hc.ResultFileError, match="another study") as caught:
+        rig_study(**{"store": store, **changes})
+    for word in words:
+        assert word in str(caught.value), str(caught.value)
+    assert not computed and hc.open_study(store).load().identical(rig_study())
+    assert rig_study(**{"store": store, "overwrite": True, **changes}).load().identical(rig_study(**changes))
+
+
+def test_another_version_does_not_go_on_in_a_store(tmp_path, monkeypatch):
+    rig_study(store=tmp_path / "study.zarr")
+    monkeypatch.setattr(hc, "__version__", "99.0", raising=False)
+    with pytest.raises(hc.ResultFileError, match=r"hydrocrane was .*, is 99\.0"):
+        rig_study(store=tmp_path / "study.zarr")
+
+
+def test_a_changed_function_is_another_study(tmp_path):
+    rig_study(store=tmp_path / "s.zarr", measures={"one": lambda run: 1.0})
+    with pytest.raises(hc.ResultFileError, match=r"measures\.one"):
+        rig_study(store=tmp_path / "s.zarr", measures={"one": lambda run: 2.0 - 1.0})
+
+
+def test_a_machine_that_changes_under_the_study_stops_it(tmp_path):
+    file = tmp_path / "machine.toml"
+    file.write_text('extends = "single-cylinder"\n')
+    study = hc.Study(RIG, {"payload.mass": [50.0]}, machine=file)
+    assert study.crane.name and study.job.digest
+    file.write_text('extends = "single-cylinder"\n[cylinder.test]\nbore = { value = "70 mm", class = "setting" }\n')
+    with pytest.raises(hc.InputError, match="has changed"):
+        study.run(progress=False)
+
+
+@pytest.mark.parametrize("overwrite", [False, True])
+def test_what_is_no_study_is_left_alone(overwrite, tmp_path):
+    (tmp_path / "thesis.txt").write_text("years of work")
+    with pytest.raises(hc.ResultFileError, match="no study"):
+        rig_study(store=tmp_path, overwrite=overwrite)
+    zarr.open_group(tmp_path / "other.zarr", mode="w").create_array("x", data=np.ones(3))
+    with pytest.raises(hc.ResultFileError, match="no study"):
+        rig_study(store=tmp_path / "other.zarr", overwrite=overwrite)
+    assert (tmp_path / "thesis.txt").read_text() == "years of work"
+    with pytest.raises(hc.ResultFileError, match="no such store"):
+        hc.open_study(tmp_path / "nowhere.zarr")
+
+
+def test_an_empty_folder_becomes_a_store(tmp_path):
+    assert rig_study({"payload.mass": [50.0]}, store=tmp_path).outcome.values.tolist() == ["completed"]
+
+
+def test_half_written_blocks_are_written_again(tmp_path):
+    """As after a kill between the chunks of one block: figures are there, outcomes are not."""
+    store = tmp_path / "study.zarr"
+    whole = rig_study(store=store, block=3).load()
+    for chunk in ("outcome/c/1/0", "tip_way/c/2/0", "outcome/c/2/0"):
+        (store / chunk).unlink()
+    (store / "tip_way/c/1/0").with_suffix(".0badcafe.partial").write_bytes(b"half")
+    assert (hc.open_study(store).outcome.values == "").sum() == 6
+    assert rig_study(store=store).load().identical(whole)
+    assert not list(store.rglob("*.partial"))
+
+
+def test_killed_twice_and_resumed_it_is_the_undisturbed_study(bench, tmp_path):
+    found = bench.killed(tmp_path, 200, duration=1.0)
+    first, second, last = found["lives"]
+    assert [life["status"] for life in (first, second, last)] == [-9, -9, 0]
+    assert 0 < first["done_after"] < second["done_after"] < last["done_after"] == 200
+    assert not any(life["computed_although_done"] for life in found["lives"])
+    # What is lost is what was under way.
+    under_way = 200 // design.BLOCKS * local.AHEAD * found["workers"]
+    assert 200 <= sum(life["computed"] for life in found["lives"]) <= 200 + 2 * under_way
+    assert found["identical"] and found["outcomes"] == {"completed": 198, "invalid-input": 2}
+
+
+def test_a_cluster_that_loses_a_worker_loses_no_case(bench, tmp_path):
+    pytest.importorskip("distributed")
+    found = bench.lost_worker(tmp_path, 120, duration=1.0)
+    assert 60 <= found["lost_after"] < 120 and found["one_worker_left"]
+    assert found["missing"] == 0 and found["identical"]
+
+
+def peak(cases, store):
+    """Largest memory that a study with signals takes, bytes."""
+    keys = {"payload.mass": (50.0, 90.0)}
+    signals = [f"cylinder.test.{name}" for name in ("p1", "p2", "xs", "vs", "x", "v", "force", "friction")]
+    tracemalloc.start()
+    try:
+        rig_study(
+            keys, method="random", n=cases, signals=signals, resample=1e-4, record_interval=1e-4, duration=0.2,
+            store=store, workers=2, block=10,
+        )  # fmt: skip
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+def test_memory_does_not_grow_with_the_number_of_cases(tmp_path):
+    """A block of ten cases has 1.3 MB of signals; two per worker are under way and one is being written."""
+    block = 10 * 8 * 2001 * 8
+    few, many = peak(60, tmp_path / "few.zarr"), peak(240, tmp_path / "many.zarr")
+    assert many < 1.5 * few
+    # Besides these: a run as it is recorded, in both threads, and the compression of a block.
+    assert many < (local.AHEAD * 2 + 4) * block < 24 * block
+
+
+def test_identity_is_told_in_the_result():
+    about = json.loads(rig_study().attrs["study"])
+    assert about["keys"]["payload.mass"] == KEYS["payload.mass"] and about["hydrocrane"] == hc.__version__
