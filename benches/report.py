@@ -179,7 +179,9 @@ def batch(results: Results) -> str:
             cells = [digits(s["step"] * 1e3), str(row["cranes"]), str(row["threads"]), f"{speed:.0f}"]
             rows.append([*cells, digits(share, 2) if row["threads"] > 1 else ""])
     heads = ["step [ms]", "cranes", "threads", "crane-seconds per second", "share of what two cores give"]
-    return f"{text}\n\n{table(heads, rows)}"
+    sets = [[r["instruction_set"], f"{r['crane_seconds_per_second']:.0f}"] for r in section["instruction_sets"]]
+    vectors = table(["vector instructions, one thread", "crane-seconds per second"], sets)
+    return f"{text}\n\n{table(heads, rows)}\n\n{vectors}"
 
 
 def growth(results: Results) -> str:

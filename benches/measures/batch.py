@@ -93,11 +93,11 @@ def crane_seconds_per_second(simulators: list[Any], commands: list[np.ndarray], 
     return best
 
 
-def prepared(crane: hc.Machine, n: int, step: float, threads: int) -> tuple[Any, np.ndarray]:
+def prepared(crane: hc.Machine, n: int, step: float, threads: int, **options: Any) -> tuple[Any, np.ndarray]:
     """A batch in motion: a few hundred manoeuvres, repeated until there are n."""
     start, commands = manoeuvres(crane, min(n, MANOEUVRES))
     rows = np.arange(n) % len(start)
-    simulator = batch(crane, n, step=step, threads=threads)
+    simulator = batch(crane, n, step=step, threads=threads, **options)
     simulator.reset(state=np.ascontiguousarray(start[rows]))
     return simulator, np.ascontiguousarray(0.2 * commands[0][rows])
 
@@ -125,7 +125,24 @@ def free_of_memory(crane: hc.Machine, step: float) -> list[dict[str, Any]]:
     return rows
 
 
+def by_instruction_set(crane: hc.Machine, step: float, n: int) -> list[dict[str, Any]]:
+    """One thread with narrower and wider vectors, as far as this processor has them."""
+    rows = []
+    for name in ("sse2", "avx2", "avx512"):
+        try:
+            simulator, spools = prepared(crane, n, step, 1, instruction_set=name)
+        except hc.HydrocraneError:
+            continue
+        speed = crane_seconds_per_second([simulator], [spools], max(round(WORK / (n * SAMPLE)), 2))
+        rows.append({"instruction_set": name, "crane_seconds_per_second": speed})
+    return rows
+
+
 def measure(count: int = MANOEUVRES, sizes: tuple[int, ...] = SIZES) -> dict[str, Any]:
     crane = hc.load_machine(MACHINE)
     rows = [accuracy(crane, step, count) | {"throughput": throughput(crane, step, sizes)} for step in STEPS]
-    return {"steps": rows, "free_of_memory": free_of_memory(crane, STEPS[0])}
+    return {
+        "steps": rows,
+        "free_of_memory": free_of_memory(crane, STEPS[0]),
+        "instruction_sets": by_instruction_set(crane, STEPS[0], sizes[0]),
+    }
