@@ -36,12 +36,15 @@ docs: $(VENV)/.tested
 	$(BIN)/python docs/reference/sensitivities.py
 	$(BIN)/python docs/pictures/make.py
 
+# All of docs/validation/speed.md; competitors that cannot be installed here are named as missing.
 bench: $(VENV)/.tested
-	$(BIN)/python benches/run.py
+	-$(BIN)/python -m pip install --quiet --editable '.[bench]'
+	$(BIN)/python -m benches
 	$(BIN)/python benches/sensitivities.py
 
 lint: $(VENV)/.tested
 	$(CARGO) fmt --check
+	$(CARGO) fmt --check --manifest-path benches/solvers/Cargo.toml
 	$(CARGO) clippy --workspace --all-targets -- -D warnings
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .

@@ -1,0 +1,148 @@
+"""Many cranes at once: how exact random manoeuvres are, and how many crane-seconds a second of computing brings."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import Any
+
+import numpy as np
+
+import hydrocrane as hc
+from benches.problem import MAX_STEP, NotAvailable
+from hydrocrane import _core
+
+MACHINE = "rottne-f9-lab"
+STEPS = (0.005, 0.0025)
+SAMPLE = 0.01
+MANOEUVRES, DURATION, HOLD = 200, 5.0, 0.5
+# Share of the spools' strokes that random commands stay within, and of the joints' ranges left free at both ends.
+OPENING, MARGIN = 0.5, 0.1
+EXACT = 1e-9
+SIZES = (1_000, 10_000, 100_000)
+THREADS = (1, 2)
+# Enough cranes for the lanes of one core, few enough to stay in its cache.
+IN_CACHE = 64
+# What one throughput measurement may cost, crane-seconds.
+WORK = 40_000.0
+ROUNDS = 3
+
+
+def batch(crane: hc.Machine, n: int, **options: Any) -> Any:
+    """A batch simulator of n cranes."""
+    if not hasattr(hc, "BatchSimulator"):
+        raise NotAvailable("this version has no BatchSimulator")
+    return hc.BatchSimulator(crane, n, sample_time=SAMPLE, **options)
+
+
+def manoeuvres(crane: hc.Machine, count: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """Start states (count, states) at rest, and commands (changes, count, cylinders), each held for HOLD."""
+    rng = np.random.default_rng(seed)
+    low, high = crane.joint_limits.T
+    poses = low + (high - low) * rng.uniform(MARGIN, 1 - MARGIN, (count, low.size))
+    changes = round(DURATION / HOLD)
+    openings = rng.uniform(-OPENING, OPENING, (changes, count, len(crane.cylinder_names)))
+    return np.stack([crane.equilibrium(pose) for pose in poses]), openings * crane.spool_strokes
+
+
+def exact_tips(crane: hc.Machine, start: np.ndarray, commands: np.ndarray) -> list[np.ndarray]:
+    """Path of every tip (samples, 2) by the adaptive method; shorter where a run ends at a limit."""
+    record = np.arange(round(DURATION / SAMPLE) + 1) * SAMPLE
+    times = np.arange(len(commands)) * HOLD
+    settings = {"method": "rodas5p", "rtol": EXACT, "atol": None, "max_step": MAX_STEP, "step": None, "ledger": False}
+    settings |= {"payload": crane.payload(None), "payload_changes": []}
+    tips = []
+    for k, x in enumerate(start):
+        spools = np.ascontiguousarray(commands[:, k])
+        raw = _core.simulate(crane.core, x, DURATION, times, spools, False, record, settings, None)
+        tips.append(crane.tip(raw["states"][:, : len(crane.joint_names)]))
+    return tips
+
+
+def accuracy(crane: hc.Machine, step: float, count: int = MANOEUVRES) -> dict[str, Any]:
+    """Worst and median distance of the tips from the exact paths, over all samples of each manoeuvre."""
+    start, commands = manoeuvres(crane, count)
+    exact = exact_tips(crane, start, commands)
+    simulator = batch(crane, count, step=step)
+    simulator.reset(state=start)
+    path = [crane.tip(start[:, : len(crane.joint_names)])]
+    for spools in commands:
+        path += [simulator.step(spools).tip for _ in range(round(HOLD / SAMPLE))]
+    found = np.stack(path, axis=1)
+    errors = [float(np.linalg.norm(a[: len(e)] - e, axis=1).max()) for a, e in zip(found, exact, strict=True)]
+    return {"step": step, "manoeuvres": count, "worst_m": max(errors), "median_m": float(np.median(errors))}
+
+
+def crane_seconds_per_second(simulators: list[Any], commands: list[np.ndarray], samples: int) -> float:
+    """Best of ROUNDS by the wall clock; each simulator in a thread of its own."""
+
+    def work(simulator: Any, spools: np.ndarray) -> None:
+        for _ in range(samples):
+            simulator.step(spools)
+
+    best = 0.0
+    for _ in range(ROUNDS):
+        threads = [threading.Thread(target=work, args=pair) for pair in zip(simulators, commands, strict=True)]
+        began = time.perf_counter()
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        cranes = sum(len(spools) for spools in commands)
+        best = max(best, cranes * samples * SAMPLE / (time.perf_counter() - began))
+    return best
+
+
+def prepared(crane: hc.Machine, n: int, step: float, threads: int, **options: Any) -> tuple[Any, np.ndarray]:
+    """A batch in motion: a few hundred manoeuvres, repeated until there are n."""
+    start, commands = manoeuvres(crane, min(n, MANOEUVRES))
+    rows = np.arange(n) % len(start)
+    simulator = batch(crane, n, step=step, threads=threads, **options)
+    simulator.reset(state=np.ascontiguousarray(start[rows]))
+    return simulator, np.ascontiguousarray(0.2 * commands[0][rows])
+
+
+def throughput(crane: hc.Machine, step: float, sizes: tuple[int, ...] = SIZES) -> list[dict[str, Any]]:
+    """Per number of cranes and threads; and how independent threads in cache scale, which needs no memory."""
+    rows = []
+    for n in sizes:
+        samples = max(round(WORK / (n * SAMPLE)), 2)
+        for threads in THREADS:
+            simulator, spools = prepared(crane, n, step, threads)
+            speed = crane_seconds_per_second([simulator], [spools], samples)
+            rows.append({"cranes": n, "threads": threads, "crane_seconds_per_second": speed})
+    return rows
+
+
+def free_of_memory(crane: hc.Machine, step: float) -> list[dict[str, Any]]:
+    """One and two threads, each with a batch of its own that stays in cache: what two cores can give at all."""
+    rows = []
+    for threads in THREADS:
+        made = [prepared(crane, IN_CACHE, step, 1) for _ in range(threads)]
+        samples = round(WORK / 4 / (IN_CACHE * SAMPLE))
+        speed = crane_seconds_per_second([m for m, _ in made], [spools for _, spools in made], samples)
+        rows.append({"cranes": IN_CACHE, "threads": threads, "crane_seconds_per_second": speed})
+    return rows
+
+
+def by_instruction_set(crane: hc.Machine, step: float, n: int) -> list[dict[str, Any]]:
+    """One thread with narrower and wider vectors, as far as this processor has them."""
+    rows = []
+    for name in ("sse2", "avx2", "avx512"):
+        try:
+            simulator, spools = prepared(crane, n, step, 1, instruction_set=name)
+        except hc.HydrocraneError:
+            continue
+        speed = crane_seconds_per_second([simulator], [spools], max(round(WORK / (n * SAMPLE)), 2))
+        rows.append({"instruction_set": name, "crane_seconds_per_second": speed})
+    return rows
+
+
+def measure(count: int = MANOEUVRES, sizes: tuple[int, ...] = SIZES) -> dict[str, Any]:
+    crane = hc.load_machine(MACHINE)
+    rows = [accuracy(crane, step, count) | {"throughput": throughput(crane, step, sizes)} for step in STEPS]
+    return {
+        "steps": rows,
+        "free_of_memory": free_of_memory(crane, STEPS[0]),
+        "instruction_sets": by_instruction_set(crane, STEPS[0], sizes[0]),
+    }

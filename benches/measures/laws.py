@@ -1,0 +1,53 @@
+"""What one right-hand side and one Jacobian of the crane cost."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from benches.competitors.compiled import Task
+from benches.problem import NotAvailable, Problem
+
+ROUNDS = 15
+
+
+def nanoseconds(call: Callable[[], object], cases: int) -> float:
+    """Median CPU time per case of a call."""
+    took = []
+    for _ in range(ROUNDS):
+        began = time.thread_time_ns()
+        call()
+        took.append((time.thread_time_ns() - began) / cases)
+    return statistics.median(took)
+
+
+def measure(problem: Problem) -> dict[str, Any]:
+    """Laws at the states of the run: in batches through Python, and one state per call."""
+    x = np.ascontiguousarray(np.tile(problem.integrate("rodas5p", 1e-6)["states"], (10, 1)))
+    u = np.full((len(x), len(problem.crane.cylinder_names)), 0.01)
+    core = problem.crane.core
+    rhs = nanoseconds(lambda: core.state_derivative(x, u, 0.0), len(x))
+    jacobian = nanoseconds(lambda: core.jacobian(x, u, 0.0), len(x))
+    single = nanoseconds(lambda: [core.state_derivative(x[:1], u[:1], 0.0) for _ in range(2000)], 2000)
+    return _compiled(problem, x) | {
+        "states": len(problem.crane.state_names),
+        "rhs_ns": rhs,
+        "dense_jacobian_ns": jacobian,
+        "rhs_one_python_call_ns": single,
+    }
+
+
+def _compiled(problem: Problem, x: np.ndarray) -> dict[str, float]:
+    """The laws called from Rust, where the library for that can be built."""
+    try:
+        task = Task(problem)
+    except NotAvailable:
+        return {}
+    return {
+        "compiled_rhs_ns": nanoseconds(lambda: task.evaluate(x, False), len(x)),
+        "compiled_structured_ns": nanoseconds(lambda: task.evaluate(x, True), len(x)),
+    }

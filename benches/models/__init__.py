@@ -1,0 +1,1 @@
+"""Models of the crane that other tools integrate."""

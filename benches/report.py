@@ -1,0 +1,311 @@
+"""The page of speed from what was measured: ``python -m benches.report`` writes docs/validation/speed.md and a picture.
+
+Nothing on the page is typed but its words.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from math import floor, log10
+from pathlib import Path
+from typing import Any
+
+from benches.competitors.exudyn_crane import DIFFERENCES
+from benches.picture import work_precision
+
+ROOT = Path(__file__).resolve().parents[1]
+RESULTS = Path(__file__).with_name("results.json")
+PAGE = ROOT / "docs/validation/speed.md"
+PICTURE = PAGE.with_suffix(".png")
+Results = dict[str, Any]
+
+# What is compared, by family: the model and who evaluates it.
+MODELS = {
+    "hydrocrane": "the product: its laws, its structured Jacobian, its methods",
+    "CVODE": "the same compiled laws and exact Jacobian, dense; SUNDIALS' own dense solver; no Python in the way",
+    "diffsol": "the same compiled laws and exact Jacobian, dense; nalgebra's factorisation; no largest step",
+    "CasADi": "an independent model in CasADi's symbols, compiled to C with its exact Jacobian; scaled states",
+    "SciPy, compiled laws": "the same compiled laws, called back through Python",
+    "SciPy, laws in NumPy": "the independent model in NumPy, Jacobians by difference quotients",
+}
+
+
+def digits(value: float, count: int = 3) -> str:
+    """A number as a reader needs it: `count` digits, thousands plain."""
+    if value == 0:
+        return "0"
+    places = max(count - 1 - floor(log10(abs(value))), 0)
+    return f"{value:.{places}f}"
+
+
+def table(heads: list[str], rows: list[list[str]]) -> str:
+    lines = [heads, ["---"] * len(heads), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def lacking(section: Results | None) -> str:
+    """Why a section has no numbers; empty if it has some."""
+    if section is None:
+        return "Not measured."
+    return f"Not measured: {section['not_available']}." if "not_available" in section else ""
+
+
+def ours(results: Results) -> Results:
+    """The row of this package at its operating point."""
+    race = results["open_loop"]
+    return race["rows"][race["ours"]]
+
+
+def best_of(results: Results, families: tuple[str, ...], only: str = "") -> tuple[str, Results] | None:
+    """The fastest solver of some families whose name holds a word, with its row."""
+    rows = results["open_loop"]["rows"].items()
+    among = [(name, row) for name, row in rows if row["family"] in families and only in name]
+    return min(among, key=lambda item: item[1]["ratio"], default=None)
+
+
+def tolerance(row: Results) -> str:
+    """What a solver was set to."""
+    return f"{digits(row['step_s'] * 1e3)} ms" if "step_s" in row else f"{row['rtol']:.0e}"
+
+
+def open_loop(results: Results) -> str:
+    race = results["open_loop"]
+    rows = []
+    for name, row in sorted(race["rows"].items(), key=lambda item: item[1]["ratio"]):
+        cells = [f"**{name}**" if row["family"] == "hydrocrane" else name, tolerance(row)]
+        cells += [digits(row["tip_error_m"] * 1e6, 2), digits(row["seconds"] * 1e3), digits(row["times_real_time"], 2)]
+        spread = f"{digits(row['ratio_low'])} to {digits(row['ratio_high'])}"
+        same = name == race["ours"]
+        cells += ["1" if same else f"{digits(row['ratio'])} ({spread})", str(row.get("rhs", ""))]
+        rows.append([*cells, str(row.get("jacobians", ""))])
+    heads = [
+        "solver",
+        "rtol or step",
+        "tip error [µm]",
+        "time [ms]",
+        "x real time",
+        "time in ours (quartiles)",
+        "rhs",
+        "Jacobians",
+    ]
+    text = table(heads, rows)
+    for name, reason in race["missing"].items():
+        text += f"\n\n{name}: {reason}."
+    return text
+
+
+def models(_results: Results) -> str:
+    return table(["family", "model, and who evaluates it"], [[name, text] for name, text in MODELS.items()])
+
+
+def exudyn(results: Results) -> str:
+    section = results.get("exudyn")
+    if lacking(section):
+        return lacking(section)
+    rows = [
+        [
+            digits(p["step"] * 1e3),
+            digits(p["tip_error_m"] * 1e6),
+            digits(p["seconds"] * 1e3),
+            digits(p["seconds"] / ours(results)["seconds"]),
+        ]
+        for p in section["points"]
+    ]
+    text = table(["step [ms]", "tip error against its own limit [µm]", "time [ms]", "time in ours"], rows)
+    lines = "\n".join(f"* {line}" for line in DIFFERENCES)
+    return (
+        f"{text}\n\nWhat its model lacks or has otherwise:\n\n{lines}\n\n"
+        f"With all of this its tip stays within {digits(section['apart_m'] * 1e3, 2)} mm of that of the full model."
+    )
+
+
+def closed_loop(results: Results) -> str:
+    section = results.get("closed_loop")
+    if lacking(section):
+        return lacking(section)
+    rows = []
+    for controller, found in section.items():
+        for name, row in found["candidates"].items():
+            shown = f"**{name}**" if name == found["best"] else name
+            cells = [controller, shown, digits(row["tip_error_m"] * 1e6, 2), digits(row["times_real_time"], 2)]
+            rows.append([*cells, str(row["steps"]), str(row["rhs"])])
+    return table(["controller", "method, tolerance or step", "tip error [µm]", "x real time", "steps", "rhs"], rows)
+
+
+def laws(results: Results) -> str:
+    section = results.get("laws")
+    if lacking(section):
+        return lacking(section)
+    names = {
+        "rhs_ns": "right-hand side, in a batch through Python",
+        "dense_jacobian_ns": "exact Jacobian written out dense, in a batch through Python",
+        "rhs_one_python_call_ns": "right-hand side, one call from Python",
+        "compiled_rhs_ns": "right-hand side, called from Rust",
+        "compiled_structured_ns": "right-hand side with the structured Jacobian, called from Rust",
+    }
+    rows = [[text, digits(section[name])] for name, text in names.items() if name in section]
+    return table([f"law, {section['states']} states", "ns"], rows)
+
+
+QUANTILES = {"median_us": "median [us]", "p99_us": "99 % below [us]", "p999_us": "99.9 % below [us]"}
+
+
+def real_time(results: Results) -> str:
+    section = results.get("real_time")
+    if lacking(section):
+        return lacking(section)
+    names = {"core": "one step in the core", "python": "one call of `hc.Simulator.step` from Python, valves closed"}
+    rows = [[text] + [digits(section[name][key]) for key in QUANTILES] for name, text in names.items()]
+    return table([f"{section['steps']} steps of {section['step_s'] * 1e3:g} ms", *QUANTILES.values()], rows)
+
+
+def batch(results: Results) -> str:
+    section = results.get("batch")
+    if lacking(section):
+        return lacking(section)
+    exact = [
+        [digits(s["step"] * 1e3), str(s["manoeuvres"]), digits(s["worst_m"] * 1e3, 2), digits(s["median_m"] * 1e6, 2)]
+        for s in section["steps"]
+    ]
+    text = table(["step [ms]", "random manoeuvres", "worst tip error [mm]", "median [µm]"], exact)
+    rows = []
+    free = {row["threads"]: row["crane_seconds_per_second"] for row in section["free_of_memory"]}
+    for s in section["steps"]:
+        alone = {row["cranes"]: row["crane_seconds_per_second"] for row in s["throughput"] if row["threads"] == 1}
+        for row in s["throughput"]:
+            speed = row["crane_seconds_per_second"]
+            share = (speed / alone[row["cranes"]]) / (free[row["threads"]] / free[1])
+            cells = [digits(s["step"] * 1e3), str(row["cranes"]), str(row["threads"]), f"{speed:.0f}"]
+            rows.append([*cells, digits(share, 2) if row["threads"] > 1 else ""])
+    heads = ["step [ms]", "cranes", "threads", "crane-seconds per second", "share of what two cores give"]
+    sets = [[r["instruction_set"], f"{r['crane_seconds_per_second']:.0f}"] for r in section["instruction_sets"]]
+    vectors = table(["vector instructions, one thread", "crane-seconds per second"], sets)
+    return f"{text}\n\n{table(heads, rows)}\n\n{vectors}"
+
+
+def growth(results: Results) -> str:
+    section = results.get("growth")
+    if lacking(section):
+        return lacking(section)
+    joints = [
+        [
+            str(r["joints"]),
+            str(r["states"]),
+            digits(r["rhs_ns"]),
+            digits(r["seconds_per_step"] * 1e6),
+            digits(r["times_real_time"], 2),
+        ]
+        for r in section["joints"]
+    ]
+    parts = [table(["joints", "states", "right-hand side [ns]", "one step [us]", "x real time"], joints)]
+    rates = [[str(r["rate_hz"]), digits(r["times_real_time"], 2)] for r in section["controller_rate"]]
+    parts.append(table(["controller [Hz]", "x real time"], rates))
+    record = [[f"{r['interval_s'] * 1e3:g}", digits(r["times_real_time"], 2)] for r in section["recording"]]
+    parts.append(table(["recorded every [ms]", "x real time"], record))
+    if "workers" in section:
+        rows = [[str(r["workers"]), digits(r["cases_per_second"])] for r in section["workers"]]
+        parts.append(table(["workers of a study", "5 s runs per second"], rows))
+    return "\n\n".join(parts)
+
+
+def printed(results: Results) -> str:
+    section = results.get("printed")
+    if lacking(section):
+        return lacking(section)
+    rows = [
+        [name, tolerance(r), digits(r["tip_error_m"] * 1e3, 2), digits(r["seconds"] * 1e3)]
+        for name, r in sorted(section["rows"].items(), key=lambda item: item[1]["seconds"])
+    ]
+    return table(["solver", "rtol or step", "tip error [mm]", "time [ms]"], rows)
+
+
+def sides(rows: dict[str, Results]) -> dict[str, list[tuple[str, float]]]:
+    """Names and times of this package's methods and of the others."""
+    parted: dict[str, list[tuple[str, float]]] = {"ours": [], "theirs": []}
+    for name, row in rows.items():
+        parted["ours" if name.startswith("hydrocrane") else "theirs"].append((name, row["seconds"]))
+    return parted
+
+
+def goals(results: Results) -> str:
+    """What the project asked of itself, and what came out."""
+    rows = []
+
+    def row(text: str, wanted: float, found: float | None, unit: str = "x", least: bool = True) -> None:
+        if found is None:
+            return rows.append([text, f"{wanted:g} {unit}", "not measured", ""])
+        met = found >= wanted if least else found <= wanted
+        return rows.append(
+            [
+                text,
+                f"{'>=' if least else '<='} {wanted:g} {unit}",
+                f"{digits(found)} {unit}",
+                "yes" if met else "**no**",
+            ]
+        )
+
+    def ratio(family: str, only: str = "") -> float | None:
+        found = best_of(results, (family,), only)
+        return found and found[1]["ratio"]
+
+    row("faster than CVODE's BDF", 10, ratio("CVODE", "BDF"))
+    row("faster than diffsol's BDF", 4, ratio("diffsol", "diffsol BDF"))
+    row("faster than CasADi's CVODES, compiled", 50, ratio("CasADi"))
+    row("faster than SciPy on laws in NumPy, its fastest", 1000, ratio("SciPy, laws in NumPy"))
+    loops = results.get("closed_loop")
+    for name in () if lacking(loops) else loops:
+        best = loops[name]["candidates"][loops[name]["best"]]
+        row(f"closed loop at 100 Hz within 50 µm, controller `{name}`", 5000, best["times_real_time"], "x real time")
+    old = results.get("printed")
+    if not lacking(old):
+        seconds = {kind: min(t for _, t in group) for kind, group in sides(old["rows"]).items()}
+        row(
+            "as-printed model, time in that of the best other solver",
+            10,
+            seconds["ours"] / seconds["theirs"],
+            least=False,
+        )
+    batches = results.get("batch")
+    if not lacking(batches):
+        good = [s for s in batches["steps"] if s["worst_m"] <= 1e-3]
+        speeds = [r["crane_seconds_per_second"] for s in good for r in s["throughput"] if r["threads"] == 1]
+        row("batch within 1 mm, one core", 20000, max(speeds, default=None), "crane-seconds/s")
+    return table(["goal", "wanted", "found", "met"], rows)
+
+
+PARTS: dict[str, Callable[[Results], str]] = {
+    "goals": goals,
+    "open_loop": open_loop,
+    "models": models,
+    "exudyn": exudyn,
+    "closed_loop": closed_loop,
+    "batch": batch,
+    "real_time": real_time,
+    "laws": laws,
+    "printed": printed,
+    "growth": growth,
+}
+
+
+def page(results: Results) -> str:
+    """The page: the words of ``speed.md`` beside this file, with every {part} filled in."""
+    words = Path(__file__).with_name("speed.md").read_text(encoding="utf-8")
+    facts = results["about"]
+    packages = ", ".join(f"{name} {number}" for name, number in facts["packages"].items())
+    filled = {name: part(results) for name, part in PARTS.items()}
+    place = f"{facts['processor']}, {facts['cores']} cores, {facts['system']}, Python {facts['python']}; {packages}"
+    return words.format(place=place, tip=digits(ours(results)["tip_error_m"] * 1e6, 2), **filled)
+
+
+def write() -> None:
+    results = json.loads(RESULTS.read_text(encoding="utf-8"))
+    PAGE.write_text(page(results), encoding="utf-8")
+    race = results["open_loop"]
+    families = {name: row["family"] for name, row in race["rows"].items()}
+    curves = {name: points for name, points in race["curves"].items() if name in families}
+    work_precision(curves, families, race["ours"], PICTURE)
+
+
+if __name__ == "__main__":
+    write()
