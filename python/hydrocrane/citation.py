@@ -47,9 +47,19 @@ ENTRIES = {
   year    = {2011},
   doi     = {10.1016/j.camwa.2011.06.002},
 }""",
+    "lang2001": """@article{lang2001,
+  author  = {Lang, Jens and Verwer, Jan},
+  title   = {{ROS3P} -- an accurate third-order {R}osenbrock solver designed for parabolic problems},
+  journal = {BIT Numerical Mathematics},
+  volume  = {41},
+  number  = {4},
+  pages   = {731--738},
+  year    = {2001},
+  doi     = {10.1023/A:1021900219772},
+}""",
 }
 
-_METHODS = {"rodas5p": "steinebach2023", "tsit5": "tsitouras2011"}
+_METHODS = {"rodas5p": "steinebach2023", "tsit5": "tsitouras2011", "ros3p": "lang2001"}
 
 
 def cite(subject: Machine | Run) -> str:

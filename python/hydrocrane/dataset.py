@@ -93,7 +93,7 @@ def _run_attributes(crane: Machine, plan: Scenario, raw: dict[str, Any], payload
         "outcome_message": message or "",
         "solver_method": plan.solver.method,
         "solver_rtol": plan.solver.rtol,
-        "solver_max_step": plan.solver.max_step,
+        "solver_max_step": plan.solver.step or plan.solver.max_step,
         "wall_time": wall,
         "source": f"hydrocrane {__version__}",
         "Conventions": "SI units, radians, gauge pressures",

@@ -27,7 +27,8 @@ from hydrocrane.joystick import TIP_AXES, Joystick
 from hydrocrane.machine import Machine, load_machine, plain_overrides
 from hydrocrane.payload import payload_changes
 
-METHODS = ("rodas5p", "tsit5")
+METHODS = ("rodas5p", "tsit5", "ros3p")
+FIXED_STEPS = "ros3p"
 INTERPOLATIONS = ("hold", "linear")
 
 
@@ -71,24 +72,35 @@ class Command:
 
 @dataclass(frozen=True)
 class Solver:
-    """Integration method and its tolerances.
+    """Integration method, and its tolerances or its step.
 
-    ``rodas5p`` is the stiff method with the exact Jacobian, ``tsit5`` the explicit one. `atol` scales the absolute
-    tolerances of all states together; ``None`` leaves them in their fixed proportion to `rtol`.
+    ``rodas5p`` is the stiff method with the exact Jacobian, ``tsit5`` the explicit one: both choose their steps, up to
+    `max_step` (s). ``ros3p``, stiff as well, takes equal steps no longer than `step` (s) between changes of a command,
+    whatever error they make: each step costs the same, for real time. `atol` scales the absolute tolerances of all
+    states together; ``None`` leaves them in their fixed proportion to `rtol`.
     """
 
     method: str = "rodas5p"
     rtol: float = 1e-4
     atol: float | None = None
     max_step: float = 0.05
+    step: float | None = None
 
     def __post_init__(self) -> None:
         if self.method not in METHODS:
             raise unknown("method", self.method, METHODS)
         for name in ("rtol", "max_step"):
             _positive(name, getattr(self, name))
-        if self.atol is not None:
-            _positive("atol", self.atol)
+        for name in ("atol", "step"):
+            if getattr(self, name) is not None:
+                _positive(name, getattr(self, name))
+        if self.step is None and self.method == FIXED_STEPS:
+            raise InputError(f"`{self.method}` takes fixed steps: give their size in seconds, for example step=0.005")
+        if self.step is not None and self.method != FIXED_STEPS:
+            raise InputError(
+                f"`{self.method}` chooses its steps itself: leave `step` out, give `max_step` for the largest one, "
+                f"or take method=`{FIXED_STEPS}`"
+            )
 
 
 @dataclass(frozen=True)
@@ -182,6 +194,8 @@ class Scenario:
                 raise InputError(f"a scenario has no `{name}`{nearest(name, sorted(own | inner))}")
         solver = changes.pop("solver", self.solver)
         inside = {name: changes.pop(name) for name in list(changes) if name in inner}
+        if inside.get("method", FIXED_STEPS) != FIXED_STEPS:
+            inside.setdefault("step", None)
         if "overrides" in changes:
             changes["overrides"] = {**self.overrides, **plain_overrides(changes["overrides"])}
         return dataclasses.replace(self, solver=dataclasses.replace(solver, **inside), **changes)

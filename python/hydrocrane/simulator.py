@@ -27,8 +27,8 @@ class Simulator:
         s.
     payload : float, optional
         kg at the tip at every reset; default is the machine's own. :meth:`set_payload` changes it on the way.
-    method, rtol
-        As in :class:`~hydrocrane.Solver`.
+    method, rtol, step
+        As in :class:`~hydrocrane.Solver`: ``method="ros3p", step=1e-3`` for a bounded cost per sample.
     sensors : {"ideal", "data-sheet"}
         What ``obs.measured`` holds: the truth, or what the machine's sensors read.
     seed : int
@@ -44,6 +44,7 @@ class Simulator:
         payload: float | None = None,
         method: str = "rodas5p",
         rtol: float = 1e-4,
+        step: float | None = None,
         sensors: str = "ideal",
         seed: int = 0,
         sensor_faults: Sequence[SensorFault] = (),
@@ -53,22 +54,30 @@ class Simulator:
         period = real_array(sample_time, "sample_time")
         if period.ndim or period <= 0:
             raise InputError(f"sample_time must be one number greater than zero, in seconds; got {sample_time!r}")
-        solver = Solver(method=method, rtol=rtol)
+        solver = Solver(method=method, rtol=rtol, step=step)
         self.crane = crane
         self._start_payload = crane.payload(payload)
         self.sample_time = float(period)
         self.outcome: str | None = None
         names = crane.state_names
-        self._q = [names.index(f"joint.{j}.q") for j in crane.joint_names]
-        self._qd = [names.index(f"joint.{j}.qd") for j in crane.joint_names]
-        self._p = [[names.index(f"cylinder.{c}.p{s}") for s in (1, 2)] for c in crane.cylinder_names]
+        self._q = np.array([names.index(f"joint.{j}.q") for j in crane.joint_names])
+        self._qd = np.array([names.index(f"joint.{j}.qd") for j in crane.joint_names])
+        self._p = np.array([[names.index(f"cylinder.{c}.p{s}") for s in (1, 2)] for c in crane.cylinder_names])
         if sensors not in SENSORS:
             raise unknown("kind of sensors", sensors, SENSORS)
         faults = [fault.entry for fault in sensor_faults]
         seed = seed_number(seed)
         with translated():
             self._core = _core.Simulator(
-                crane.core, self.sample_time, self._start_payload, solver.method, solver.rtol, sensors, seed, faults
+                crane.core,
+                self.sample_time,
+                self._start_payload,
+                solver.method,
+                solver.rtol,
+                solver.step,
+                sensors,
+                seed,
+                faults,
             )
 
     @property
@@ -124,14 +133,23 @@ class Simulator:
             Before the first reset, and where the sample does not end well; ``state`` keeps the last good one.
         """
         self._require_running()
-        command = vectors(spool_command, "spool_command", self.crane.cylinder_names)
-        if command.ndim != 1:
-            raise InputError(f"step takes one command of shape ({len(self.crane.cylinder_names)},)")
         with translated():
-            self.outcome = self._core.step(np.ascontiguousarray(command))
+            self.outcome = self._core.step(self._checked(spool_command))
         if self.outcome != "completed":
             raise SimulationError(f"the simulation ended with `{self.outcome}` at {self.time:.4g} s")
         return self._observe()
+
+    def _checked(self, spool_command: ArrayLike) -> Array:
+        """One finite command per cylinder. An array that is just that passes at once: loops call this at every sample."""
+        width = len(self._p)
+        if isinstance(spool_command, np.ndarray):
+            right = spool_command.dtype == np.float64 and spool_command.shape == (width,)
+            if right and spool_command.flags.c_contiguous and np.isfinite(spool_command).all():
+                return spool_command
+        command = vectors(spool_command, "spool_command", self.crane.cylinder_names)
+        if command.ndim != 1:
+            raise InputError(f"step takes one command of shape ({width},)")
+        return np.ascontiguousarray(command)
 
     def _require_running(self) -> None:
         if self.outcome is None:
@@ -140,13 +158,12 @@ class Simulator:
             raise SimulationError(f"the simulation ended with `{self.outcome}` at {self.time:.4g} s; call reset first")
 
     def _observe(self) -> Observation:
-        state = self.state
-        q = state[self._q]
+        state = self._core.state
         return Observation(
             t=self.time,
-            q=q,
+            q=state[self._q],
             qd=state[self._qd],
             p=state[self._p],
-            tip=self.crane.tip(q),
+            tip=self._core.tip,
             measured=dict(self._core.measured),
         )

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hydrocrane.scenario import FIXED_STEPS
+
 if TYPE_CHECKING:
     from hydrocrane.result import Run
 
@@ -25,7 +27,9 @@ def _head(run: Run) -> list[str]:
     lines = [f"{about['scenario']} on {about['machine']}: {outcome.kind} at {outcome.time:.4g} s"]
     if outcome.message and not outcome.completed:
         lines.append(f"  {outcome.message}")
-    effort = f"  {about['solver_method']}, rtol {about['solver_rtol']:g}"
+    fixed = about["solver_method"] == FIXED_STEPS
+    size = f"steps of {about['solver_max_step'] * 1e3:g} ms" if fixed else f"rtol {about['solver_rtol']:g}"
+    effort = f"  {about['solver_method']}, {size}"
     if "solver_steps" in about:
         effort += f": {about['solver_steps']} steps, {about.get('solver_rejected', 0)} rejected"
     wall = float(about.get("wall_time", 0.0))

@@ -6,9 +6,9 @@
 //! and the spool that gives the speed v_c at the measured pressures. F' winds the oil spring for the
 //! load that comes; the last term damps it: force fed back as velocity acts like a leak that only lets oscillations pass.
 
-use crate::feed_forward::{steady_speed, Mains, Moment};
+use crate::feed_forward::{steady_speed, Capacity, Mains, Moment};
 use crate::nominal::NominalCylinder;
-use crate::observer::Observer;
+use crate::observer::{self, Observer};
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 
 /// Gains of the drive; the same for every cylinder.
@@ -51,8 +51,15 @@ pub struct Drive {
     gains: DriveGains,
     period: f64,
     observer: Observer,
-    /// Low-passed pressures with the measured position.
+    observing: observer::Gains,
+    /// Shares by which low-passes go on in a period: that of the pressures, those of the damping band.
+    pressure_share: f64,
+    damping_shares: [f64; 2],
+    /// Friction at the start of a motion, retracting and extending, N.
+    starting_friction: [f64; 2],
+    /// Low-passed pressures with the measured position, and what they allow.
     moment: Moment,
+    capacity: Capacity,
     force: f64,
     /// F - F_ref behind low-passes at both corners of the damping band, N.
     lags: [f64; 2],
@@ -80,6 +87,7 @@ impl Drive {
         load: f64,
     ) -> Self {
         let force = cylinder.chambers.force(moment.p[0], moment.p[1]);
+        let share = |corner: f64| 1.0 - (-corner * period).exp();
         Drive {
             cylinder,
             fluid,
@@ -87,7 +95,12 @@ impl Drive {
             gains,
             period,
             observer: Observer::at(moment.stroke),
+            observing: observer::Gains::new(gains.observer, period),
+            pressure_share: share(gains.pressure),
+            damping_shares: gains.damping_band.map(share),
+            starting_friction: [-FRICTION_SPEED, FRICTION_SPEED].map(|v| cylinder.steady_friction(v)),
             moment,
+            capacity: cylinder.capacity(&fluid, &mains, &moment),
             force,
             lags: [force - load; 2],
             planned: load,
@@ -98,12 +111,12 @@ impl Drive {
     /// Takes in a sample.
     pub fn measure(&mut self, now: &Moment) {
         self.force = self.cylinder.chambers.force(now.p[0], now.p[1]);
-        let share = 1.0 - (-self.gains.pressure * self.period).exp();
         for (slow, p) in self.moment.p.iter_mut().zip(now.p) {
-            *slow += share * (p - *slow);
+            *slow += self.pressure_share * (p - *slow);
         }
         self.moment.stroke = now.stroke;
-        self.observer.update(now.stroke, self.expected, self.gains.observer, self.period);
+        self.capacity = self.cylinder.capacity(&self.fluid, &self.mains, &self.moment);
+        self.observer.update(now.stroke, self.expected, &self.observing);
     }
 
     /// Observed piston position, m.
@@ -115,22 +128,21 @@ impl Drive {
     pub fn range(&self) -> [f64; 2] {
         [-1.0, 1.0].map(|s| {
             // More than the steady speed would not last, and what the valve was seen to lack is not there either.
-            let lasting = (s * self.full_speed(s)).min(self.steady_speed(s));
+            let steady = self.steady_speed(s);
+            let lasting = (s * self.full_speed(s, steady)).min(steady);
             s * (self.gains.reserve * lasting + (s * self.observer.disturbance).min(0.0)).max(0.0)
         })
     }
 
     /// Magnitude of the steady speed at full stroke under the planned load.
     fn steady_speed(&self, sense: f64) -> f64 {
-        let force = self.planned + self.cylinder.steady_friction(sense * FRICTION_SPEED);
+        let force = self.planned + self.starting_friction[usize::from(sense > 0.0)];
         (sense * steady_speed(&self.cylinder, &self.mains, force, sense)).max(LEAST_SPEED)
     }
 
-    /// Signed speed at full stroke at the present pressures.
-    fn full_speed(&self, sense: f64) -> f64 {
-        let c = &self.cylinder;
-        let steady = self.steady_speed(sense);
-        let now = sense * c.momentary_speed(&self.fluid, &self.mains, &self.moment, sense * c.stroke);
+    /// Signed speed at full stroke at the present pressures; `steady` is the magnitude of the steady one.
+    fn full_speed(&self, sense: f64, steady: f64) -> f64 {
+        let now = sense * self.capacity.full[usize::from(sense > 0.0)];
         sense * now.max(LEAST_SHARE * steady)
     }
 
@@ -138,12 +150,12 @@ impl Drive {
     pub fn command(&mut self, d: &Demand) -> f64 {
         let g = &self.gains;
         let planned = d.load + self.cylinder.steady_friction(d.speed);
-        let stiffness = self.cylinder.oil_stiffness(&self.fluid, &self.moment);
+        let stiffness = self.capacity.stiffness;
         let winding = (planned - self.planned) / (self.period * stiffness);
         self.planned = planned;
         let error = self.force - planned;
-        for (lag, corner) in self.lags.iter_mut().zip(g.damping_band) {
-            *lag += (1.0 - (-corner * self.period).exp()) * (error - *lag);
+        for (lag, share) in self.lags.iter_mut().zip(self.damping_shares) {
+            *lag += share * (error - *lag);
         }
         let spring = winding - g.damping * (self.lags[1] - self.lags[0]) / stiffness;
 
@@ -154,15 +166,15 @@ impl Drive {
         }
         let motion = d.speed + g.position * behind - self.observer.disturbance;
         let spool = self.spool_for(motion + spring);
-        self.expected = self.cylinder.momentary_speed(&self.fluid, &self.mains, &self.moment, spool) - spring;
+        self.expected = self.cylinder.momentary_speed(&self.capacity, spool) - spring;
         spool
     }
 
     fn spool_for(&self, speed: f64) -> f64 {
         let c = &self.cylinder;
-        let closed = c.momentary_speed(&self.fluid, &self.mains, &self.moment, 0.0);
+        let closed = self.capacity.closed;
         let sense = if speed < closed { -1.0 } else { 1.0 };
-        let share = ((speed - closed) / (self.full_speed(sense) - closed)).clamp(0.0, 1.0);
+        let share = ((speed - closed) / (self.full_speed(sense, self.steady_speed(sense)) - closed)).clamp(0.0, 1.0);
         if share == 0.0 {
             return 0.0;
         }

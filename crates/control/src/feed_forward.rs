@@ -43,6 +43,17 @@ pub struct Moment {
     pub p: [f64; 2],
 }
 
+/// What a cylinder's oil and valve can do at one moment: all that the speed for any spool needs.
+#[derive(Debug, Clone, Copy)]
+pub struct Capacity {
+    /// Of the oil between closed edges, N/m.
+    pub stiffness: f64,
+    /// Piston speed with closed edges, m/s.
+    pub closed: f64,
+    /// Piston speeds at full stroke, retracting and extending, m/s.
+    pub full: [f64; 2],
+}
+
 impl NominalCylinder {
     /// A_1 E_1/V_1 and A_2 E_2/V_2, Pa/m. Volumes are kept positive for measurements beyond the stroke.
     fn chamber_rates(&self, fluid: &Fluid<f64>, m: &Moment) -> [f64; 2] {
@@ -54,19 +65,23 @@ impl NominalCylinder {
         ]
     }
 
-    /// Stiffness of the oil between closed edges, N/m.
-    pub fn oil_stiffness(&self, fluid: &Fluid<f64>, m: &Moment) -> f64 {
+    /// At these pressures and constant force.
+    pub fn capacity(&self, fluid: &Fluid<f64>, mains: &Mains, m: &Moment) -> Capacity {
         let [r1, r2] = self.chamber_rates(fluid, m);
-        r1 * self.chambers.area_1 + r2 * self.chambers.area_2
+        let stiffness = r1 * self.chambers.area_1 + r2 * self.chambers.area_2;
+        let ports = PortPressures { supply: mains.supply, tank: mains.tank, a: m.p[0], b: m.p[1] };
+        let (internal, external) = self.leakage.flows(m.p[0], m.p[1], mains.tank);
+        let speed = |spool: f64| {
+            let edges = self.valve.flows(spool, &ports);
+            let (q1, q2) = (edges.port_a() - internal, edges.port_b() - internal + external);
+            (r1 * q1 + r2 * q2) / stiffness
+        };
+        Capacity { stiffness, closed: speed(0.0), full: [speed(-self.stroke), speed(self.stroke)] }
     }
 
-    /// Piston speed (m/s) with the spool held at `spool` (m) at these pressures and constant force.
-    pub fn momentary_speed(&self, fluid: &Fluid<f64>, mains: &Mains, m: &Moment, spool: f64) -> f64 {
-        let [r1, r2] = self.chamber_rates(fluid, m);
-        let ports = PortPressures { supply: mains.supply, tank: mains.tank, a: m.p[0], b: m.p[1] };
-        let edges = self.valve.flows(spool, &ports);
-        let (internal, external) = self.leakage.flows(m.p[0], m.p[1], mains.tank);
-        let (q1, q2) = (edges.port_a() - internal, edges.port_b() - internal + external);
-        (r1 * q1 + r2 * q2) / (r1 * self.chambers.area_1 + r2 * self.chambers.area_2)
+    /// Piston speed (m/s) with the spool held at `spool` (m): the flow through an edge is proportional to its opening.
+    pub fn momentary_speed(&self, at: &Capacity, spool: f64) -> f64 {
+        let share = (spool.abs() - self.valve.overlap).max(0.0) / (self.stroke - self.valve.overlap);
+        at.closed + share * (at.full[usize::from(spool > 0.0)] - at.closed)
     }
 }

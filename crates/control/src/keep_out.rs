@@ -12,9 +12,18 @@ use crate::slow_down::allowed;
 /// A polygon in the plane of the crane, convex or not, its corners in either sense, m.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Region {
-    corners: Vec<[f64; 2]>,
-    /// +1 where the corners run counter-clockwise, x to the right and z up; else -1.
-    sense: f64,
+    edges: Vec<Edge>,
+}
+
+/// From one corner to the next, m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Edge {
+    from: [f64; 2],
+    to: [f64; 2],
+    /// Unit vectors along the edge and out of the region, and its length.
+    along: [f64; 2],
+    outward: [f64; 2],
+    length: f64,
 }
 
 /// The way from a border to a place.
@@ -44,16 +53,19 @@ const TOUCHING: f64 = 1e-12;
 impl Region {
     /// Three corners or more, not in one line.
     pub fn new(corners: Vec<[f64; 2]>) -> Self {
-        let twice_the_area: f64 = edges(&corners).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum();
-        Region { corners, sense: if twice_the_area < 0.0 { -1.0 } else { 1.0 } }
+        let pairs = || corners.iter().copied().zip(corners.iter().copied().cycle().skip(1));
+        let twice_the_area: f64 = pairs().map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum();
+        // Counter-clockwise, x to the right and z up, the region lies to the left of its edges.
+        let sense = if twice_the_area < 0.0 { -1.0 } else { 1.0 };
+        Region { edges: pairs().map(|(from, to)| Edge::new(from, to, sense)).collect() }
     }
 
     /// By the number of edges that a ray from the place crosses.
     pub fn contains(&self, [x, z]: [f64; 2]) -> bool {
-        let crossed = |(a, b): &([f64; 2], [f64; 2])| {
+        let crossed = |Edge { from: a, to: b, .. }: &&Edge| {
             (a[1] > z) != (b[1] > z) && x < a[0] + (z - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
         };
-        edges(&self.corners).filter(crossed).count() % 2 == 1
+        self.edges.iter().filter(crossed).count() % 2 == 1
     }
 
     /// Signed distance to the nearest point of the border, and the way out there.
@@ -69,7 +81,7 @@ impl Region {
 
     /// The way from each edge, its distance without a sign.
     fn ways(&self, place: [f64; 2]) -> impl Iterator<Item = Clearance> + '_ {
-        edges(&self.corners).map(move |(a, b)| from_edge(a, b, self.sense, place))
+        self.edges.iter().map(move |edge| edge.way(place))
     }
 
     /// What must not be neared further: every edge from outside, the nearest one from inside.
@@ -106,26 +118,28 @@ impl KeepOut {
     }
 }
 
-fn edges(corners: &[[f64; 2]]) -> impl Iterator<Item = ([f64; 2], [f64; 2])> + '_ {
-    corners.iter().copied().zip(corners.iter().copied().cycle().skip(1))
-}
-
-/// From the nearest point of the edge a-b. Along its length the direction is that of the edge's normal, free of rounding, so that
-/// motion along a straight border nears nothing.
-fn from_edge(a: [f64; 2], b: [f64; 2], sense: f64, place: [f64; 2]) -> Clearance {
-    let (edge, to) = ([b[0] - a[0], b[1] - a[1]], [place[0] - a[0], place[1] - a[1]]);
-    let length = edge[0].hypot(edge[1]).max(f64::MIN_POSITIVE);
-    let outward = [sense * edge[1] / length, -sense * edge[0] / length];
-    let along = (to[0] * edge[0] + to[1] * edge[1]) / (length * length);
-    if along > 0.0 && along < 1.0 {
-        let height = to[0] * outward[0] + to[1] * outward[1];
-        return Clearance { distance: height.abs(), normal: outward.map(|n| n * 1f64.copysign(height)) };
+impl Edge {
+    fn new(from: [f64; 2], to: [f64; 2], sense: f64) -> Self {
+        let length = (to[0] - from[0]).hypot(to[1] - from[1]).max(f64::MIN_POSITIVE);
+        let along = [(to[0] - from[0]) / length, (to[1] - from[1]) / length];
+        Edge { from, to, along, outward: [sense * along[1], -sense * along[0]], length }
     }
-    let corner = if along >= 1.0 { b } else { a };
-    let off = [place[0] - corner[0], place[1] - corner[1]];
-    let distance = off[0].hypot(off[1]);
-    let normal = if distance > TOUCHING { off.map(|o| o / distance) } else { outward };
-    Clearance { distance, normal }
+
+    /// From the nearest point of the edge. Along its length the direction is that of the edge's normal, free of rounding, so
+    /// that motion along a straight border nears nothing.
+    fn way(&self, place: [f64; 2]) -> Clearance {
+        let to = [place[0] - self.from[0], place[1] - self.from[1]];
+        let along = to[0] * self.along[0] + to[1] * self.along[1];
+        if along > 0.0 && along < self.length {
+            let height = to[0] * self.outward[0] + to[1] * self.outward[1];
+            return Clearance { distance: height.abs(), normal: self.outward.map(|n| n * 1f64.copysign(height)) };
+        }
+        let corner = if along >= self.length { self.to } else { self.from };
+        let off = [place[0] - corner[0], place[1] - corner[1]];
+        let distance = (off[0] * off[0] + off[1] * off[1]).sqrt();
+        let normal = if distance > TOUCHING { off.map(|o| o / distance) } else { self.outward };
+        Clearance { distance, normal }
+    }
 }
 
 #[cfg(test)]

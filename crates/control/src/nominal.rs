@@ -71,7 +71,7 @@ impl<const N: usize> Nominal<N> {
     /// Cylinder forces, friction left out, that carry the crane at the joint rates `qd` held constant, N.
     pub fn cylinder_force(&self, q: &[f64; N], qd: &[f64; N]) -> [f64; N] {
         let pose = self.mechanics.pose(q);
-        let bias = self.mechanics.equations(&pose, qd, self.payload).bias;
+        let bias = self.mechanics.forces(&pose, qd, None, self.payload);
         std::array::from_fn(|j| bias[j] / self.actuations[j].stroke(&pose.joints[j]).1)
     }
 }

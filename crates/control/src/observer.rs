@@ -15,19 +15,35 @@ pub struct Observer {
     pub disturbance: f64,
 }
 
+/// How an observer learns from one sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gains {
+    /// s
+    period: f64,
+    position: f64,
+    /// 1/s
+    disturbance: f64,
+}
+
+impl Gains {
+    /// The discrete gains of a double real pole at exp(-w T): stable for every `bandwidth` w (rad/s).
+    pub fn new(bandwidth: f64, period: f64) -> Self {
+        let pole = (-bandwidth * period).exp();
+        Gains { period, position: 1.0 - pole * pole, disturbance: (1.0 - pole).powi(2) / period }
+    }
+}
+
 impl Observer {
     pub fn at(position: f64) -> Self {
         Observer { position, disturbance: 0.0 }
     }
 
-    /// `speed`: expected over the period that ends with the measurement. `bandwidth`: w, rad/s.
-    pub fn update(&mut self, measured: f64, speed: f64, bandwidth: f64, period: f64) {
-        let predicted = self.position + period * (speed + self.disturbance);
+    /// `speed`: expected over the period that ends with the measurement.
+    pub fn update(&mut self, measured: f64, speed: f64, gains: &Gains) {
+        let predicted = self.position + gains.period * (speed + self.disturbance);
         let innovation = measured - predicted;
-        // The discrete gains of a double real pole at exp(-w T): stable for every w.
-        let pole = (-bandwidth * period).exp();
-        self.position = predicted + (1.0 - pole * pole) * innovation;
-        self.disturbance += (1.0 - pole).powi(2) / period * innovation;
+        self.position = predicted + gains.position * innovation;
+        self.disturbance += gains.disturbance * innovation;
     }
 }
 
@@ -39,7 +55,7 @@ mod tests {
     fn finds_a_missing_speed() {
         let mut o = Observer::at(0.0);
         for k in 1..=300 {
-            o.update(0.02 * 0.01 * k as f64, 0.015, 10.0, 0.01);
+            o.update(0.02 * 0.01 * k as f64, 0.015, &Gains::new(10.0, 0.01));
         }
         assert!((o.disturbance - 0.005).abs() < 1e-6 && (o.position - 0.06).abs() < 1e-6);
     }
@@ -50,7 +66,7 @@ mod tests {
         let mut worst = 0.0f64;
         for k in 1..=500 {
             let x = 0.0102 * 0.01 * k as f64;
-            o.update((x / count).round() * count, 0.0102, 5.0, 0.01);
+            o.update((x / count).round() * count, 0.0102, &Gains::new(5.0, 0.01));
             worst = worst.max((o.position - x).abs());
         }
         assert!(worst < 0.25 * count, "{worst}");

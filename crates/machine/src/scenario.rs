@@ -86,12 +86,16 @@ pub struct Solver {
     /// Absolute tolerance relative to each state's scale; `None`: chosen from `rtol`.
     pub atol: Option<f64>,
     pub max_step: f64,
+    /// Of a method with fixed steps, s.
+    pub step: Option<f64>,
 }
 
 const ROOT_KEYS: [&str; 9] =
     ["scenario", "overrides", "initial", "payload", "command", "controller", "joystick", "sensor-fault", "solver"];
 const SCENARIO_KEYS: [&str; 7] = ["name", "title", "machine", "duration", "record-interval", "payload", "seed"];
-const METHODS: [(&str, &str); 2] = [("rodas5p", "rodas5p"), ("tsit5", "tsit5")];
+const METHODS: [(&str, &str); 3] = [("rodas5p", "rodas5p"), ("tsit5", "tsit5"), (FIXED_STEPS, FIXED_STEPS)];
+/// The method that takes steps of the size it is given.
+const FIXED_STEPS: &str = "ros3p";
 const DEFAULT_RECORD_INTERVAL: f64 = 0.01;
 const DEFAULT_RTOL: f64 = 1e-4;
 /// Larger steps let a method miss a change of command, s.
@@ -337,11 +341,26 @@ fn check_series(at: &[f64], values: &[f64], time: &Field, series: &Field) -> Res
 
 fn solver(root: &Reader) -> Result<Solver> {
     let number = Quantity::number();
-    let Some(table) = root.table("solver", &["method", "rtol", "atol", "max-step"])? else {
-        return Ok(Solver { method: METHODS[0].0.into(), rtol: DEFAULT_RTOL, atol: None, max_step: DEFAULT_MAX_STEP });
+    let Some(table) = root.table("solver", &["method", "rtol", "atol", "max-step", "step"])? else {
+        let method = METHODS[0].0.into();
+        return Ok(Solver { method, rtol: DEFAULT_RTOL, atol: None, max_step: DEFAULT_MAX_STEP, step: None });
     };
+    let method = table.choice_or("method", &METHODS, METHODS[0].0)?;
+    let step = table.optional_quantity("step", &time(), Sign::Positive)?;
+    match step {
+        None if method == FIXED_STEPS => {
+            return Err(table.missing("step", format!("`{method}` takes fixed steps; give for example step = \"5 ms\"")))
+        }
+        Some(_) if method != FIXED_STEPS => {
+            let message = format!("`{method}` chooses its steps itself");
+            let help = format!("write method = \"{FIXED_STEPS}\" for fixed steps, or `max-step` for the largest one");
+            return Err(table.key_error(ErrorKind::ConflictingKeys, "step", message).help(help));
+        }
+        _ => {}
+    }
     Ok(Solver {
-        method: table.choice_or("method", &METHODS, METHODS[0].0)?.into(),
+        method: method.into(),
+        step,
         rtol: table.quantity_or("rtol", &number, Sign::Positive, DEFAULT_RTOL)?,
         atol: table.optional_quantity("atol", &number, Sign::Positive)?,
         max_step: table.quantity_or("max-step", &time(), Sign::Positive, DEFAULT_MAX_STEP)?,

@@ -121,6 +121,7 @@ pub fn load_scenario<'py>(py: Python<'py>, source: &str, pairs: &Bound<'py, PyLi
     solver.set_item("rtol", s.solver.rtol)?;
     solver.set_item("atol", s.solver.atol)?;
     solver.set_item("max_step", s.solver.max_step)?;
+    solver.set_item("step", s.solver.step)?;
     out.set_item("solver", solver)?;
     Ok(out)
 }

@@ -4,11 +4,12 @@ use crate::arrays::{matrix, row, rows, vector, Row, Rows};
 use crate::closed_loop::FaultEntry;
 use crate::machine::Machine;
 use hydrocrane_sim::integrator::{Effort, Tolerances};
-use hydrocrane_sim::{Commands, Outcome, PayloadChange, PayloadEvent, Run, RunOptions};
+use hydrocrane_sim::{Commands, Outcome, OutcomeKind, PayloadChange, PayloadEvent, Run, RunOptions};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::time::Instant;
 
 /// Steps after which a run is given up: minutes of computing.
 const MAX_STEPS: u64 = 20_000_000;
@@ -24,15 +25,18 @@ pub struct Settings {
     rtol: f64,
     atol: Option<f64>,
     max_step: f64,
+    /// Of a method with fixed steps.
+    step: Option<f64>,
     ledger: bool,
 }
 
 impl Settings {
     pub fn options(&self) -> RunOptions {
+        let max_step = self.step.unwrap_or(self.max_step);
         let changes = self.payload_changes.iter().map(|&(time, mass)| PayloadChange { time, mass });
         RunOptions {
             payload_changes: changes.collect(),
-            ..options(self.payload, &self.method, self.rtol, self.atol, self.max_step, self.ledger)
+            ..options(self.payload, &self.method, self.rtol, self.atol, max_step, self.ledger)
         }
     }
 }
@@ -144,11 +148,13 @@ impl Simulator {
         payload: f64,
         method: &str,
         rtol: f64,
+        step: Option<f64>,
         sensors: &str,
         seed: u64,
         faults: Vec<FaultEntry>,
     ) -> PyResult<Self> {
-        let options = options(payload, method, rtol, None, sample_time.min(0.05), false);
+        let largest = step.unwrap_or(sample_time.min(0.05));
+        let options = options(payload, method, rtol, None, largest, false);
         let sensors = crate::closed_loop::sensors(machine, sensors, seed, &faults)?;
         Ok(Simulator {
             inner: hydrocrane_sim::Simulator::new(machine.model.clone(), sample_time, options).with_sensors(sensors),
@@ -164,6 +170,25 @@ impl Simulator {
     fn step(&mut self, py: Python<'_>, u: Row<'_>) -> PyResult<&'static str> {
         let u = row(&u, self.cylinders, "spool_command")?.to_vec();
         Ok(py.detach(|| self.inner.step(&u)).kind.name())
+    }
+
+    /// Wall time (s) of one step under each row of commands, up to the first that does not end well.
+    fn step_times<'py>(&mut self, py: Python<'py>, commands: Rows<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let commands = rows(&commands, self.cylinders, "commands")?.to_vec();
+        let times = py.detach(|| {
+            let mut times = Vec::with_capacity(commands.len() / self.cylinders);
+            for u in commands.chunks_exact(self.cylinders) {
+                let began = Instant::now();
+                let outcome = self.inner.step(u);
+                let elapsed = began.elapsed().as_secs_f64();
+                if outcome.kind != OutcomeKind::Completed {
+                    break;
+                }
+                times.push(elapsed);
+            }
+            times
+        });
+        Ok(vector(py, times))
     }
 
     /// Time, masses and tip velocities before and after, loss.
@@ -188,6 +213,13 @@ impl Simulator {
     fn measured(&self) -> Vec<(&str, f64)> {
         let sensors = self.inner.sensors();
         sensors.signals().zip(sensors.readings().iter().copied()).collect()
+    }
+
+    /// x, z of the tip.
+    #[getter]
+    fn tip<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let tip = self.inner.tip().ok_or_else(|| PyValueError::new_err("reset the simulator first"))?;
+        Ok(vector(py, tip.to_vec()))
     }
 
     #[getter]

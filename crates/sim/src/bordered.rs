@@ -46,6 +46,9 @@ pub struct CylinderSlopes<T> {
 #[derive(Debug, Clone)]
 pub struct Bordered<T> {
     pub joints: usize,
+    /// Static friction enters by its secant F/v in place of its tangent: what fixed steps need where it changes its sign
+    /// within a step. Not the exact slopes then.
+    pub secants: bool,
     /// Joint accelerations by coordinates and by rates, `[row][column]`, what comes through forces included.
     pub by_q: [[T; MAX_JOINTS]; MAX_JOINTS],
     pub by_qd: [[T; MAX_JOINTS]; MAX_JOINTS],
@@ -80,13 +83,15 @@ impl<T: Real> Bordered<T> {
         let mut cylinders = [CylinderSlopes::default(); MAX_JOINTS];
         (0..joints).for_each(|c| cylinders[c].at = layout.own(c));
         let square = [[T::c(0.0); MAX_JOINTS]; MAX_JOINTS];
-        Bordered { joints, by_q: square, by_qd: square, cylinders, quadratures: vec![Row::default(); quadratures] }
+        let quadratures = vec![Row::default(); quadratures];
+        Bordered { joints, secants: false, by_q: square, by_qd: square, cylinders, quadratures }
     }
 
     /// The same blocks with `f` of every slope.
     pub fn map<U: Real>(&self, f: impl Fn(T) -> U) -> Bordered<U> {
         Bordered {
             joints: self.joints,
+            secants: self.secants,
             by_q: self.by_q.map(|row| row.map(&f)),
             by_qd: self.by_qd.map(|row| row.map(&f)),
             cylinders: self.cylinders.map(|c| CylinderSlopes {

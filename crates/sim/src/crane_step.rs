@@ -3,13 +3,11 @@
 use crate::bordered::Bordered;
 use crate::elimination::Elimination;
 use crate::integrator::ros3p::{end, stages, Linearised, GAMMA, STAGES};
+use crate::integrator::FLUSH;
 use crate::jacobian::Lifted;
 use crate::layout::Layout;
 use crate::plant::Plant;
 use hydrocrane_num::Real;
-
-/// States smaller than this are zero: decaying spools would end in subnormal numbers, which are slow.
-pub const FLUSH: f64 = 1e-30;
 
 /// The laws of a crane and what drives it during a step.
 pub struct Scene<'a, T, const N: usize> {
@@ -37,7 +35,7 @@ impl<T: Real> CraneStep<T> {
         CraneStep {
             k: std::array::from_fn(|_| room.clone()),
             argument: room,
-            slopes: Bordered::new(layout, 0),
+            slopes: Bordered { secants: true, ..Bordered::new(layout, 0) },
             elimination: Elimination::default(),
         }
     }
@@ -84,5 +82,80 @@ impl<T: Real, const N: usize> Linearised<T> for Here<'_, T, N> {
             #[inline(always)]
             || self.elimination.solve_sized::<N>(self.slopes, r),
         );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::crane::Crane;
+    use crate::integrator::Tolerances;
+    use crate::run::RunOptions;
+    use crate::{EquilibriumMode, Model, Simulator};
+    use hydrocrane_machine::{load, OverrideValue};
+    use hydrocrane_num::Lanes;
+    use std::sync::Arc;
+
+    const STEP: f64 = 2.5e-3;
+    const SPOOLS: [f64; 3] = [0.02, 0.006, -0.01];
+
+    /// The laboratory crane, its pistons with bristles or with the static map.
+    fn crane(friction: &str) -> Crane<3> {
+        let keys = ["lift", "jib", "extension"].map(|cylinder| format!("friction.{cylinder}.model"));
+        let changes = keys.map(|key| (key, OverrideValue::Text(friction.to_string())));
+        Crane::new(&load("rottne-f9-lab", &changes).expect("a valid machine")).expect("it can be built")
+    }
+
+    fn start(crane: &Crane<3>) -> Vec<f64> {
+        let pose = [100f64.to_radians(), 100f64.to_radians(), 0.0];
+        crane.equilibrium(&pose, EquilibriumMode::Hold, 0.0).expect("a pose inside the limits")
+    }
+
+    fn after<T: Real>(crane: &Crane<3>, steps: usize) -> Vec<T> {
+        let plant = crane.plant().map(&mut T::c);
+        let (lifted, layout) = (Lifted::new(&plant), crane.layout());
+        let (spools, payload) = (SPOOLS.map(T::c), T::c(0.0));
+        let scene = Scene { plant: &plant, lifted: &lifted, layout, spools: &spools, payload };
+        let mut x: Vec<T> = start(crane).into_iter().map(T::c).collect();
+        let mut stepping = CraneStep::new(layout);
+        for _ in 0..steps {
+            stepping.step(&scene, T::c(STEP), &mut x);
+        }
+        x
+    }
+
+    #[test]
+    fn a_lane_of_a_batch_takes_the_steps_of_one_crane_to_the_last_bit() {
+        for friction in ["lugre", "static"] {
+            let crane = crane(friction);
+            let (alone, batch) = (after::<f64>(&crane, 100), after::<Lanes<4>>(&crane, 100));
+            for (alone, lanes) in alone.iter().zip(batch) {
+                assert_eq!(lanes.0, [*alone; 4], "{friction}");
+            }
+        }
+    }
+
+    #[test]
+    fn takes_the_steps_of_the_method_for_any_system() {
+        for friction in ["lugre", "static"] {
+            let own = after::<f64>(&crane(friction), 200);
+            let tolerances = Tolerances { relative: 1e-4, absolute: 1e-4, max_step: STEP };
+            let options = RunOptions {
+                method: "ros3p".to_string(),
+                tolerances,
+                payload: 0.0,
+                payload_changes: Vec::new(),
+                ledger: false,
+                max_steps: 1000,
+            };
+            let crane = Arc::new(crane(friction));
+            let mut simulator = Simulator::new(crane.clone(), 200.0 * STEP, options);
+            simulator.reset(&start(&crane)).expect("a good start");
+            simulator.step(&SPOOLS);
+            let state = simulator.state().expect("a state");
+            for ((a, b), scale) in own.iter().zip(state).zip(&crane.layout().scales) {
+                assert!((a - b).abs() < 1e-9 * scale, "{friction}: {a} {b}");
+            }
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! One cylinder with its valve: the laws of `physics` in order, from its local state to force and rates.
 
-use hydrocrane_num::Real;
+use hydrocrane_num::{Dual, Real};
 use hydrocrane_physics::friction::{lugre::LuGre, static_map, StaticParameters};
 use hydrocrane_physics::hydraulics::chamber::Chambers;
 use hydrocrane_physics::hydraulics::connector::Connector;
@@ -17,6 +17,9 @@ pub enum FrictionLaw<T> {
     Printed { map: StaticParameters<T> },
     LuGre { map: StaticParameters<T>, bristle: LuGre<T> },
 }
+
+/// Speed below which a secant of friction is that of this speed, m/s.
+const CREEP: f64 = 1e-9;
 
 /// Parameters of one cylinder and its valve.
 #[derive(Debug, Clone, Copy)]
@@ -99,6 +102,17 @@ impl<T: Real> FrictionLaw<T> {
             }
             _ => self.evaluate(v, T::c(0.0)).0,
         }
+    }
+
+    /// Slope of a map less the secant F/v through standstill; zero with bristles, which are no map.
+    pub fn tangent_less_secant(&self, v: T) -> T {
+        if self.has_bristle() {
+            return T::c(0.0);
+        }
+        let moving = T::c(CREEP).lt(v.abs());
+        let at = Dual::<T, 1>::variable(T::select(moving, v, T::c(CREEP)), 0);
+        let friction = self.map(&mut Dual::constant).evaluate(at, Dual::constant(T::c(0.0))).0;
+        friction.derivative[0] - friction.value / at.value
     }
 
     pub fn has_bristle(&self) -> bool {

@@ -110,7 +110,11 @@ impl<T: Real, const N: usize> Plant<T, N> {
             slopes.p1 = piston.row(&rates.p1_rate.derivative);
             slopes.p2 = piston.row(&rates.p2_rate.derivative);
             slopes.z = piston.row(&rates.z_rate.derivative);
-            slopes.force = piston.row(&rates.force.derivative);
+            let mut force = rates.force.derivative;
+            if out.secants {
+                force[1] += self.cylinders[c].friction.tangent_less_secant(e.local[c].v);
+            }
+            slopes.force = piston.row(&force);
             slopes.spool = lifted.spool(c, x[layout.xs(c)], x[layout.vs(c)], u[c]);
             if let (Some(oil), false) = (oil, out.quadratures.is_empty()) {
                 let rows = &mut out.quadratures[c * LEDGER_PER_CYLINDER..][..LEDGER_PER_CYLINDER];

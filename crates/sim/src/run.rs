@@ -330,6 +330,10 @@ pub(crate) fn failed(model: &dyn Model, stepper: &Stepper, failure: StepFailure)
     // With a piston in its dead volume any step fails, whatever the solver complains of.
     let (kind, message) = if failure == StepFailure::NotAdmissible || beyond {
         (OutcomeKind::StrokeLimit, format!("a piston left its cylinder: {}", outside(model, &stepper.x)))
+    } else if failure == StepFailure::NotFinite {
+        let message = "a fixed step ended with numbers that are not finite; shorten the step, or take `rodas5p`, \
+                       which chooses its steps";
+        (OutcomeKind::SolverFailed, message.to_string())
     } else {
         let message = "the step size fell below rounding; a law jumps here (as-printed friction or orifice law?) \
                        or the tolerance is too tight";

@@ -107,6 +107,11 @@ impl Simulator {
         self.stepper.as_ref().map(|s| s.x.as_slice())
     }
 
+    /// x, z of the tip, m.
+    pub fn tip(&self) -> Option<[f64; 2]> {
+        self.stepper.as_ref().map(|s| self.model.tip(&s.x[..self.model.layout().joints()]))
+    }
+
     pub fn time(&self) -> f64 {
         self.stepper.as_ref().map_or(0.0, |s| s.t)
     }

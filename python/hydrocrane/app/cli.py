@@ -62,8 +62,9 @@ def simulate(
     machine: Annotated[str | None, typer.Option(help="Use this machine in place of the scenario's.")] = None,
     payload: Payload = None,
     duration: Annotated[float | None, typer.Option(help="s.")] = None,
-    method: Annotated[str | None, typer.Option(help="rodas5p (stiff) or tsit5 (explicit).")] = None,
+    method: Annotated[str | None, typer.Option(help="rodas5p (stiff), tsit5 (explicit), ros3p (fixed steps).")] = None,
     rtol: Annotated[float | None, typer.Option(help="Relative tolerance.")] = None,
+    step: Annotated[float | None, typer.Option(help="Size of the steps of ros3p, s.")] = None,
     also: Annotated[list[str], typer.Option(help="Also write the data as mat, csv or parquet.")] = [],  # noqa: B006
     film: Annotated[str, typer.Option(help="Animation: gif, mp4 or none.")] = "gif",
 ) -> None:
@@ -71,7 +72,7 @@ def simulate(
     import hydrocrane as hc
     from hydrocrane.app.options import overrides
 
-    wanted: dict[str, Any] = {"payload": payload, "duration": duration, "method": method, "rtol": rtol}
+    wanted: dict[str, Any] = {"payload": payload, "duration": duration, "method": method, "rtol": rtol, "step": step}
     changes = {name: value for name, value in wanted.items() if value is not None}
     with waiting("simulating"):
         run = hc.simulate(scenario, machine=machine, overrides=overrides(settings), **changes)

@@ -15,6 +15,7 @@ pub struct Linearisation {
     /// df/dx and dg/dx, then the derivative of df/dx along each tangent; empty where the slopes are dense.
     blocks: Vec<Bordered<f64>>,
     elimination: Elimination<f64>,
+    secants: bool,
 }
 
 #[derive(Default)]
@@ -37,7 +38,14 @@ impl Linearisation {
             dense: Dense::default(),
             blocks: Vec::new(),
             elimination: Elimination::default(),
+            secants: false,
         }
+    }
+
+    /// With static friction by its secant: see [`Bordered::secants`].
+    pub fn with_secants(mut self) -> Self {
+        self.secants = true;
+        self
     }
 
     /// Room for df/dx, row-major `n x n`, followed by its derivative along each of the `tangents`; and for dg/dx.
@@ -54,7 +62,8 @@ impl Linearisation {
     /// the `tangents`.
     pub fn bordered(&mut self, layout: &Layout, tangents: usize) -> (&mut [f64], &mut [f64], &mut [Bordered<f64>]) {
         if self.blocks.is_empty() {
-            self.blocks = vec![Bordered::new(layout, self.quadrature_rate.len()); 1 + tangents];
+            let blocks = Bordered { secants: self.secants, ..Bordered::new(layout, self.quadrature_rate.len()) };
+            self.blocks = vec![blocks; 1 + tangents];
         }
         (&mut self.rate, &mut self.quadrature_rate, &mut self.blocks)
     }

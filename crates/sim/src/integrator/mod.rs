@@ -14,13 +14,17 @@ pub use stepper::{StepFailure, Stepper, Tolerances};
 
 use crate::system::System;
 
-/// A one-step method of order five with an embedded error estimate and an interpolant.
+/// A one-step method with an interpolant and, unless its steps are fixed, an embedded error estimate.
 pub trait Method: Send + Sync {
     /// Order of the solution that is carried on.
     fn order(&self) -> u32;
+    /// Whether its steps are equal and never tried again, so that their cost is bounded.
+    fn fixed_steps(&self) -> bool {
+        false
+    }
     /// Prepares whatever the step from `(t, x)` shares between attempts. Called once per accepted state.
     fn begin(&mut self, system: &dyn System, t: f64, x: &[f64]);
-    /// Tries a step of size `h`. Writes the new state, the new quadratures (from `w`) and the error estimate;
+    /// Tries a step of size `h`. Writes the new state, the new quadratures and, unless steps are fixed, the error estimate;
     /// `false` where the linear system cannot be solved.
     fn attempt(&mut self, system: &dyn System, t: f64, h: f64, from: Point, to: &mut Target) -> bool;
     /// Keeps what the interpolant needs of an accepted step.
@@ -30,6 +34,9 @@ pub trait Method: Send + Sync {
     /// Evaluations so far: right-hand sides, Jacobians, factorisations.
     fn effort(&self) -> Effort;
 }
+
+/// States smaller than this are zero: decaying spools would end in subnormal numbers, which are slow.
+pub(crate) const FLUSH: f64 = 1e-30;
 
 /// A state with its quadratures.
 #[derive(Clone, Copy)]
@@ -60,13 +67,14 @@ pub struct Effort {
 }
 
 /// The methods by name.
-pub const METHODS: [&str; 2] = ["rodas5p", "tsit5"];
+pub const METHODS: [&str; 3] = ["rodas5p", "tsit5", "ros3p"];
 
 /// A method by its name in [`METHODS`].
 pub fn method(name: &str, dimension: usize, quadratures: usize) -> Option<Box<dyn Method>> {
     match name {
         "rodas5p" => Some(Box::new(rodas5p::Rodas5p::new(dimension, quadratures))),
         "tsit5" => Some(Box::new(tsit5::Tsit5::new(dimension, quadratures))),
+        "ros3p" => Some(Box::new(ros3p::Ros3p::new(dimension, quadratures))),
         _ => None,
     }
 }

@@ -11,6 +11,8 @@
 //! and x_new = x + sum_j m_j k_j. The last two stages share their right-hand side: a step costs two of them, a Jacobian and
 //! a factorisation.
 
+use super::{Effort, Linearisation, Method, Point, Target};
+use crate::system::System;
 use hydrocrane_num::Real;
 
 pub const STAGES: usize = 3;
@@ -74,6 +76,117 @@ pub fn end<T: Real>(x: T, k: &[Vec<T>; STAGES], i: usize) -> T {
     x + k[0][i] * WEIGHTS[0] + k[1][i] * WEIGHTS[1] + k[2][i] * WEIGHTS[2]
 }
 
+/// The method for a [`System`]; quadratures lie behind the states.
+pub struct Ros3p {
+    /// Number of states.
+    n: usize,
+    linearisation: Linearisation,
+    time_derivative: Vec<f64>,
+    k: [Vec<f64>; STAGES],
+    argument: Vec<f64>,
+    /// Start of the last accepted step, whose increments are kept until the next attempt.
+    start: Vec<f64>,
+    effort: Effort,
+}
+
+impl Ros3p {
+    pub fn new(n: usize, m: usize) -> Self {
+        Ros3p {
+            n,
+            linearisation: Linearisation::new(n, m).with_secants(),
+            time_derivative: vec![0.0; n],
+            k: std::array::from_fn(|_| vec![0.0; n + m]),
+            argument: vec![0.0; n],
+            start: vec![0.0; n + m],
+            effort: Effort::default(),
+        }
+    }
+}
+
+/// A system where a step of size `h` starts.
+struct Start<'a> {
+    system: &'a dyn System,
+    linearisation: &'a Linearisation,
+    n: usize,
+    t: f64,
+    h: f64,
+}
+
+impl Linearised<f64> for Start<'_> {
+    fn rate_at_end(&mut self, x: &[f64], rate: &mut [f64]) {
+        let (dx, dw) = rate.split_at_mut(self.n);
+        self.system.derivative(self.t + self.h, x, dx, dw);
+    }
+
+    /// A quadrature's row needs no solve: nothing depends on it.
+    fn solve(&self, r: &mut [f64]) {
+        let (k, kappa) = r.split_at_mut(self.n);
+        self.linearisation.solve(k);
+        self.linearisation.add_quadrature_slopes(k, kappa);
+        kappa.iter_mut().for_each(|value| *value *= self.h * GAMMA);
+    }
+}
+
+impl Method for Ros3p {
+    fn order(&self) -> u32 {
+        3
+    }
+
+    fn fixed_steps(&self) -> bool {
+        true
+    }
+
+    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64]) {
+        system.linearise(t, x, &mut self.linearisation);
+        system.time_derivative(t, x, &mut self.time_derivative);
+        self.effort.jacobians += 1;
+    }
+
+    fn attempt(&mut self, system: &dyn System, t: f64, h: f64, from: Point, to: &mut Target) -> bool {
+        self.effort.factorisations += 1;
+        if !self.linearisation.factor(1.0 / (h * GAMMA)) {
+            return false;
+        }
+        let Ros3p { n, linearisation, time_derivative, k, argument, .. } = self;
+        let (k_of_states, k_of_quadratures) = k[0].split_at_mut(*n);
+        k_of_states.copy_from_slice(&linearisation.rate);
+        k_of_quadratures.copy_from_slice(&linearisation.quadrature_rate);
+        let mut start = Start { system, linearisation, n: *n, t, h };
+        stages(&mut start, h, from.x, Some(time_derivative), k, argument);
+        self.effort.derivatives += 1;
+        to.x.iter_mut().zip(from.x).enumerate().for_each(|(i, (to, from))| *to = end(*from, k, i));
+        to.w.iter_mut().zip(from.w).enumerate().for_each(|(i, (to, from))| *to = end(*from, k, *n + i));
+        true
+    }
+
+    fn accept(&mut self, from: Point, _to: Point) {
+        self.start[..self.n].copy_from_slice(from.x);
+        self.start[self.n..].copy_from_slice(from.w);
+    }
+
+    fn interpolate(&self, theta: f64, x: &mut [f64], w: &mut [f64]) {
+        let weights = interpolant(theta);
+        for (i, out) in x.iter_mut().chain(w).enumerate() {
+            *out = self.start[i] + (0..STAGES).map(|j| weights[j] * self.k[j][i]).sum::<f64>();
+        }
+    }
+
+    fn effort(&self) -> Effort {
+        self.effort
+    }
+}
+
+/// Weights of the increments at the fraction `theta` of a step: three of the four conditions of order three, the method
+/// itself at the end. No slope at the end of the step enters, so that stiff states stay as damped as in the stages.
+fn interpolant(theta: f64) -> [f64; STAGES] {
+    // sum b = theta,   sum b_i (alpha_i + gamma_i) = theta^2/2,   sum b_i alpha_i^2 = theta^3/3
+    let third = (GAMMA * theta - 0.5 * theta * theta) / (GAMMA - 1.0 - D[2]);
+    let outer = theta.powi(3) / 3.0;
+    let b = [theta - outer, outer - third, third];
+    // b times the inverse of the matrix gamma, which is I/gamma - C.
+    [b[0] / GAMMA - C21 * b[1] - C31 * b[2], b[1] / GAMMA - C32 * b[2], b[2] / GAMMA]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -111,6 +224,8 @@ mod tests {
         ] {
             assert!((found - wanted).abs() < 1e-14, "{found} for {wanted}");
         }
+        let whole = interpolant(1.0);
+        assert!((0..3).all(|i| (whole[i] - WEIGHTS[i]).abs() < 1e-14), "{whole:?}");
         // Nodes and time weights are the row sums.
         assert!((0..3).all(|i| (a[i] - [0.0, 1.0, 1.0][i]).abs() < 1e-14));
         assert!((0..3).all(|i| (sums(gamma)[i] - D[i]).abs() < 1e-14), "{:?}", sums(gamma));

@@ -1,6 +1,6 @@
 //! Step size control around a [`Method`].
 
-use super::{Effort, Method, Point, Target};
+use super::{Effort, Method, Point, Target, FLUSH};
 use crate::system::System;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -9,7 +9,7 @@ pub struct Tolerances {
     pub relative: f64,
     /// Absolute tolerance, in units of each state's scale.
     pub absolute: f64,
-    /// Largest step, s. Commands and contacts must not be stepped over.
+    /// Largest step, s. Commands and contacts must not be stepped over. Fixed steps are as long as it allows.
     pub max_step: f64,
 }
 
@@ -20,6 +20,8 @@ pub enum StepFailure {
     NotAdmissible,
     /// The step size fell below rounding.
     TooSmall,
+    /// A step of fixed size ended with numbers that are not finite.
+    NotFinite,
 }
 
 /// Smallest step, relative to the time at hand, and absolute in seconds.
@@ -30,8 +32,8 @@ const GROW: f64 = 6.0;
 const SAFETY: f64 = 0.9;
 /// Growth beyond which errors do not swing about the tolerance but are far below it.
 const DOUBLE: f64 = 2.0;
-/// States smaller than this relative to their scale are zero: decaying spools would end in subnormals.
-const FLUSH: f64 = 1e-30;
+/// Share of a step by which an interval may be longer than whole steps: rounding must not add one.
+const EVEN: f64 = 1e-6;
 
 /// A method on its way through time.
 pub struct Stepper {
@@ -89,6 +91,9 @@ impl Stepper {
             self.method.begin(system, self.t, &self.x);
             self.begun = true;
         }
+        if self.method.fixed_steps() {
+            return self.even_step(system, limit);
+        }
         if self.h == 0.0 {
             self.h = self.first_step(system);
         }
@@ -127,6 +132,19 @@ impl Stepper {
         }
     }
 
+    /// One of the fewest equal steps to `limit` that keep to the largest size.
+    fn even_step(&mut self, system: &dyn System, limit: f64) -> Result<(), StepFailure> {
+        let remaining = limit - self.t;
+        let h = remaining / (remaining / self.tolerances.max_step - EVEN).ceil().max(1.0);
+        self.reach(system, h).map_err(|failure| match failure {
+            StepFailure::TooSmall => StepFailure::NotFinite,
+            other => other,
+        })?;
+        self.take(h, limit);
+        self.begun = false;
+        Ok(())
+    }
+
     fn order(&self) -> f64 {
         f64::from(self.method.order())
     }
@@ -147,21 +165,31 @@ impl Stepper {
 
     /// Error norm of an attempt relative to the tolerances; infinite where it leads nowhere.
     fn attempt(&mut self, system: &dyn System, h: f64, failure: &mut StepFailure) -> f64 {
+        match self.reach(system, h) {
+            Ok(()) => {
+                *failure = StepFailure::TooSmall;
+                self.norm(system, &self.target.error)
+            }
+            Err(found) => {
+                *failure = found;
+                f64::INFINITY
+            }
+        }
+    }
+
+    /// An attempt at a step, and whether it leads anywhere.
+    fn reach(&mut self, system: &dyn System, h: f64) -> Result<(), StepFailure> {
         let from = Point { x: &self.x, w: &self.w };
         if !self.method.attempt(system, self.t, h, from, &mut self.target) {
-            *failure = StepFailure::TooSmall;
-            return f64::INFINITY;
+            return Err(StepFailure::TooSmall);
         }
         if self.target.x.iter().chain(&self.target.w).any(|v| !v.is_finite()) {
-            *failure = StepFailure::TooSmall;
-            return f64::INFINITY;
+            return Err(StepFailure::TooSmall);
         }
         if !system.admissible(&self.target.x) {
-            *failure = StepFailure::NotAdmissible;
-            return f64::INFINITY;
+            return Err(StepFailure::NotAdmissible);
         }
-        *failure = StepFailure::TooSmall;
-        self.norm(system, &self.target.error)
+        Ok(())
     }
 
     /// Root mean square of a change relative to the tolerances, weighted by the old state only: weights from

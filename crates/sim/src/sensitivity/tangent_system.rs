@@ -115,6 +115,7 @@ impl<const N: usize> System for TangentSystem<'_, N> {
         let (layout, u) = (self.layout(), self.command(t));
         let Scratch { x: state, rate, slopes } = &mut *self.scratch.borrow_mut();
         let (rates, _, blocks) = at.bordered(layout, self.tangents());
+        slopes.secants = blocks[0].secants;
         for group in self.groups {
             let Group { inputs, lifted, first, count } = group;
             group.read(x, layout.len(), state);

@@ -1,0 +1,128 @@
+//! Fixed steps on the crane: order, stability, static friction by its secant, and how a run ends that cannot go on.
+
+use hydrocrane_machine::{load, OverrideValue};
+use hydrocrane_sim::integrator::Tolerances;
+use hydrocrane_sim::{build, simulate, Bordered, Commands, EquilibriumMode, Model, OutcomeKind, Run, RunOptions};
+use std::sync::Arc;
+
+const CYLINDERS: [&str; 3] = ["lift", "jib", "extension"];
+
+fn crane(changes: &[(String, OverrideValue)]) -> Arc<dyn Model> {
+    build(&load("rottne-f9-lab", changes).expect("a valid machine")).expect("it can be built")
+}
+
+fn static_friction() -> Vec<(String, OverrideValue)> {
+    CYLINDERS.map(|c| (format!("friction.{c}.model"), OverrideValue::Text("static".into()))).to_vec()
+}
+
+fn run(model: &dyn Model, commands: &Commands, end: f64, method: &str, tolerance: f64, max_step: f64) -> Run {
+    let options = RunOptions {
+        method: method.to_string(),
+        tolerances: Tolerances { relative: tolerance, absolute: tolerance, max_step },
+        payload: 0.0,
+        payload_changes: Vec::new(),
+        ledger: false,
+        max_steps: 10_000_000,
+    };
+    let q = [100f64.to_radians(), 100f64.to_radians(), 0.0];
+    let start = model.equilibrium(&q, EquilibriumMode::Hold, 0.0).expect("a pose inside the limits");
+    let record: Vec<f64> = (0..=100).map(|i| end * f64::from(i) / 100.0).collect();
+    simulate(model, &start, end, commands, &record, &options, &mut |_| true)
+}
+
+/// Starts, stops and reversals of all cylinders.
+fn to_and_fro() -> Commands {
+    let rows = [[0.02, 0.006, -0.01], [0.0; 3], [-0.01, 0.01, 0.01], [0.0; 3]];
+    Commands { times: vec![0.1, 0.8, 1.2, 1.8], values: rows.concat(), linear: false }
+}
+
+/// Largest distance of the tips at the recorded times, m.
+fn distance(model: &dyn Model, a: &Run, b: &Run) -> f64 {
+    assert_eq!(a.times, b.times, "{} / {}", a.outcome.message, b.outcome.message);
+    let n = model.layout().len();
+    let tips = a.states.chunks_exact(n).zip(b.states.chunks_exact(n)).map(|(a, b)| [model.tip(a), model.tip(b)]);
+    tips.map(|[a, b]| (a[0] - b[0]).hypot(a[1] - b[1])).fold(0.0, f64::max)
+}
+
+#[test]
+fn halving_the_step_divides_the_error_of_the_tip_by_eight() {
+    // A ramp, without corners but its ends, and steps short against the spool's lag.
+    let commands = Commands { times: vec![0.0, 0.4], values: [[0.0; 3], [0.02, 0.006, -0.01]].concat(), linear: true };
+    let model = crane(&[]);
+    let exact = run(model.as_ref(), &commands, 0.4, "rodas5p", 1e-12, 0.05);
+    let errors = [4e-4, 2e-4, 1e-4].map(|step| {
+        let end = run(model.as_ref(), &commands, 0.4, "ros3p", 1e-4, step);
+        distance(model.as_ref(), &end, &exact)
+    });
+    let order = (errors[0] / errors[2]).log2() / 2.0;
+    assert!((order - 3.0).abs() < 0.2, "{order}: {errors:?}");
+}
+
+#[test]
+fn long_steps_stay_stable_and_near_with_either_friction() {
+    for changes in [vec![], static_friction()] {
+        let model = crane(&changes);
+        let exact = run(model.as_ref(), &to_and_fro(), 2.5, "rodas5p", 1e-7, 0.05);
+        for (step, most) in [(0.01, 1e-3), (0.005, 6e-4), (0.001, 4e-4)] {
+            let fixed = run(model.as_ref(), &to_and_fro(), 2.5, "ros3p", 1e-4, step);
+            let worst = distance(model.as_ref(), &fixed, &exact);
+            assert!(worst < most, "{} at {step}: {worst}", model.layout().len());
+        }
+    }
+}
+
+#[test]
+fn secants_replace_the_slope_of_static_friction_alone() {
+    for changes in [vec![], static_friction()] {
+        let model = crane(&changes);
+        let layout = model.layout();
+        let mut x = vec![0.0; layout.len()];
+        let q = [100f64.to_radians(), 100f64.to_radians(), 0.0];
+        x.copy_from_slice(&model.equilibrium(&q, EquilibriumMode::Hold, 0.0).expect("a pose inside the limits"));
+        let (mut position, mut gain) = ([0.0; 3], [0.0; 3]);
+        model.strokes(&q, &mut position, &mut gain);
+        // The telescope retracts through the steep part of its map, at one and a half times its width.
+        let v = -1.5e-3;
+        x[layout.qd(2)] = v / gain[2];
+        let slopes = |secants: bool| {
+            let mut slopes = Bordered { secants, ..Bordered::new(layout, 0) };
+            model.linearise(&x, &[0.0; 3], 0.0, &mut vec![0.0; layout.len()], &mut [], &mut slopes);
+            let mut dense = vec![0.0; layout.len() * layout.len()];
+            slopes.write_dense(layout.len(), &mut dense);
+            (slopes.cylinders[2].force.qd, dense)
+        };
+        let ((tangent, exact), (secant, other)) = (slopes(false), slopes(true));
+        let changed: Vec<usize> =
+            (0..exact.len()).filter(|&i| exact[i] != other[i]).map(|i| i / layout.len()).collect();
+        if changes.is_empty() {
+            assert!(changed.is_empty());
+            continue;
+        }
+        let friction = |v: f64| model.steady_friction(2, v);
+        let steep = (friction(v + 1e-7) - friction(v - 1e-7)) / 2e-7;
+        let less = (tangent - secant) / gain[2] - (friction(v) / v - steep);
+        assert!(less.abs() < 1e-4 * (friction(v) / v), "{less}");
+        let accelerations = layout.qd(0)..layout.qd(0) + 3;
+        assert!(!changed.is_empty() && changed.iter().all(|row| accelerations.contains(row)), "{changed:?}");
+    }
+}
+
+#[test]
+fn the_printed_jump_of_friction_is_crossed_without_chatter() {
+    let model = build(&load("heinze-2007", &[]).expect("a bundled machine")).expect("it can be built");
+    let loose = run(model.as_ref(), &to_and_fro(), 1.0, "ros3p", 1e-4, 2e-3);
+    let fine = run(model.as_ref(), &to_and_fro(), 1.0, "ros3p", 1e-4, 5e-5);
+    assert_eq!((loose.accepted, loose.outcome.kind), (500, OutcomeKind::Completed), "{}", loose.outcome.message);
+    let apart = distance(model.as_ref(), &loose, &fine);
+    assert!(apart < 2e-3, "{apart}");
+}
+
+#[test]
+fn a_run_that_cannot_go_on_says_so_and_keeps_what_it_has() {
+    let model = crane(&[]);
+    let out = Commands { times: vec![0.0], values: vec![0.05; 3], linear: false };
+    let long = run(model.as_ref(), &out, 60.0, "ros3p", 1e-4, 5.0);
+    assert!(long.outcome.kind != OutcomeKind::Completed && !long.times.is_empty());
+    assert!(long.states.iter().all(|v| v.is_finite()), "{}", long.outcome.message);
+    assert!(!long.outcome.message.is_empty() && long.rejected == 0);
+}
