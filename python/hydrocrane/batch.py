@@ -53,7 +53,7 @@ class BatchSimulator:
     sample_time : float
         s.
     step : float
-        Longest step inside a sample, s. Half the step has an eighth of the error.
+        Longest step inside a sample, s. At 5 ms tips are within a millimetre unless a chamber falls to vacuum.
     payload : float or (n,) array, optional
         kg at the tips at every reset; default is the machine's own.
     threads : int, optional

@@ -48,7 +48,7 @@ class CraneTipEnv(gymnasium.Env[Numbers, NDArray[np.floating]]):
         self._target = np.asarray(wished.get("target", target), dtype=np.float64).reshape(1, 2)
         self._samples = 0
         seen = self._cranes.reset(q=wished.get("q", q))
-        return self.task.observation(seen, self._target)[0], {"target": self._target[0]}
+        return self.task.observation(seen, self._target)[0], {"target": self._target[0].copy()}
 
     def step(self, action: NDArray[np.floating]) -> tuple[Numbers, float, bool, bool, dict[str, Any]]:
         """Hold the spool commands for one sample."""
@@ -56,6 +56,6 @@ class CraneTipEnv(gymnasium.Env[Numbers, NDArray[np.floating]]):
         self._samples += 1
         lost = ~self._cranes.alive
         reward = float(self.task.reward(seen, self._target, lost)[0])
-        information = {"target": self._target[0], "tip": seen.tip[0], "outcome": self._cranes.outcomes[0]}
+        information = {"target": self._target[0].copy(), "tip": seen.tip[0], "outcome": self._cranes.outcomes[0]}
         over = self._samples >= self.task.samples
         return self.task.observation(seen, self._target)[0], reward, bool(lost[0]), over, information

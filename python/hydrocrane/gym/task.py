@@ -16,6 +16,8 @@ Numbers = NDArray[np.float32]
 
 # Share of every joint's range, at either end, that starts and targets keep clear of.
 MARGIN = 0.15
+# Bounds of an observation, which is clipped there: share of a range, rad/s or m/s, share of the supply pressure, m.
+SHARE, RATE, PRESSURE, WAY = 2.0, 20.0, 20.0, 100.0
 # Reward of losing the crane, m s: a minute far away.
 LOSS = -60.0
 
@@ -63,8 +65,9 @@ class TipTask:
 
     @property
     def observation_space(self) -> gymnasium.spaces.Box:
-        width = 2 * len(self.crane.joint_names) + 2 * len(self.crane.cylinder_names) + 2
-        return gymnasium.spaces.Box(-np.inf, np.inf, (width,), np.float32)
+        joints, cylinders = len(self.crane.joint_names), len(self.crane.cylinder_names)
+        bounds = np.repeat([SHARE, RATE, PRESSURE, WAY], [joints, joints, 2 * cylinders, 2]).astype(np.float32)
+        return gymnasium.spaces.Box(-bounds, bounds, dtype=np.float32)
 
     def simulator(self, n: int, threads: int | None = None) -> BatchSimulator:
         """Cranes to play with."""
@@ -85,7 +88,9 @@ class TipTask:
         lower, upper = self.crane.joint_limits.T
         share = (2.0 * seen.q - lower - upper) / (upper - lower)
         pressures = seen.p.reshape(len(seen.q), -1) / self.crane.supply_pressure
-        return np.concatenate([share, seen.qd, pressures, target - seen.tip], axis=1).astype(np.float32)
+        space = self.observation_space
+        together = np.concatenate([share, seen.qd, pressures, target - seen.tip], axis=1)
+        return np.clip(together, space.low, space.high).astype(np.float32)
 
     def reward(self, seen: BatchObservation, target: Array, lost: NDArray[np.bool_]) -> Array:
         """(n,) m s."""

@@ -115,18 +115,29 @@ impl Batch {
         self.line.send(commands);
         let plan = self.line.plan(self.step);
         let states = self.model.layout().len();
+        let alone = self.runs_alone();
         let Batch { kernel, pool, x, payload, fates, line, .. } = self;
-        let line = &*line;
-        pool.install(|| {
+        let (kernel, line) = (&*kernel, &*line);
+        let room = || (kernel.mover(), vec![[0.0; WIDTH]; states]);
+        type Room<'a> = (Box<dyn Mover + 'a>, Vec<Group>);
+        type Item<'a> = (usize, ((&'a mut [Group], &'a mut [Fate; WIDTH]), &'a Group));
+        let work = |(mover, start): &mut Room, (group, ((x, fates), payload)): Item| {
+            start.copy_from_slice(x);
+            careful::advance(mover.as_mut(), &plan, line, group, *payload, start, x, fates);
+        };
+        if alone {
+            let mut room = room();
+            let groups = x.chunks_exact_mut(states).zip(fates.iter_mut()).zip(payload.iter()).enumerate();
+            groups.for_each(|item| work(&mut room, item));
+        } else {
             let groups = x.par_chunks_exact_mut(states).zip(fates.par_iter_mut()).zip(payload.par_iter()).enumerate();
-            groups.with_min_len(LEAST_GROUPS).for_each_init(
-                || (kernel.mover(), vec![[0.0; WIDTH]; states]),
-                |(mover, start), (group, ((x, fates), payload))| {
-                    start.copy_from_slice(x);
-                    careful::advance(mover.as_mut(), &plan, line, group, *payload, start, x, fates);
-                },
-            );
-        });
+            pool.install(|| groups.with_min_len(LEAST_GROUPS).for_each_init(room, work));
+        }
+    }
+
+    /// Whether the calling thread does the work: handing it over would take longer.
+    fn runs_alone(&self) -> bool {
+        self.threads() == 1 || self.fates.len() <= LEAST_GROUPS
     }
 
     /// Per crane its joint coordinates, rates, pressures p1 and p2 by cylinder, and tip: rows of [`Self::observed`] numbers.
@@ -134,25 +145,27 @@ impl Batch {
         let layout = self.model.layout();
         let (n, states, width) = (layout.joints(), layout.len(), self.observed());
         let mut rows = vec![0.0; self.fates.len() * WIDTH * width];
-        let groups = rows.par_chunks_exact_mut(width * WIDTH).zip(self.x.par_chunks_exact(states));
-        self.pool.install(|| {
-            groups.with_min_len(LEAST_GROUPS).for_each_init(
-                || self.kernel.mover(),
-                |mover, (rows, x)| {
-                    let tip = mover.look(x).tip;
-                    for (lane, row) in rows.chunks_exact_mut(width).enumerate() {
-                        for i in 0..2 * n {
-                            row[i] = x[i][lane];
-                        }
-                        for c in 0..n {
-                            row[2 * n + 2 * c] = x[layout.p1(c)][lane];
-                            row[2 * n + 2 * c + 1] = x[layout.p2(c)][lane];
-                        }
-                        row[4 * n..].copy_from_slice(&[tip[0][lane], tip[1][lane]]);
-                    }
-                },
-            );
-        });
+        let work = |mover: &mut Box<dyn Mover + '_>, (rows, x): (&mut [f64], &[Group])| {
+            let tip = mover.look(x).tip;
+            for (lane, row) in rows.chunks_exact_mut(width).enumerate() {
+                for i in 0..2 * n {
+                    row[i] = x[i][lane];
+                }
+                for c in 0..n {
+                    row[2 * n + 2 * c] = x[layout.p1(c)][lane];
+                    row[2 * n + 2 * c + 1] = x[layout.p2(c)][lane];
+                }
+                row[4 * n..].copy_from_slice(&[tip[0][lane], tip[1][lane]]);
+            }
+        };
+        if self.runs_alone() {
+            let mut mover = self.kernel.mover();
+            let groups = rows.chunks_exact_mut(width * WIDTH).zip(self.x.chunks_exact(states));
+            groups.for_each(|item| work(&mut mover, item));
+        } else {
+            let groups = rows.par_chunks_exact_mut(width * WIDTH).zip(self.x.par_chunks_exact(states));
+            self.pool.install(|| groups.with_min_len(LEAST_GROUPS).for_each_init(|| self.kernel.mover(), work));
+        }
         rows.truncate(self.cranes * width);
         rows
     }
