@@ -140,7 +140,7 @@ class Simulator:
         return self._observe()
 
     def _checked(self, spool_command: ArrayLike) -> Array:
-        """One finite command per cylinder. An array that is just that passes at once: loops call this at every sample."""
+        """One finite command per cylinder. An array that is just that passes at once: loops call this every sample."""
         width = len(self._p)
         if isinstance(spool_command, np.ndarray):
             right = spool_command.dtype == np.float64 and spool_command.shape == (width,)

@@ -35,6 +35,17 @@ const DOUBLE: f64 = 2.0;
 /// Share of a step by which an interval may be longer than whole steps: rounding must not add one.
 const EVEN: f64 = 1e-6;
 
+/// The next step of the wanted size on what remains: a last sliver is swallowed, two short steps are made even.
+fn portion(remaining: f64, wanted: f64) -> f64 {
+    if remaining <= wanted * 1.01 {
+        remaining
+    } else if remaining < 2.0 * wanted {
+        0.5 * remaining
+    } else {
+        wanted
+    }
+}
+
 /// A method on its way through time.
 pub struct Stepper {
     method: Box<dyn Method>,
@@ -103,14 +114,7 @@ impl Stepper {
         let mut rejected_before = false;
         loop {
             let wanted = self.h.min(self.tolerances.max_step);
-            // A last sliver is swallowed, two short steps are made even.
-            let h = if remaining <= wanted * 1.01 {
-                remaining
-            } else if remaining < 2.0 * wanted {
-                0.5 * remaining
-            } else {
-                wanted
-            };
+            let h = portion(remaining, wanted);
             if h < least && h < remaining {
                 return Err(failure);
             }
