@@ -128,9 +128,11 @@ mod tests {
     fn a_lane_of_a_batch_takes_the_steps_of_one_crane_to_the_last_bit() {
         for friction in ["lugre", "static"] {
             let crane = crane(friction);
-            let (alone, batch) = (after::<f64>(&crane, 100), after::<Lanes<4>>(&crane, 100));
-            for (alone, lanes) in alone.iter().zip(batch) {
-                assert_eq!(lanes.0, [*alone; 4], "{friction}");
+            let (alone, batch) = (after::<f64>(&crane, 100), after::<Lanes<f64>>(&crane, 100));
+            for (alone, lane) in alone.iter().zip(batch) {
+                let mut number = [0.0];
+                lane.store(&mut number);
+                assert_eq!(number, [*alone], "{friction}");
             }
         }
     }

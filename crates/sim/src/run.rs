@@ -279,7 +279,7 @@ pub(crate) fn given_up(
         let message = format!("gave up after {} steps; loosen the tolerance or shorten the run", stepper.accepted);
         return Some(Outcome { kind: OutcomeKind::SolverFailed, time: stepper.t, message });
     }
-    if stepper.accepted % 256 == 0 && !keep_going(stepper.t) {
+    if stepper.accepted.is_multiple_of(256) && !keep_going(stepper.t) {
         let message = "stopped from outside".to_string();
         return Some(Outcome { kind: OutcomeKind::Interrupted, time: stepper.t, message });
     }
