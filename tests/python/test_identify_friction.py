@@ -211,7 +211,7 @@ def test_what_is_left_of_a_damaged_log_is_used_and_said(log, case):
 
 def test_one_level_of_one_direction_gives_no_block(log, tmp_path):
     found = hc.identify_friction(part(log, 0.0, 3.4), "rig-rottne")
-    assert summary(found).count("not told by the data") == 3
+    assert summary(found).count("not told by the data") == 4
     with pytest.raises(hc.InputError, match="retracting"):
         found.write(tmp_path / "friction.toml")
 

@@ -300,5 +300,5 @@ def test_a_changed_machine_keeps_the_overrides_it_had():
     assert (other.supply_pressure, other.payload_mass) == (pytest.approx(100e5), 20.0)
     assert one.payload_mass == 0.0 and one.changed({}) is one
     assert other.changed({"supply.pressure": "40 bar"}).supply_pressure == pytest.approx(40e5)
-    with pytest.raises(hc.MachineError, match="paylod"):
+    with pytest.raises(hc.HydrocraneError, match="paylod"):
         one.changed({"paylod.mass": 1.0})

@@ -77,7 +77,7 @@ class RigSensors:
             lag=pressure.get("rise-time", 0.0) / np.log(9.0),
             pressure_noise=max(_noise(pressure) * full, 1.0),
             position_noise=max(_noise(position) * width, 1e-8),
-            zeros=_zeros(calibrated, span * full),
+            zeros=_zeros(calibrated, float(span * full)),
             span=max(span, 1e-6),
             bow=max(UNIFORM * position.get("linearity", 0.0) * width, 1e-7),
             width=width,
