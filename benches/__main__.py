@@ -6,6 +6,7 @@ import argparse
 import json
 import os
 import platform
+import subprocess
 import time
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
@@ -51,6 +52,17 @@ def about() -> dict[str, Any]:
     }
 
 
+def circumstances() -> dict[str, Any]:
+    """The version of the sources, and how busy the computer was beside the measurement."""
+    git = ["git", "-C", str(RESULTS.parent), "rev-parse", "--short", "HEAD"]
+    try:
+        commit = subprocess.run(git, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        commit = "unknown"
+    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
+    return {"commit": commit, "load": load}
+
+
 def sections(quick: bool) -> dict[str, Callable[[], dict[str, Any]]]:
     """What can be measured, by its name in the results."""
     effort = QUICK if quick else Effort()
@@ -93,11 +105,13 @@ def main() -> None:
         if name not in known:
             parser.error(f"no section is called `{name}`; choose from {', '.join(known)}")
     results = json.loads(RESULTS.read_text(encoding="utf-8")) if options.only and RESULTS.exists() else {}
-    results["about"] = about()
+    rounds = results.get("about", {}).get("sections", {})
+    results["about"] = about() | {"sections": rounds}
     for name in chosen:
         print(f"--- {name}", flush=True)
         began = time.perf_counter()
         results[name] = measured(known[name])
+        rounds[name] = circumstances()
         print(f"    {time.perf_counter() - began:.0f} s", flush=True)
     if options.quick:
         print(json.dumps({name: results[name] for name in chosen if name != "open_loop"}, indent=2))

@@ -165,10 +165,16 @@ def batch(results: Results) -> str:
     if lacking(section):
         return lacking(section)
     exact = [
-        [digits(s["step"] * 1e3), str(s["manoeuvres"]), digits(s["worst_m"] * 1e3, 2), digits(s["median_m"] * 1e6, 2)]
+        [
+            digits(s["step"] * 1e3),
+            str(s["manoeuvres"]),
+            digits(s["worst_m"] * 1e3, 2),
+            digits(s["median_m"] * 1e6, 2),
+            str(s["within_1_mm"]),
+        ]
         for s in section["steps"]
     ]
-    text = table(["step [ms]", "random manoeuvres", "worst tip error [mm]", "median [µm]"], exact)
+    text = table(["step [ms]", "random manoeuvres", "worst tip error [mm]", "median [µm]", "within 1 mm"], exact)
     rows = []
     free = {row["threads"]: row["crane_seconds_per_second"] for row in section["free_of_memory"]}
     for s in section["steps"]:
@@ -279,6 +285,15 @@ def goals(results: Results) -> str:
     return table(["goal", "wanted", "found", "met"], rows)
 
 
+def circumstances(results: Results) -> str:
+    """With which sources each section was measured, and how busy the computer was."""
+    rows = []
+    for name, row in results["about"]["sections"].items():
+        load = "unknown" if row["load"] is None else digits(row["load"], 2)
+        rows.append([name.replace("_", " "), f"`{row['commit']}`", load])
+    return table(["section", "commit", "processes at work on average, this one among them"], rows)
+
+
 PARTS: dict[str, Callable[[Results], str]] = {
     "goals": goals,
     "open_loop": open_loop,
@@ -290,6 +305,7 @@ PARTS: dict[str, Callable[[Results], str]] = {
     "laws": laws,
     "printed": printed,
     "growth": growth,
+    "circumstances": circumstances,
 }
 
 
