@@ -243,9 +243,16 @@ def goals(results: Results) -> str:
     """What the project asked of itself, and what came out."""
     rows = []
 
-    def row(text: str, wanted: float, found: float | None, unit: str = "x", least: bool = True) -> None:
+    def row(
+        text: str,
+        wanted: float,
+        found: float | None,
+        unit: str = "x",
+        least: bool = True,
+        otherwise: str = "not measured",
+    ) -> None:
         if found is None:
-            return rows.append([text, f"{wanted:g} {unit}", "not measured", ""])
+            return rows.append([text, f"{wanted:g} {unit}", otherwise, ""])
         met = found >= wanted if least else found <= wanted
         return rows.append(
             [
@@ -281,7 +288,10 @@ def goals(results: Results) -> str:
     if not lacking(batches):
         good = [s for s in batches["steps"] if s["worst_m"] <= 1e-3]
         speeds = [r["crane_seconds_per_cpu_second"] for s in good for r in s["throughput"] if r["threads"] == 1]
-        row("batch within 1 mm, one core", 20000, max(speeds, default=None), "crane-seconds per CPU second")
+        worst = min(s["worst_m"] for s in batches["steps"])
+        row("batch, worst tip error of all manoeuvres at the best step", 1, worst * 1e3, "mm", least=False)
+        wanted = (20000, max(speeds, default=None), "crane-seconds per CPU second")
+        row("batch at a step within 1 mm, one core", *wanted, otherwise="no step is")
     return table(["goal", "wanted", "found", "met"], rows)
 
 
