@@ -13,24 +13,46 @@ pub struct Dual<S, const N: usize> {
 }
 
 impl<S: Real, const N: usize> Dual<S, N> {
+    #[inline(always)]
     pub fn constant(value: S) -> Self {
         Dual { value, derivative: [S::c(0.0); N] }
     }
 
     /// The `i`-th independent variable.
+    #[inline(always)]
     pub fn variable(value: S, i: usize) -> Self {
         let mut x = Self::constant(value);
         x.derivative[i] = S::c(1.0);
         x
     }
 
-    /// `f(self)` given its value and slope.
-    #[inline]
-    fn chain(self, value: S, slope: S) -> Self {
-        Dual { value, derivative: self.derivative.map(|d| d * slope) }
+    /// The same number among `M` independent variables, of which `at` tells this one's.
+    #[inline(always)]
+    pub fn among<const M: usize>(self, at: [usize; N]) -> Dual<S, M> {
+        let mut wide = Dual::constant(self.value);
+        for (i, derivative) in at.into_iter().zip(self.derivative) {
+            wide.derivative[i] = derivative;
+        }
+        wide
     }
 
-    #[inline]
+    /// `f(self)` given its value and slope.
+    #[inline(always)]
+    fn chain(self, value: S, slope: S) -> Self {
+        self.each(value, |d| d * slope)
+    }
+
+    /// With `f` of every derivative, in a plain loop: the array functions of the standard library are not always inlined.
+    #[inline(always)]
+    fn each(self, value: S, f: impl Fn(S) -> S) -> Self {
+        let mut derivative = self.derivative;
+        for d in &mut derivative {
+            *d = f(*d);
+        }
+        Dual { value, derivative }
+    }
+
+    #[inline(always)]
     fn zip(self, other: Self, value: S, f: impl Fn(S, S) -> S) -> Self {
         let mut derivative = self.derivative;
         for (d, &e) in derivative.iter_mut().zip(&other.derivative) {
@@ -41,6 +63,7 @@ impl<S: Real, const N: usize> Dual<S, N> {
 }
 
 impl<S: Real, const N: usize> Default for Dual<S, N> {
+    #[inline(always)]
     fn default() -> Self {
         Self::constant(S::c(0.0))
     }
@@ -48,15 +71,15 @@ impl<S: Real, const N: usize> Default for Dual<S, N> {
 
 impl<S: Real, const N: usize> Neg for Dual<S, N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn neg(self) -> Self {
-        Dual { value: -self.value, derivative: self.derivative.map(|d| -d) }
+        self.each(-self.value, |d| -d)
     }
 }
 
 impl<S: Real, const N: usize> Add for Dual<S, N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn add(self, o: Self) -> Self {
         self.zip(o, self.value + o.value, |a, b| a + b)
     }
@@ -64,7 +87,7 @@ impl<S: Real, const N: usize> Add for Dual<S, N> {
 
 impl<S: Real, const N: usize> Sub for Dual<S, N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn sub(self, o: Self) -> Self {
         self.zip(o, self.value - o.value, |a, b| a - b)
     }
@@ -74,7 +97,7 @@ impl<S: Real, const N: usize> Sub for Dual<S, N> {
 #[allow(clippy::suspicious_arithmetic_impl)]
 impl<S: Real, const N: usize> Mul for Dual<S, N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(self, o: Self) -> Self {
         self.zip(o, self.value * o.value, |a, b| a * o.value + b * self.value)
     }
@@ -82,7 +105,7 @@ impl<S: Real, const N: usize> Mul for Dual<S, N> {
 
 impl<S: Real, const N: usize> Div for Dual<S, N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn div(self, o: Self) -> Self {
         let inverse = S::c(1.0) / o.value;
         let value = self.value / o.value;
@@ -92,7 +115,7 @@ impl<S: Real, const N: usize> Div for Dual<S, N> {
 
 impl<S: Real, const N: usize> Add<f64> for Dual<S, N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn add(self, o: f64) -> Self {
         Dual { value: self.value + o, derivative: self.derivative }
     }
@@ -100,7 +123,7 @@ impl<S: Real, const N: usize> Add<f64> for Dual<S, N> {
 
 impl<S: Real, const N: usize> Sub<f64> for Dual<S, N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn sub(self, o: f64) -> Self {
         Dual { value: self.value - o, derivative: self.derivative }
     }
@@ -108,29 +131,29 @@ impl<S: Real, const N: usize> Sub<f64> for Dual<S, N> {
 
 impl<S: Real, const N: usize> Mul<f64> for Dual<S, N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(self, o: f64) -> Self {
-        Dual { value: self.value * o, derivative: self.derivative.map(|d| d * o) }
+        self.each(self.value * o, |d| d * o)
     }
 }
 
 impl<S: Real, const N: usize> Div<f64> for Dual<S, N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn div(self, o: f64) -> Self {
-        Dual { value: self.value / o, derivative: self.derivative.map(|d| d / o) }
+        self.each(self.value / o, |d| d / o)
     }
 }
 
 impl<S: Real, const N: usize> AddAssign for Dual<S, N> {
-    #[inline]
+    #[inline(always)]
     fn add_assign(&mut self, o: Self) {
         *self = *self + o;
     }
 }
 
 impl<S: Real, const N: usize> SubAssign for Dual<S, N> {
-    #[inline]
+    #[inline(always)]
     fn sub_assign(&mut self, o: Self) {
         *self = *self - o;
     }
@@ -139,45 +162,53 @@ impl<S: Real, const N: usize> SubAssign for Dual<S, N> {
 impl<S: Real, const N: usize> Real for Dual<S, N> {
     type Mask = S::Mask;
 
+    #[inline(always)]
     fn c(x: f64) -> Self {
         Self::constant(S::c(x))
     }
+    #[inline(always)]
     fn look_up(self, f: impl Fn(f64) -> f64) -> Self {
         Self::constant(self.value.look_up(f))
     }
-    #[inline]
+    #[inline(always)]
     fn sqrt(self) -> Self {
         let root = self.value.sqrt();
         self.chain(root, S::c(0.5) / root)
     }
+    #[inline(always)]
     fn exp(self) -> Self {
         let e = self.value.exp();
         self.chain(e, e)
     }
+    #[inline(always)]
     fn ln(self) -> Self {
         self.chain(self.value.ln(), S::c(1.0) / self.value)
     }
+    #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
         let (s, c) = self.value.sin_cos();
         (self.chain(s, c), self.chain(c, -s))
     }
+    #[inline(always)]
     fn tanh(self) -> Self {
         // The slope from the value: finite for every argument, where sinh/cosh would overflow.
         let t = self.value.tanh();
         self.chain(t, S::c(1.0) - t * t)
     }
-    #[inline]
+    #[inline(always)]
     fn abs(self) -> Self {
         let slope = S::select(self.value.lt(S::c(0.0)), S::c(-1.0), S::c(1.0));
         self.chain(self.value.abs(), slope)
     }
+    #[inline(always)]
     fn lt(self, other: Self) -> S::Mask {
         self.value.lt(other.value)
     }
+    #[inline(always)]
     fn le(self, other: Self) -> S::Mask {
         self.value.le(other.value)
     }
-    #[inline]
+    #[inline(always)]
     fn select(mask: S::Mask, a: Self, b: Self) -> Self {
         a.zip(b, S::select(mask, a.value, b.value), |x, y| S::select(mask, x, y))
     }

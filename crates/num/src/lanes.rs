@@ -8,12 +8,12 @@ use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign
 
 /// `W` numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(align(64))]
+#[repr(align(32))]
 pub struct Lanes<const W: usize>(pub [f64; W]);
 
 /// One truth value per lane: all bits set or none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(align(64))]
+#[repr(align(32))]
 pub struct LaneMask<const W: usize>(pub [u64; W]);
 
 /// An array by its elements: a plain loop, since the array functions of the standard library are not always inlined.

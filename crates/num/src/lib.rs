@@ -5,15 +5,18 @@ pub mod dense;
 mod dual;
 pub mod elementary;
 mod lanes;
+mod pack;
 mod random;
 mod real;
 pub mod small;
 pub mod smooth;
 pub mod table;
 mod vec2;
+mod vectorised;
 
 pub use dual::Dual;
 pub use lanes::{LaneMask, Lanes};
+pub use pack::Pack;
 pub use random::Draws;
 pub use real::{Mask, Real};
 pub use vec2::Vec2;

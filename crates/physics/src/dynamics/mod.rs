@@ -23,6 +23,7 @@ parameters! {
 }
 
 impl<T: Real> Body<T> {
+    #[inline(always)]
     pub fn centre_of_gravity(&self) -> Vec2<T> {
         Vec2::new(self.x, self.z)
     }
@@ -52,6 +53,7 @@ impl<T: Copy, const N: usize> Mechanics<T, N> {
 }
 
 impl<T: Real, const N: usize> Mechanics<T, N> {
+    #[inline(always)]
     pub fn pose(&self, q: &[T; N]) -> ChainPose<T, N> {
         ChainPose::new(&self.joints, q)
     }
