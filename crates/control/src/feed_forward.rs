@@ -26,7 +26,7 @@ pub fn steady_speed(c: &NominalCylinder, mains: &Mains, force: f64, sense: f64) 
     let a = [c.chambers.area_1, c.chambers.area_2];
     let coefficients = [c.valve.edge_a.coefficient, c.valve.edge_b.coefficient];
     // Pressures that chamber 1 and chamber 2 would have without any drop over their edges.
-    let (p1, p2) = match (sense > 0.0, c.valve.regenerative) {
+    let (p1, p2) = match (sense > 0.0, c.valve.regenerative > 0.0) {
         (true, false) => (mains.supply, mains.tank),
         (true, true) => (mains.supply, mains.supply),
         (false, _) => (mains.tank, mains.supply),

@@ -26,6 +26,16 @@ impl<S: Real, const N: usize> Dual<S, N> {
         x
     }
 
+    /// The same number among `M` independent variables, of which `at` tells this one's.
+    #[inline(always)]
+    pub fn among<const M: usize>(self, at: [usize; N]) -> Dual<S, M> {
+        let mut wide = Dual::constant(self.value);
+        for i in 0..N {
+            wide.derivative[at[i]] = self.derivative[i];
+        }
+        wide
+    }
+
     /// `f(self)` given its value and slope.
     #[inline(always)]
     fn chain(self, value: S, slope: S) -> Self {

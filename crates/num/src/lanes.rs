@@ -4,7 +4,7 @@
 //! hold. Everything is inlined, so that the instruction set is that of the function around it, a law set
 //! [apart](Real::apart).
 
-use crate::register::Register;
+use crate::register::{Register, WIDEST};
 use crate::{elementary, Real};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
@@ -27,8 +27,7 @@ impl<R: Register> Lanes<R> {
     /// With `f` of every number, one by one.
     #[inline(always)]
     fn one_by_one(self, f: impl Fn(f64) -> f64) -> Self {
-        // No register is wider than this.
-        let mut numbers = [0.0; 8];
+        let mut numbers = [0.0; WIDEST];
         self.0.store(&mut numbers);
         for number in &mut numbers[..R::WIDTH] {
             *number = f(*number);

@@ -5,9 +5,11 @@ pub mod dense;
 mod dual;
 pub mod elementary;
 mod lanes;
+mod pack;
 mod random;
 mod real;
 pub mod register;
+mod register_portable;
 #[cfg(target_arch = "x86_64")]
 pub mod register_x86;
 pub mod small;
@@ -17,6 +19,8 @@ mod vec2;
 
 pub use dual::Dual;
 pub use lanes::Lanes;
+pub use pack::Pack;
 pub use random::Draws;
 pub use real::{Mask, Real};
+pub use register_portable::Four;
 pub use vec2::Vec2;

@@ -7,6 +7,9 @@ use crate::Mask;
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+/// Numbers in the widest of them.
+pub const WIDEST: usize = 8;
+
 /// Numbers side by side in one register.
 pub trait Register:
     Copy

@@ -13,7 +13,7 @@
 
 use crate::layout::{Layout, OwnStates};
 use crate::model::MAX_JOINTS;
-use hydrocrane_num::Real;
+use hydrocrane_num::{Pack, Real};
 
 /// Slopes of one output of a cylinder by the states it can see.
 #[derive(Debug, Clone, Copy, Default)]
@@ -71,8 +71,18 @@ impl<T: Real> Row<T> {
         }
     }
 
+    #[inline(always)]
     fn map<U>(&self, f: impl Fn(T) -> U) -> Row<U> {
         Row { q: f(self.q), qd: f(self.qd), p1: f(self.p1), p2: f(self.p2), xs: f(self.xs), z: f(self.z) }
+    }
+
+    /// The row of one of the numbers that `T` holds side by side.
+    #[inline(always)]
+    pub fn lane<U>(&self, i: usize) -> Row<U>
+    where
+        T: Pack<U>,
+    {
+        self.map(|number| number.lane(i))
     }
 }
 

@@ -3,33 +3,35 @@
 use crate::batch::{self, Kernel};
 use crate::bordered::Bordered;
 use crate::controllers::nominal_cylinder;
-use crate::cylinder_unit::FrictionLaw;
+use crate::cylinder_group::CylinderGroup;
+use crate::cylinder_unit::{FrictionLaw, LocalRates, LocalState};
 use crate::drawing::{self, Shape};
 use crate::equilibrium::EquilibriumMode;
 use crate::errors::{BuildError, PoseError, StrokeError};
 use crate::from_machine::plant;
 use crate::inverse::joint_from_stroke;
-use crate::jacobian::Lifted;
 use crate::layout::{Layout, Unit};
 use crate::ledger::{powers, LEDGER_PER_CYLINDER};
 use crate::limits::{Drivetrain, JointLimits};
 use crate::model::{Model, Passivity};
 use crate::outputs::{self, OutputInfo};
 use crate::plant::Plant;
-use crate::rhs::Evaluation;
+use crate::rhs::Evaluator;
 use crate::{reference, workspace};
 use hydrocrane_control::drive::FRICTION_SPEED;
 use hydrocrane_control::feed_forward::{steady_speed, Mains};
 use hydrocrane_control::inverse_kinematics::{self, Printed, TooFewRevolute};
 use hydrocrane_machine::Machine;
-use hydrocrane_num::small;
+use hydrocrane_num::{small, Four, Lanes, Pack};
 use hydrocrane_physics::hydraulics::fluid::OilTables;
 use std::sync::OnceLock;
 
+/// The cylinders of a crane side by side.
+type Side = Lanes<Four>;
+
 pub struct Crane<const N: usize> {
     machine: Machine,
-    plant: Plant<f64, N>,
-    lifted: Lifted<f64, N>,
+    evaluator: Evaluator<f64, Side, N>,
     /// Made when first asked for: only energies and densities need them.
     oil: OnceLock<OilTables>,
     layout: Layout,
@@ -54,14 +56,14 @@ impl<const N: usize> Crane<N> {
                 spool: (c.valve.stroke, c.valve.natural_frequency),
             })
             .collect();
+        let layout = Layout::new(&units);
         let mut crane = Crane {
-            lifted: Lifted::new(&plant),
+            evaluator: Evaluator::new(&plant, &layout),
             oil: OnceLock::new(),
-            layout: Layout::new(&units),
+            layout,
             limits: Vec::with_capacity(N),
             outputs: outputs::info(machine),
             machine: machine.clone(),
-            plant,
         };
         for i in 0..N {
             let limits = crane.drivetrain(i).limits()?;
@@ -74,7 +76,7 @@ impl<const N: usize> Crane<N> {
 
     /// Whether rounding leaves anything of the lighter links, in the middle of all ranges.
     fn check_mass_matrix(&self) -> Result<(), BuildError> {
-        let mechanics = &self.plant.mechanics;
+        let mechanics = &self.plant().mechanics;
         let middle = self.limit_pairs().map(|[lower, upper]| 0.5 * (lower + upper));
         let mass_matrix = mechanics.equations(&mechanics.pose(&middle), &[0.0; N], 0.0).mass_matrix;
         if small::least_pivot(&mass_matrix) > LEAST_PIVOT {
@@ -90,11 +92,11 @@ impl<const N: usize> Crane<N> {
         let mut x = vec![0.0; self.layout.len()];
         for (i, limits) in self.limits.iter().enumerate() {
             x[self.layout.q(i)] = 0.5 * (limits.lower + limits.upper);
-            x[self.layout.p1(i)] = 0.5 * self.plant.mains.supply;
-            x[self.layout.p2(i)] = 0.4 * self.plant.mains.supply;
+            x[self.layout.p1(i)] = 0.5 * self.plant().mains.supply;
+            x[self.layout.p2(i)] = 0.4 * self.plant().mains.supply;
         }
         let mut dx = vec![0.0; x.len()];
-        self.plant.derivative(&self.layout, &x, &[0.0; N], self.machine.payload.mass, &mut dx);
+        self.derivative(&x, &[0.0; N], self.machine.payload.mass, &mut dx, &mut []);
         match dx.iter().position(|d| !d.is_finite()) {
             Some(i) => Err(BuildError::NotFinite(self.layout.names[i].clone())),
             None => Ok(()),
@@ -102,24 +104,37 @@ impl<const N: usize> Crane<N> {
     }
 
     pub(crate) fn plant(&self) -> &Plant<f64, N> {
-        &self.plant
+        &self.evaluator.plant
     }
 
     fn oil(&self) -> &OilTables {
-        self.oil.get_or_init(|| OilTables::new(self.plant.fluid))
+        self.oil.get_or_init(|| OilTables::new(self.plant().fluid))
     }
 
-    /// The ledger's powers, where there is room for them.
-    fn powers(&self, e: &Evaluation<f64, N>, ledger: &mut [f64]) {
-        for (c, row) in ledger.chunks_exact_mut(LEDGER_PER_CYLINDER).enumerate() {
-            row.copy_from_slice(&powers(self.oil(), &e.local[c], &e.rates[c]));
+    /// Writes the ledger's powers of a group of cylinders, where there is room for them.
+    fn write_powers(
+        &self,
+        group: &CylinderGroup<Side>,
+        s: &LocalState<Side>,
+        rates: &LocalRates<Side>,
+        ledger: &mut [f64],
+    ) {
+        if ledger.is_empty() {
+            return;
+        }
+        let powers = powers(self.oil(), s, rates);
+        for lane in 0..<Side as Pack<f64>>::WIDTH {
+            let Some(member) = group.member(lane) else { break };
+            for (i, power) in powers.iter().enumerate() {
+                ledger[member.cylinder * LEDGER_PER_CYLINDER + i] = power.lane(lane);
+            }
         }
     }
 
     fn drivetrain(&self, i: usize) -> Drivetrain<'_> {
         Drivetrain {
-            joint: &self.plant.mechanics.joints[i],
-            actuation: &self.plant.actuations[i],
+            joint: &self.plant().mechanics.joints[i],
+            actuation: &self.plant().actuations[i],
             description: &self.machine.joints[i],
             cylinder: &self.machine.cylinders[i],
         }
@@ -150,8 +165,8 @@ impl<const N: usize> Model for Crane<N> {
     }
 
     fn strokes(&self, q: &[f64], x: &mut [f64], gain: &mut [f64]) {
-        let pose = self.plant.mechanics.pose(&array::<N>(q));
-        for (c, (position, slope)) in self.plant.strokes(&pose).into_iter().enumerate() {
+        let pose = self.plant().mechanics.pose(&array::<N>(q));
+        for (c, (position, slope)) in self.plant().strokes(&pose).into_iter().enumerate() {
             x[c] = position;
             gain[c] = slope;
         }
@@ -165,30 +180,30 @@ impl<const N: usize> Model for Crane<N> {
     }
 
     fn cylinder_slopes(&self, q: &[f64], slopes: &mut [f64]) {
-        let pose = self.plant.mechanics.pose(&array::<N>(q));
+        let pose = self.plant().mechanics.pose(&array::<N>(q));
         for c in 0..N {
             let parent = pose.link(c);
-            let turned = parent.sin.atan2(parent.cos) + self.plant.actuations[c].slope(&pose.joints[c]);
+            let turned = parent.sin.atan2(parent.cos) + self.plant().actuations[c].slope(&pose.joints[c]);
             slopes[c] = turned.sin().atan2(turned.cos());
         }
     }
 
     fn centres_of_gravity(&self, q: &[f64], centres: &mut [f64]) {
-        let pose = self.plant.mechanics.pose(&array::<N>(q));
-        for (i, body) in self.plant.mechanics.bodies.iter().enumerate() {
+        let pose = self.plant().mechanics.pose(&array::<N>(q));
+        for (i, body) in self.plant().mechanics.bodies.iter().enumerate() {
             let r = pose.links[i].point(body.centre_of_gravity());
             centres[2 * i..2 * i + 2].copy_from_slice(&[r.x, r.z]);
         }
     }
 
     fn tip(&self, q: &[f64]) -> [f64; 2] {
-        let tip = self.plant.mechanics.tip_position(&self.plant.mechanics.pose(&array::<N>(q)));
+        let tip = self.plant().mechanics.tip_position(&self.plant().mechanics.pose(&array::<N>(q)));
         [tip.x, tip.z]
     }
 
     fn tip_jacobian(&self, q: &[f64], jacobian: &mut [f64]) {
-        let pose = self.plant.mechanics.pose(&array::<N>(q));
-        let tip = self.plant.mechanics.tip_position(&pose);
+        let pose = self.plant().mechanics.pose(&array::<N>(q));
+        let tip = self.plant().mechanics.tip_position(&pose);
         for j in 0..N {
             let column = pose.column(j, tip);
             jacobian[j] = column.x;
@@ -203,21 +218,21 @@ impl<const N: usize> Model for Crane<N> {
             unreachable: !errata.ik_unreachable,
             extension: !errata.ik_extension,
         };
-        let held = std::array::from_fn(|i| if self.plant.mechanics.joints[i].revolute { 0.0 } else { held });
-        let found = inverse_kinematics::solve(&self.plant.mechanics, &self.limit_pairs(), tip, &held, printed)?;
+        let held = std::array::from_fn(|i| if self.plant().mechanics.joints[i].revolute { 0.0 } else { held });
+        let found = inverse_kinematics::solve(&self.plant().mechanics, &self.limit_pairs(), tip, &held, printed)?;
         Ok(found.into_iter().map(|q| q.to_vec()).collect())
     }
 
     fn drawing(&self, q: &[f64]) -> Vec<Shape> {
-        drawing::draw(self.machine(), &self.plant, &array::<N>(q))
+        drawing::draw(self.machine(), self.plant(), &array::<N>(q))
     }
     fn workspace(&self) -> Vec<Vec<[f64; 2]>> {
-        workspace::boundary(&self.plant.mechanics, &self.limit_pairs())
+        workspace::boundary(&self.plant().mechanics, &self.limit_pairs())
     }
 
     fn equations(&self, q: &[f64], qd: &[f64], payload: f64, mass: &mut [f64], bias: &mut [f64]) {
-        let pose = self.plant.mechanics.pose(&array::<N>(q));
-        let e = self.plant.mechanics.equations(&pose, &array::<N>(qd), payload);
+        let pose = self.plant().mechanics.pose(&array::<N>(q));
+        let e = self.plant().mechanics.equations(&pose, &array::<N>(qd), payload);
         for j in 0..N {
             mass[j * N..(j + 1) * N].copy_from_slice(&e.mass_matrix[j]);
         }
@@ -225,22 +240,22 @@ impl<const N: usize> Model for Crane<N> {
     }
 
     fn forward_dynamics(&self, q: &[f64], qd: &[f64], force: &[f64], payload: f64, qdd: &mut [f64]) {
-        let pose = self.plant.mechanics.pose(&array::<N>(q));
-        let e = self.plant.mechanics.equations(&pose, &array::<N>(qd), payload);
-        let gains = self.plant.strokes(&pose);
+        let pose = self.plant().mechanics.pose(&array::<N>(q));
+        let e = self.plant().mechanics.equations(&pose, &array::<N>(qd), payload);
+        let gains = self.plant().strokes(&pose);
         let driving = std::array::from_fn(|j| gains[j].1 * force[j] - e.bias[j]);
         qdd.copy_from_slice(&small::solve_spd(&e.mass_matrix, &driving));
     }
 
     fn static_force(&self, q: &[f64], payload: f64, force: &mut [f64]) {
-        force.copy_from_slice(&self.plant.static_force(&array::<N>(q), payload));
+        force.copy_from_slice(&self.plant().static_force(&array::<N>(q), payload));
     }
     fn piston_speeds(&self, q: &[f64], payload: f64, speeds: &mut [f64]) {
-        let load = self.plant.static_force(&array::<N>(q), payload);
+        let load = self.plant().static_force(&array::<N>(q), payload);
         let strokes = self.spool_strokes();
         for c in 0..N {
-            let cylinder = nominal_cylinder(&self.plant.cylinders[c], strokes[c]);
-            let mains = Mains { supply: self.plant.mains.supply, tank: self.plant.mains.tank };
+            let cylinder = nominal_cylinder(&self.plant().cylinders[c], strokes[c]);
+            let mains = Mains { supply: self.plant().mains.supply, tank: self.plant().mains.tank };
             for (speed, sense) in speeds[2 * c..2 * c + 2].iter_mut().zip([-1.0, 1.0]) {
                 *speed =
                     steady_speed(&cylinder, &mains, load[c] + cylinder.steady_friction(sense * FRICTION_SPEED), sense);
@@ -249,38 +264,38 @@ impl<const N: usize> Model for Crane<N> {
     }
 
     fn tip_velocity(&self, q: &[f64], qd: &[f64]) -> [f64; 2] {
-        let pose = self.plant.mechanics.pose(&array::<N>(q));
-        let v = self.plant.mechanics.tip_velocity(&pose, &array::<N>(qd));
+        let pose = self.plant().mechanics.pose(&array::<N>(q));
+        let v = self.plant().mechanics.tip_velocity(&pose, &array::<N>(qd));
         [v.x, v.z]
     }
 
     fn attach(&self, q: &[f64], qd: &[f64], payload: f64, load: f64, rates: &mut [f64]) -> f64 {
-        let pose = self.plant.mechanics.pose(&array::<N>(q));
-        let attachment = self.plant.mechanics.attach(&pose, &array::<N>(qd), payload, load);
+        let pose = self.plant().mechanics.pose(&array::<N>(q));
+        let attachment = self.plant().mechanics.attach(&pose, &array::<N>(qd), payload, load);
         rates.copy_from_slice(&attachment.rates);
         attachment.loss
     }
 
     fn energies(&self, q: &[f64], qd: &[f64], payload: f64) -> (f64, f64) {
-        let m = &self.plant.mechanics;
+        let m = &self.plant().mechanics;
         let pose = m.pose(&array::<N>(q));
         (m.kinetic_energy(&pose, &array::<N>(qd), payload), m.potential_energy(&pose, payload))
     }
 
     fn orifice_flow(&self, cylinder: usize, spool: f64, pressure_drop: f64) -> f64 {
-        self.plant.cylinders[cylinder].valve.edge_a.flow(spool, pressure_drop)
+        self.plant().cylinders[cylinder].valve.edge_a.flow(spool, pressure_drop)
     }
     fn bulk_modulus(&self, p: f64) -> f64 {
-        self.plant.fluid.bulk_modulus(p)
+        self.plant().fluid.bulk_modulus(p)
     }
     fn density(&self, p: f64) -> f64 {
         self.oil().density(p)
     }
     fn steady_friction(&self, cylinder: usize, v: f64) -> f64 {
-        self.plant.cylinders[cylinder].friction.steady(v)
+        self.plant().cylinders[cylinder].friction.steady(v)
     }
     fn passivity(&self) -> Vec<Passivity> {
-        let laws = self.plant.cylinders.iter().zip(&self.machine.cylinders);
+        let laws = self.plant().cylinders.iter().zip(&self.machine.cylinders);
         laws.filter_map(|(unit, c)| match &unit.friction {
             FrictionLaw::LuGre { map, bristle } => Some(Passivity {
                 cylinder: c.name.clone(),
@@ -293,8 +308,9 @@ impl<const N: usize> Model for Crane<N> {
     }
 
     fn derivative(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], ledger: &mut [f64]) {
-        let e = self.plant.derivative(&self.layout, x, u, payload, dx);
-        self.powers(&e, ledger);
+        self.evaluator.derivative(&self.layout, x, u, payload, dx, |group, s, rates| {
+            self.write_powers(group, s, rates, ledger);
+        });
     }
 
     fn linearise(
@@ -306,10 +322,10 @@ impl<const N: usize> Model for Crane<N> {
         ledger: &mut [f64],
         slopes: &mut Bordered<f64>,
     ) {
-        let e = self.plant.derivative(&self.layout, x, u, payload, dx);
-        self.powers(&e, ledger);
         let oil = (!ledger.is_empty()).then(|| self.oil());
-        self.plant.slopes(&self.lifted, &self.layout, x, u, payload, &e, oil, slopes);
+        self.evaluator.linearise(&self.layout, x, u, payload, oil, dx, slopes, |group, s, rates| {
+            self.write_powers(group, s, rates, ledger);
+        });
     }
 
     fn reference_derivative(&self, x: &[f64], u: &[f64], payload: f64) -> Option<Vec<f64>> {
@@ -319,18 +335,18 @@ impl<const N: usize> Model for Crane<N> {
     fn command_slope(&self, rate: &[f64], slope: &mut [f64]) {
         slope.fill(0.0);
         for c in 0..N {
-            let w = self.plant.cylinders[c].spool.natural_frequency;
+            let w = self.plant().cylinders[c].spool.natural_frequency;
             slope[self.layout.vs(c)] = w * w * rate[c];
         }
     }
 
     fn admissible(&self, x: &[f64]) -> bool {
         let q: [f64; N] = std::array::from_fn(|i| x[self.layout.q(i)]);
-        self.plant.admissible(&self.plant.mechanics.pose(&q))
+        self.plant().admissible(&self.plant().mechanics.pose(&q))
     }
 
     fn kernel(&self, wanted: Option<&str>) -> Box<dyn Kernel> {
-        batch::kernel(&self.plant, &self.layout, wanted)
+        batch::kernel(self.plant(), &self.layout, wanted)
     }
 
     fn output_info(&self) -> &[OutputInfo] {
@@ -338,13 +354,13 @@ impl<const N: usize> Model for Crane<N> {
     }
     fn outputs(&self, x: &[f64], payload: f64, out: &mut [f64]) {
         let oil = self.oil();
-        outputs::evaluate(&self.plant, &self.layout, |p| oil.energy_density(p), x, payload, out);
+        outputs::evaluate(self.plant(), &self.layout, |p| oil.energy_density(p), x, payload, out);
     }
     fn outputs_without_oil(&self, x: &[f64], payload: f64, out: &mut [f64]) {
-        outputs::evaluate(&self.plant, &self.layout, |_| f64::NAN, x, payload, out);
+        outputs::evaluate(self.plant(), &self.layout, |_| f64::NAN, x, payload, out);
     }
     fn equilibrium(&self, q: &[f64], mode: EquilibriumMode, payload: f64) -> Result<Vec<f64>, PoseError> {
-        self.plant.rest(&self.machine, &self.layout, &array::<N>(q), mode, payload)
+        self.plant().rest(&self.machine, &self.layout, &array::<N>(q), mode, payload)
     }
     fn spool_strokes(&self) -> Vec<f64> {
         self.machine.cylinders.iter().map(|c| c.valve.stroke).collect()

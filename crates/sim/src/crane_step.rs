@@ -4,15 +4,13 @@ use crate::bordered::Bordered;
 use crate::elimination::Elimination;
 use crate::integrator::ros3p::{end, stages, Linearised, GAMMA, STAGES};
 use crate::integrator::FLUSH;
-use crate::jacobian::Lifted;
 use crate::layout::Layout;
-use crate::plant::Plant;
+use crate::rhs::Evaluator;
 use hydrocrane_num::Real;
 
 /// The laws of a crane and what drives it during a step.
 pub struct Scene<'a, T, const N: usize> {
-    pub plant: &'a Plant<T, N>,
-    pub lifted: &'a Lifted<T, N>,
+    pub evaluator: &'a Evaluator<T, T, N>,
     pub layout: &'a Layout,
     /// Spool commands, m, constant over the step.
     pub spools: &'a [T],
@@ -43,10 +41,12 @@ impl<T: Real> CraneStep<T> {
     /// Moves `x` on by `h` (s). The mask tells where every number came out finite; the others are not to be used.
     #[inline(always)]
     pub fn step<const N: usize>(&mut self, scene: &Scene<T, N>, h: T, x: &mut [T]) -> T::Mask {
-        let Scene { plant, lifted, layout, spools, payload } = *scene;
+        let Scene { evaluator, layout, spools, payload } = *scene;
         let CraneStep { k, argument, slopes, elimination } = self;
-        let e = plant.derivative(layout, x, spools, payload, &mut k[0]);
-        plant.slopes(lifted, layout, x, spools, payload, &e, None, slopes);
+        T::apart(
+            #[inline(always)]
+            || evaluator.linearise(layout, x, spools, payload, None, &mut k[0], slopes, |_, _, _| {}),
+        );
         T::apart(
             #[inline(always)]
             || elimination.factor_sized::<N>(slopes, T::c(1.0 / GAMMA) / h),
@@ -72,8 +72,11 @@ struct Here<'a, T, const N: usize> {
 impl<T: Real, const N: usize> Linearised<T> for Here<'_, T, N> {
     #[inline(always)]
     fn rate_at_end(&mut self, x: &[T], rate: &mut [T]) {
-        let Scene { plant, layout, spools, payload, .. } = *self.scene;
-        plant.derivative(layout, x, spools, payload, rate);
+        let Scene { evaluator, layout, spools, payload, .. } = *self.scene;
+        T::apart(
+            #[inline(always)]
+            || evaluator.derivative(layout, x, spools, payload, rate, |_, _, _| {}),
+        );
     }
 
     #[inline(always)]
@@ -93,7 +96,7 @@ mod tests {
     use crate::run::RunOptions;
     use crate::{EquilibriumMode, Model, Simulator};
     use hydrocrane_machine::{load, OverrideValue};
-    use hydrocrane_num::Lanes;
+    use hydrocrane_num::{Four, Lanes};
     use std::sync::Arc;
 
     const STEP: f64 = 2.5e-3;
@@ -113,9 +116,10 @@ mod tests {
 
     fn after<T: Real>(crane: &Crane<3>, steps: usize) -> Vec<T> {
         let plant = crane.plant().map(&mut T::c);
-        let (lifted, layout) = (Lifted::new(&plant), crane.layout());
+        let layout = crane.layout();
+        let evaluator = Evaluator::new(&plant, layout);
         let (spools, payload) = (SPOOLS.map(T::c), T::c(0.0));
-        let scene = Scene { plant: &plant, lifted: &lifted, layout, spools: &spools, payload };
+        let scene = Scene { evaluator: &evaluator, layout, spools: &spools, payload };
         let mut x: Vec<T> = start(crane).into_iter().map(T::c).collect();
         let mut stepping = CraneStep::new(layout);
         for _ in 0..steps {
@@ -128,11 +132,11 @@ mod tests {
     fn a_lane_of_a_batch_takes_the_steps_of_one_crane_to_the_last_bit() {
         for friction in ["lugre", "static"] {
             let crane = crane(friction);
-            let (alone, batch) = (after::<f64>(&crane, 100), after::<Lanes<f64>>(&crane, 100));
-            for (alone, lane) in alone.iter().zip(batch) {
-                let mut number = [0.0];
-                lane.store(&mut number);
-                assert_eq!(number, [*alone], "{friction}");
+            let (alone, batch) = (after::<f64>(&crane, 100), after::<Lanes<Four>>(&crane, 100));
+            for (alone, lanes) in alone.iter().zip(batch) {
+                let mut numbers = [0.0; 4];
+                lanes.store(&mut numbers);
+                assert_eq!(numbers, [*alone; 4], "{friction}");
             }
         }
     }

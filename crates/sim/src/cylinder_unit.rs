@@ -1,7 +1,8 @@
 //! One cylinder with its valve: the laws of `physics` in order, from its local state to force and rates.
 
-use hydrocrane_num::{Dual, Real};
-use hydrocrane_physics::friction::{lugre::LuGre, static_map, StaticParameters};
+use hydrocrane_num::Real;
+use hydrocrane_physics::friction::lugre::{Friction, LuGre};
+use hydrocrane_physics::friction::{static_map, StaticParameters};
 use hydrocrane_physics::hydraulics::chamber::Chambers;
 use hydrocrane_physics::hydraulics::connector::Connector;
 use hydrocrane_physics::hydraulics::end_stop::EndStop;
@@ -27,9 +28,6 @@ pub enum FrictionLaw<T> {
         bristle: LuGre<T>,
     },
 }
-
-/// Speed below which a secant of friction is that of this speed, m/s.
-const CREEP: f64 = 1e-9;
 
 /// Parameters of one cylinder and its valve.
 #[derive(Debug, Clone, Copy)]
@@ -88,17 +86,43 @@ pub struct LocalRates<T> {
     pub bristle_power: T,
 }
 
-impl<T: Real> FrictionLaw<T> {
-    /// (force, z', power into the bristles)
+impl<T: Copy> LocalRates<T> {
+    /// The same with `f` of every number.
     #[inline(always)]
-    fn evaluate(&self, v: T, z: T) -> (T, T, T) {
+    pub fn map<U>(&self, f: impl Fn(T) -> U) -> LocalRates<U> {
+        let (e, p) = (&self.edges, &self.ports);
+        LocalRates {
+            force: f(self.force),
+            friction: f(self.friction),
+            p1_rate: f(self.p1_rate),
+            p2_rate: f(self.p2_rate),
+            z_rate: f(self.z_rate),
+            edges: EdgeFlows {
+                supply_to_a: f(e.supply_to_a),
+                a_to_tank: f(e.a_to_tank),
+                supply_to_b: f(e.supply_to_b),
+                b_to_tank: f(e.b_to_tank),
+            },
+            internal_leakage: f(self.internal_leakage),
+            external_leakage: f(self.external_leakage),
+            ports: PortPressures { supply: f(p.supply), tank: f(p.tank), a: f(p.a), b: f(p.b) },
+            stop_damping: f(self.stop_damping),
+            bristle_power: f(self.bristle_power),
+        }
+    }
+}
+
+impl<T: Real> FrictionLaw<T> {
+    #[inline(always)]
+    pub fn evaluate(&self, v: T, z: T) -> Rubbing<T> {
         let none = T::c(0.0);
+        let static_force = |force| Rubbing { force, deflection_rate: none, bristle_power: none };
         match self {
-            FrictionLaw::Static { map, width } => (static_map::force(map, *width, v), none, none),
-            FrictionLaw::Printed { map, width } => (static_map::printed(map, *width, v), none, none),
+            FrictionLaw::Static { map, width } => static_force(static_map::force(map, *width, v)),
+            FrictionLaw::Printed { map, width } => static_force(static_map::printed(map, *width, v)),
             FrictionLaw::LuGre { map, bristle } => {
-                let f = bristle.evaluate(map, v, z);
-                (f.force, f.deflection_rate, bristle.stiffness * z * f.deflection_rate)
+                let Friction { force, deflection_rate } = bristle.evaluate(map, v, z);
+                Rubbing { force, deflection_rate, bristle_power: bristle.stiffness * z * deflection_rate }
             }
         }
     }
@@ -110,52 +134,137 @@ impl<T: Real> FrictionLaw<T> {
                 let sign = T::select(v.lt(T::c(0.0)), T::c(-1.0), T::c(1.0));
                 map.stribeck(v) * sign + map.viscous(v)
             }
-            _ => self.evaluate(v, T::c(0.0)).0,
+            _ => self.evaluate(v, T::c(0.0)).force,
         }
-    }
-
-    /// Slope of a map less the secant F/v through standstill; zero with bristles, which are no map.
-    pub fn tangent_less_secant(&self, v: T) -> T {
-        if self.has_bristle() {
-            return T::c(0.0);
-        }
-        let moving = T::c(CREEP).lt(v.abs());
-        let at = Dual::<T, 1>::variable(T::select(moving, v, T::c(CREEP)), 0);
-        let friction = self.map(&mut Dual::constant).evaluate(at, Dual::constant(T::c(0.0))).0;
-        friction.derivative[0] - friction.value / at.value
     }
 
     pub fn has_bristle(&self) -> bool {
         matches!(self, FrictionLaw::LuGre { .. })
+    }
+
+    /// Whether the same law acts, with the same short cuts.
+    fn resembles(&self, other: &Self) -> bool {
+        let choices = |law: &Self| match law {
+            FrictionLaw::Printed { map, width } => (map.gaussian, map.three_halves, width.is_some()),
+            FrictionLaw::Static { map, .. } | FrictionLaw::LuGre { map, .. } => (map.gaussian, map.three_halves, true),
+        };
+        std::mem::discriminant(self) == std::mem::discriminant(other) && choices(self) == choices(other)
+    }
+}
+
+/// What the laws say of a cylinder that is no sum or product of the rest. Each law sees few of the local numbers.
+#[derive(Debug, Clone, Copy)]
+pub struct Parts<T> {
+    pub port_a: Port<T>,
+    pub port_b: Port<T>,
+    /// Bulk moduli of the oil in both chambers, Pa.
+    pub bulk: (T, T),
+    pub rubbing: Rubbing<T>,
+    /// Forces of the end stops' springs and dampers, N, positive outward.
+    pub stops: (T, T),
+}
+
+/// A port of the valve.
+#[derive(Debug, Clone, Copy)]
+pub struct Port<T> {
+    /// Pa
+    pub pressure: T,
+    /// Flows from the supply and to the tank, m^3/s.
+    pub fed: T,
+    pub drained: T,
+}
+
+impl<T: Copy> Port<T> {
+    #[inline(always)]
+    pub fn map<U>(&self, f: impl Fn(T) -> U) -> Port<U> {
+        Port { pressure: f(self.pressure), fed: f(self.fed), drained: f(self.drained) }
+    }
+}
+
+/// Friction of the seals.
+#[derive(Debug, Clone, Copy)]
+pub struct Rubbing<T> {
+    /// N, positive against positive velocity
+    pub force: T,
+    /// m/s
+    pub deflection_rate: T,
+    /// Power stored in the bristles, W.
+    pub bristle_power: T,
+}
+
+impl<T: Copy> Rubbing<T> {
+    #[inline(always)]
+    pub fn map<U>(&self, f: impl Fn(T) -> U) -> Rubbing<U> {
+        Rubbing { force: f(self.force), deflection_rate: f(self.deflection_rate), bristle_power: f(self.bristle_power) }
     }
 }
 
 impl<T: Real> CylinderUnit<T> {
     #[inline(always)]
     pub fn rates(&self, fluid: &Fluid<T>, mains: &Mains<T>, s: &LocalState<T>) -> LocalRates<T> {
-        let (rise_1, rise_2) = self.connector.rises(s.v);
-        let ports = PortPressures { supply: mains.supply, tank: mains.tank, a: s.p1 - rise_1, b: s.p2 - rise_2 };
-        let edges = self.valve.flows(s.spool, &ports);
+        let parts = Parts {
+            port_a: self.port_a(mains, s.v, s.p1, s.spool),
+            port_b: self.port_b(mains, s.v, s.p2, s.spool),
+            bulk: (fluid.bulk_modulus(s.p1), fluid.bulk_modulus(s.p2)),
+            rubbing: self.friction.evaluate(s.v, s.z),
+            stops: self.end_stop.force(s.x, s.v),
+        };
+        self.join(mains, s, &parts)
+    }
+
+    #[inline(always)]
+    pub fn port_a(&self, mains: &Mains<T>, v: T, p1: T, spool: T) -> Port<T> {
+        let pressure = p1 - self.connector.rises(v).0;
+        let (fed, drained) = self.valve.flows_at_a(spool, mains.supply, mains.tank, pressure);
+        Port { pressure, fed, drained }
+    }
+
+    #[inline(always)]
+    pub fn port_b(&self, mains: &Mains<T>, v: T, p2: T, spool: T) -> Port<T> {
+        let pressure = p2 - self.connector.rises(v).1;
+        let (fed, drained) = self.valve.flows_at_b(spool, mains.supply, mains.tank, pressure);
+        Port { pressure, fed, drained }
+    }
+
+    /// The sums and products that lead from the parts to force and rates.
+    #[inline(always)]
+    pub fn join(&self, mains: &Mains<T>, s: &LocalState<T>, parts: &Parts<T>) -> LocalRates<T> {
+        let Parts { port_a, port_b, rubbing, stops, .. } = parts;
+        let edges = EdgeFlows {
+            supply_to_a: port_a.fed,
+            a_to_tank: port_a.drained,
+            supply_to_b: port_b.fed,
+            b_to_tank: port_b.drained,
+        };
         let (internal_leakage, external_leakage) = self.leakage.flows(s.p1, s.p2, mains.tank);
         let inflow = (edges.port_a() - internal_leakage, internal_leakage - external_leakage - edges.port_b());
-        let (p1_rate, p2_rate) = self.chambers.pressure_rates(fluid, s.x, s.v, (s.p1, s.p2), inflow);
-
-        let (friction, z_rate, bristle_power) = self.friction.evaluate(s.v, s.z);
-        let (stop_spring, stop_damping) = self.end_stop.force(s.x, s.v);
-        let force = self.chambers.force(s.p1, s.p2) + stop_spring + stop_damping - friction;
+        let (p1_rate, p2_rate) = self.chambers.pressure_rates(parts.bulk, s.x, s.v, inflow);
         LocalRates {
-            force,
-            friction,
+            force: self.chambers.force(s.p1, s.p2) + stops.0 + stops.1 - rubbing.force,
+            friction: rubbing.force,
             p1_rate,
             p2_rate,
-            z_rate,
+            z_rate: rubbing.deflection_rate,
             edges,
             internal_leakage,
             external_leakage,
-            ports,
-            stop_damping,
-            bristle_power,
+            ports: PortPressures { supply: mains.supply, tank: mains.tank, a: port_a.pressure, b: port_b.pressure },
+            stop_damping: stops.1,
+            bristle_power: rubbing.bristle_power,
         }
+    }
+
+    /// Whether this cylinder obeys the same laws as another one, with other numbers in them.
+    pub fn resembles(&self, other: &Self) -> bool {
+        let edges = |unit: &Self| [unit.valve.edge_a.law, unit.valve.edge_b.law];
+        let switches = |unit: &Self| (unit.leakage.external_from_piston_side, unit.end_stop.printed);
+        edges(self) == edges(other) && switches(self) == switches(other) && self.friction.resembles(&other.friction)
+    }
+}
+
+impl<T: Copy> Mains<T> {
+    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> Mains<U> {
+        Mains { supply: f(self.supply), tank: f(self.tank) }
     }
 }
 
@@ -175,7 +284,7 @@ impl<T: Copy> CylinderUnit<T> {
 }
 
 impl<T: Copy> FrictionLaw<T> {
-    fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> FrictionLaw<U> {
+    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> FrictionLaw<U> {
         match self {
             FrictionLaw::Static { map, width } => FrictionLaw::Static { map: map.map(f), width: f(*width) },
             FrictionLaw::Printed { map, width } => FrictionLaw::Printed { map: map.map(f), width: width.map(f) },

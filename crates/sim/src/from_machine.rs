@@ -151,7 +151,7 @@ fn valve(m: &file::Machine, v: &file::Valve) -> SpoolValve<f64> {
         edge_b: edge(1),
         overlap: v.overlap,
         leakage: v.leakage,
-        regenerative: v.kind == file::ValveKind::Regenerative,
+        regenerative: if v.kind == file::ValveKind::Regenerative { 1.0 } else { 0.0 },
     }
 }
 

@@ -7,6 +7,8 @@ mod build;
 pub mod controllers;
 mod crane;
 mod crane_step;
+mod cylinder_group;
+mod cylinder_slopes;
 mod cylinder_unit;
 mod drawing;
 mod elimination;

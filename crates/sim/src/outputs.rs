@@ -1,9 +1,8 @@
 //! What a run records besides its states.
 
-use crate::cylinder_unit::FrictionLaw;
+use crate::cylinder_unit::{FrictionLaw, LocalRates, LocalState};
 use crate::layout::Layout;
 use crate::plant::Plant;
-use crate::rhs::joint_state;
 use hydrocrane_machine::Machine;
 use hydrocrane_num::Real;
 
@@ -58,13 +57,15 @@ pub fn evaluate<T: Real, const N: usize>(
     payload: T,
     out: &mut [T],
 ) {
-    let e = plant.evaluate(layout, x, payload);
-    let (_, qd) = joint_state::<T, N>(layout, x);
+    let e = plant.place(layout, x);
+    let local: [LocalState<T>; N] = std::array::from_fn(|c| e.local(layout, x, c));
+    let rates: [LocalRates<T>; N] =
+        std::array::from_fn(|c| plant.cylinders[c].rates(&plant.fluid, &plant.mains, &local[c]));
     let tip = plant.mechanics.tip_position(&e.pose);
     let mut supply = T::c(0.0);
-    e.rates.iter().for_each(|r| supply += r.edges.supply());
+    rates.iter().for_each(|r| supply += r.edges.supply());
     let (mut oil_energy, mut stops, mut bristles) = (T::c(0.0), T::c(0.0), T::c(0.0));
-    for (unit, s) in plant.cylinders.iter().zip(&e.local) {
+    for (unit, s) in plant.cylinders.iter().zip(&local) {
         let (v1, v2) = unit.chambers.volumes(s.x);
         oil_energy += v1 * energy_density(s.p1) + v2 * energy_density(s.p2);
         stops += unit.end_stop.energy(s.x);
@@ -77,14 +78,14 @@ pub fn evaluate<T: Real, const N: usize>(
         tip.z,
         supply,
         supply * plant.mains.supply,
-        plant.mechanics.kinetic_energy(&e.pose, &qd, payload),
+        plant.mechanics.kinetic_energy(&e.pose, &e.rates, payload),
         plant.mechanics.potential_energy(&e.pose, payload),
         oil_energy,
         stops,
         bristles,
     ];
     out[..global.len()].copy_from_slice(&global);
-    for ((s, r), row) in e.local.iter().zip(&e.rates).zip(out[global.len()..].chunks_exact_mut(PER_CYLINDER.len())) {
+    for ((s, r), row) in local.iter().zip(&rates).zip(out[global.len()..].chunks_exact_mut(PER_CYLINDER.len())) {
         row.copy_from_slice(&[s.x, s.v, r.force, r.friction, r.edges.port_a(), r.edges.port_b()]);
     }
 }

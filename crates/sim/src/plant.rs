@@ -25,7 +25,7 @@ impl<T: Copy, const N: usize> Plant<T, N> {
             actuations: self.actuations.map(|a| a.map(f)),
             cylinders: self.cylinders.map(|c| c.map(f)),
             fluid: self.fluid.map(f),
-            mains: Mains { supply: f(self.mains.supply), tank: f(self.mains.tank) },
+            mains: self.mains.map(f),
         }
     }
 }

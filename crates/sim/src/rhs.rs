@@ -1,22 +1,46 @@
 //! The right-hand side: geometry, cylinders, forces, accelerations.
 
+use crate::cylinder_group::{CylinderGroup, Member};
 use crate::cylinder_unit::{LocalRates, LocalState};
-use crate::layout::Layout;
+use crate::layout::{Layout, OwnStates};
 use crate::plant::Plant;
 use hydrocrane_num::small::Spd;
-use hydrocrane_num::Real;
+use hydrocrane_num::{Dual, Pack, Real};
 use hydrocrane_physics::geometry::chain::ChainPose;
+use hydrocrane_physics::geometry::stroke::Actuation;
 
-/// Everything computed on the way to the state derivative.
-pub struct Evaluation<T, const N: usize> {
+/// A plant ready to be evaluated, its cylinders side by side in the lanes of `L`.
+#[derive(Debug, Clone)]
+pub struct Evaluator<T, L, const N: usize> {
+    pub plant: Plant<T, N>,
+    pub groups: Vec<CylinderGroup<L>>,
+    /// The pistons' places with their derivatives by the joints.
+    pub pistons: [Actuation<Dual<T, 1>>; N],
+}
+
+/// Where everything is at one state. Pistons by cylinder: position (m), d(position)/d(joint coordinate), velocity (m/s).
+#[derive(Debug, Clone, Copy)]
+pub struct Placed<T, const N: usize> {
     pub pose: ChainPose<T, N>,
-    /// Piston position and d(piston position)/d(joint coordinate).
-    pub strokes: [(T, T); N],
-    pub local: [LocalState<T>; N],
-    pub rates: [LocalRates<T>; N],
-    /// The mass matrix, factored.
+    pub rates: [T; N],
+    pub positions: [T; N],
+    pub gains: [T; N],
+    pub velocities: [T; N],
+}
+
+impl<T: Real, const N: usize> Placed<T, N> {
+    /// The local state of a cylinder.
+    pub fn local(&self, layout: &Layout, x: &[T], c: usize) -> LocalState<T> {
+        let OwnStates { p1, p2, xs, z, .. } = layout.own(c);
+        let z = z.map_or(T::c(0.0), |z| x[z]);
+        LocalState { x: self.positions[c], v: self.velocities[c], p1: x[p1], p2: x[p2], spool: x[xs], z }
+    }
+}
+
+/// The mass matrix, factored, and the accelerations, rad/s^2 or m/s^2.
+#[derive(Debug, Clone, Copy)]
+pub struct Accelerated<T, const N: usize> {
     pub mass: Spd<T, N>,
-    /// rad/s^2 or m/s^2
     pub qdd: [T; N],
 }
 
@@ -30,77 +54,104 @@ pub fn joint_state<T: Real, const N: usize>(layout: &Layout, x: &[T]) -> ([T; N]
     (q, qd)
 }
 
-/// Cylinder part of the state, given its piston.
-#[inline(always)]
-pub fn local_state<T: Real>(layout: &Layout, x: &[T], c: usize, position: T, velocity: T) -> LocalState<T> {
-    LocalState {
-        x: position,
-        v: velocity,
-        p1: x[layout.p1(c)],
-        p2: x[layout.p2(c)],
-        spool: x[layout.xs(c)],
-        z: layout.z(c).map_or(T::c(0.0), |i| x[i]),
+impl<T: Real, const N: usize> Plant<T, N> {
+    #[inline(always)]
+    pub fn place(&self, layout: &Layout, x: &[T]) -> Placed<T, N> {
+        let (q, rates) = joint_state::<T, N>(layout, x);
+        let pose = self.mechanics.pose(&q);
+        let (mut positions, mut gains, mut velocities) = ([T::c(0.0); N], [T::c(0.0); N], [T::c(0.0); N]);
+        for c in 0..N {
+            (positions[c], gains[c]) = self.actuations[c].stroke(&pose.joints[c]);
+            velocities[c] = gains[c] * rates[c];
+        }
+        Placed { pose, rates, positions, gains, velocities }
+    }
+
+    /// The chain under net cylinder forces (N).
+    #[inline(always)]
+    pub fn accelerate(&self, placed: &Placed<T, N>, forces: &[T; N], payload: T) -> Accelerated<T, N> {
+        let equations = self.mechanics.equations(&placed.pose, &placed.rates, payload);
+        let mut driving = [T::c(0.0); N];
+        for c in 0..N {
+            driving[c] = placed.gains[c] * forces[c] - equations.bias[c];
+        }
+        let mass = Spd::new(&equations.mass_matrix);
+        Accelerated { mass, qdd: mass.solve(&driving) }
     }
 }
 
-impl<T: Real, const N: usize> Plant<T, N> {
-    /// All laws at one state; `payload` in kg at the tip.
-    pub fn evaluate(&self, layout: &Layout, x: &[T], payload: T) -> Evaluation<T, N> {
-        T::apart(
-            #[inline(always)]
-            || self.evaluate_here(layout, x, payload),
-        )
-    }
-
-    #[inline(always)]
-    fn evaluate_here(&self, layout: &Layout, x: &[T], payload: T) -> Evaluation<T, N> {
-        let (q, qd) = joint_state::<T, N>(layout, x);
-        let pose = self.mechanics.pose(&q);
-        let equations = self.mechanics.equations(&pose, &qd, payload);
-        // Loops in place of array functions: their large results would be copied about.
-        let mut strokes = [(T::c(0.0), T::c(0.0)); N];
-        let mut local = [LocalState::default(); N];
-        let mut rates = [LocalRates::default(); N];
-        let mut driving = [T::c(0.0); N];
-        for c in 0..N {
-            strokes[c] = self.actuations[c].stroke(&pose.joints[c]);
-            local[c] = local_state(layout, x, c, strokes[c].0, strokes[c].1 * qd[c]);
-            rates[c] = T::apart(
-                #[inline(always)]
-                || self.cylinders[c].rates(&self.fluid, &self.mains, &local[c]),
-            );
-            driving[c] = strokes[c].1 * rates[c].force - equations.bias[c];
+impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
+    pub fn new(plant: &Plant<T, N>, layout: &Layout) -> Self {
+        Evaluator {
+            plant: *plant,
+            groups: CylinderGroup::all(plant, layout),
+            pistons: plant.actuations.map(|actuation| actuation.map(&mut Dual::constant)),
         }
-        let mass = Spd::new(&equations.mass_matrix);
-        let qdd = mass.solve(&driving);
-        Evaluation { pose, strokes, local, rates, mass, qdd }
     }
 
-    /// Writes the state derivative for the spool commands `u` (m).
-    pub fn derivative(&self, layout: &Layout, x: &[T], u: &[T], payload: T, dx: &mut [T]) -> Evaluation<T, N> {
-        let e = self.evaluate(layout, x, payload);
-        T::apart(
-            #[inline(always)]
-            || self.write_rates(layout, x, u, &e, dx),
-        );
-        e
-    }
-
+    /// Writes the state derivative for the spool commands `u` (m) with `payload` kg at the tip. `observe` sees each group
+    /// of cylinders with its state and rates.
     #[inline(always)]
-    fn write_rates(&self, layout: &Layout, x: &[T], u: &[T], e: &Evaluation<T, N>, dx: &mut [T]) {
-        for j in 0..N {
-            dx[layout.q(j)] = x[layout.qd(j)];
-            dx[layout.qd(j)] = e.qdd[j];
+    pub fn derivative(
+        &self,
+        layout: &Layout,
+        x: &[T],
+        u: &[T],
+        payload: T,
+        dx: &mut [T],
+        mut observe: impl FnMut(&CylinderGroup<L>, &LocalState<L>, &LocalRates<L>),
+    ) {
+        let placed = self.plant.place(layout, x);
+        let mut forces = [T::c(0.0); N];
+        for group in &self.groups {
+            let local = group.local(&placed.positions, &placed.velocities, x);
+            let rates = group.rates(&local);
+            group.write_rates(&rates, &mut forces, dx);
+            group.write_spools(x, u, dx);
+            observe(group, &local, &rates);
         }
-        for c in 0..N {
-            dx[layout.p1(c)] = e.rates[c].p1_rate;
-            dx[layout.p2(c)] = e.rates[c].p2_rate;
-            let spool = self.cylinders[c].spool.rates(x[layout.xs(c)], x[layout.vs(c)], u[c]);
-            dx[layout.xs(c)] = spool.0;
-            dx[layout.vs(c)] = spool.1;
-            if let Some(z) = layout.z(c) {
-                dx[z] = e.rates[c].z_rate;
+        let Accelerated { qdd, .. } = self.plant.accelerate(&placed, &forces, payload);
+        write_joints(layout, &placed.rates, &qdd, dx);
+    }
+}
+
+#[inline(always)]
+pub fn write_joints<T: Real, const N: usize>(layout: &Layout, qd: &[T; N], qdd: &[T; N], dx: &mut [T]) {
+    for j in 0..N {
+        dx[layout.q(j)] = qd[j];
+        dx[layout.qd(j)] = qdd[j];
+    }
+}
+
+impl<L: Real> CylinderGroup<L> {
+    /// Net forces of the cylinders, and the rates of their pressures and bristles.
+    #[inline(always)]
+    pub fn write_rates<T: Real, const N: usize>(&self, rates: &LocalRates<L>, forces: &mut [T; N], dx: &mut [T])
+    where
+        L: Pack<T>,
+    {
+        for lane in 0..L::WIDTH {
+            let Some(Member { cylinder, at }) = self.member(lane) else { break };
+            forces[*cylinder] = rates.force.lane(lane);
+            dx[at.p1] = rates.p1_rate.lane(lane);
+            dx[at.p2] = rates.p2_rate.lane(lane);
+            if let Some(z) = at.z {
+                dx[z] = rates.z_rate.lane(lane);
             }
+        }
+    }
+
+    #[inline(always)]
+    fn write_spools<T: Real>(&self, x: &[T], u: &[T], dx: &mut [T])
+    where
+        L: Pack<T>,
+    {
+        let (position, velocity) = (self.gather(|m| x[m.at.xs]), self.gather(|m| x[m.at.vs]));
+        let (position_rate, velocity_rate) = self.unit.spool.rates(position, velocity, self.gather(|m| u[m.cylinder]));
+        for lane in 0..L::WIDTH {
+            let Some(Member { at, .. }) = self.member(lane) else { break };
+            dx[at.xs] = position_rate.lane(lane);
+            dx[at.vs] = velocity_rate.lane(lane);
         }
     }
 }

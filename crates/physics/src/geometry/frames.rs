@@ -7,7 +7,7 @@
 //! opposite sense: its boom frame stands at the angle `alpha - pi/2`, its jib frame at `beta - pi` from that.
 
 use super::MovingPoint;
-use hydrocrane_num::{Real, Vec2};
+use hydrocrane_num::{Dual, Real, Vec2};
 
 /// A joint of the chain.
 #[derive(Debug, Clone, Copy)]
@@ -73,6 +73,19 @@ impl<T: Real> Joint<T> {
 }
 
 impl<T: Real> JointPose<T> {
+    /// The same pose with its derivatives by the coordinate.
+    #[inline(always)]
+    pub fn moving(&self) -> JointPose<Dual<T, 1>> {
+        let by_q = |value: T, slope: T| Dual { value, derivative: [slope] };
+        JointPose {
+            cos: by_q(self.cos, -self.sin * self.turn),
+            sin: by_q(self.sin, self.cos * self.turn),
+            origin: Vec2::new(by_q(self.origin.x, self.slide.x), by_q(self.origin.z, self.slide.z)),
+            turn: Dual::constant(self.turn),
+            slide: self.slide.map(&mut Dual::constant),
+        }
+    }
+
     /// A point of the child link, in the parent frame, with its derivative.
     #[inline(always)]
     pub fn carry(&self, point: Vec2<T>) -> MovingPoint<T> {

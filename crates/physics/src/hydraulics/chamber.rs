@@ -7,7 +7,6 @@
 //! with s the stroke, x the piston position from mid-stroke, q_int here from chamber 1 to 2 (the thesis's
 //! (97) counts it the other way, E12).
 
-use super::fluid::Fluid;
 use hydrocrane_num::Real;
 
 parameters! {
@@ -34,13 +33,10 @@ impl<T: Real> Chambers<T> {
         p1 * self.area_1 - p2 * self.area_2
     }
 
-    /// (p_1', p_2') in Pa/s from the flows into each chamber (m^3/s) and the piston's motion.
+    /// (p_1', p_2') in Pa/s from the bulk moduli (Pa), the flows into each chamber (m^3/s) and the piston's motion.
     #[inline(always)]
-    pub fn pressure_rates(&self, fluid: &Fluid<T>, x: T, v: T, p: (T, T), inflow: (T, T)) -> (T, T) {
+    pub fn pressure_rates(&self, bulk: (T, T), x: T, v: T, inflow: (T, T)) -> (T, T) {
         let (v1, v2) = self.volumes(x);
-        (
-            fluid.bulk_modulus(p.0) / v1 * (inflow.0 - self.area_1 * v),
-            fluid.bulk_modulus(p.1) / v2 * (inflow.1 + self.area_2 * v),
-        )
+        (bulk.0 / v1 * (inflow.0 - self.area_1 * v), bulk.1 / v2 * (inflow.1 + self.area_2 * v))
     }
 }

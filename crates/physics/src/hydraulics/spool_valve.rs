@@ -25,7 +25,8 @@ pub struct SpoolValve<T> {
     pub overlap: T,
     /// Laminar conductance of an edge, m^3/(s Pa).
     pub leakage: T,
-    pub regenerative: bool,
+    /// 1: port B is joined to the supply in both directions; 0: to the tank when extending.
+    pub regenerative: T,
 }
 
 impl<T: Copy> SpoolValve<T> {
@@ -36,7 +37,7 @@ impl<T: Copy> SpoolValve<T> {
             edge_b: self.edge_b.map(f),
             overlap: f(self.overlap),
             leakage: f(self.leakage),
-            regenerative: self.regenerative,
+            regenerative: f(self.regenerative),
         }
     }
 }
@@ -62,23 +63,38 @@ pub struct EdgeFlows<T> {
 impl<T: Real> SpoolValve<T> {
     #[inline(always)]
     pub fn flows(&self, spool: T, p: &PortPressures<T>) -> EdgeFlows<T> {
-        let extend = smooth::positive_part(spool - self.overlap);
-        let retract = smooth::positive_part(-spool - self.overlap);
-        let drops = [p.supply - p.a, p.a - p.tank, p.supply - p.b, p.b - p.tank];
+        let (supply_to_a, a_to_tank) = self.flows_at_a(spool, p.supply, p.tank, p.a);
+        let (supply_to_b, b_to_tank) = self.flows_at_b(spool, p.supply, p.tank, p.b);
+        EdgeFlows { supply_to_a, a_to_tank, supply_to_b, b_to_tank }
+    }
 
+    /// Flows from the supply to port A and from there to the tank, m^3/s, at the pressure `a` of the port.
+    #[inline(always)]
+    pub fn flows_at_a(&self, spool: T, supply: T, tank: T, a: T) -> (T, T) {
+        let (extend, retract) = self.openings(spool);
+        let (fed, drained) = (supply - a, a - tank);
         // At most one edge of a port is open: one root per port serves both.
-        let retracting = spool.lt(T::c(0.0));
-        let per_opening_a = self.edge_a.flow_per_opening(T::select(retracting, drops[1], drops[0]));
-        let to_b = if self.regenerative { drops[2] } else { T::select(retracting, drops[2], drops[3]) };
-        let per_opening_b = self.edge_b.flow_per_opening(to_b);
-        // A regenerative valve joins B to the supply in both directions.
-        let (b_supply, b_tank) = if self.regenerative { (extend + retract, T::c(0.0)) } else { (retract, extend) };
-        EdgeFlows {
-            supply_to_a: extend * per_opening_a + self.leakage * drops[0],
-            a_to_tank: retract * per_opening_a + self.leakage * drops[1],
-            supply_to_b: b_supply * per_opening_b + self.leakage * drops[2],
-            b_to_tank: b_tank * per_opening_b + self.leakage * drops[3],
-        }
+        let per_opening = self.edge_a.flow_per_opening(T::select(spool.lt(T::c(0.0)), drained, fed));
+        (extend * per_opening + self.leakage * fed, retract * per_opening + self.leakage * drained)
+    }
+
+    /// The same for port B.
+    #[inline(always)]
+    pub fn flows_at_b(&self, spool: T, supply: T, tank: T, b: T) -> (T, T) {
+        let (extend, retract) = self.openings(spool);
+        let (fed, drained) = (supply - b, b - tank);
+        let zero = T::c(0.0);
+        let regenerative = zero.lt(self.regenerative);
+        let per_opening = self.edge_b.flow_per_opening(T::select(regenerative | spool.lt(zero), fed, drained));
+        let to_supply = T::select(regenerative, extend + retract, retract);
+        let to_tank = T::select(regenerative, zero, extend);
+        (to_supply * per_opening + self.leakage * fed, to_tank * per_opening + self.leakage * drained)
+    }
+
+    /// Openings (m) of the edges that extend and of those that retract the piston.
+    #[inline(always)]
+    fn openings(&self, spool: T) -> (T, T) {
+        (smooth::positive_part(spool - self.overlap), smooth::positive_part(-spool - self.overlap))
     }
 }
 
@@ -117,7 +133,13 @@ mod tests {
             blend_high: 4e5,
             law: OrificeLaw::TwoRegime,
         };
-        SpoolValve { edge_a: edge, edge_b: edge, overlap, leakage: 0.0, regenerative }
+        SpoolValve {
+            edge_a: edge,
+            edge_b: edge,
+            overlap,
+            leakage: 0.0,
+            regenerative: f64::from(u8::from(regenerative)),
+        }
     }
 
     const P: PortPressures<f64> = PortPressures { supply: 140e5, tank: 0.0, a: 60e5, b: 50e5 };

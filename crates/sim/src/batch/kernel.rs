@@ -4,9 +4,9 @@
 //! same bits.
 
 use crate::crane_step::{CraneStep, Scene};
-use crate::jacobian::Lifted;
 use crate::layout::Layout;
 use crate::plant::Plant;
+use crate::rhs::Evaluator;
 #[cfg(target_arch = "x86_64")]
 use hydrocrane_num::register::Register;
 #[cfg(target_arch = "x86_64")]
@@ -57,8 +57,7 @@ pub struct Look {
 
 /// A crane of `N` joints in the lanes of a register.
 struct LaneCrane<R, const N: usize> {
-    plant: Plant<Lanes<R>, N>,
-    lifted: Lifted<Lanes<R>, N>,
+    evaluator: Evaluator<Lanes<R>, Lanes<R>, N>,
     layout: Layout,
 }
 
@@ -93,7 +92,7 @@ pub fn kernel<const N: usize>(plant: &Plant<f64, N>, layout: &Layout, _wanted: O
 impl<R: Register, const N: usize> LaneCrane<R, N> {
     fn new(plant: &Plant<f64, N>, layout: &Layout) -> Self {
         let plant = plant.map(&mut Lanes::c);
-        LaneCrane { lifted: Lifted::new(&plant), plant, layout: layout.clone() }
+        LaneCrane { evaluator: Evaluator::new(&plant, layout), layout: layout.clone() }
     }
 }
 
@@ -132,7 +131,7 @@ impl<R: Register, const N: usize> LaneMover<'_, R, N> {
     #[inline(always)]
     fn advance_here(&mut self, stretch: Stretch, x: &mut [Group]) {
         let LaneMover { crane, room, x: states, spools } = self;
-        let LaneCrane { plant, lifted, layout } = crane;
+        let LaneCrane { evaluator, layout } = crane;
         for first in (0..WIDTH).step_by(R::WIDTH) {
             for i in 0..states.len() {
                 states[i] = Lanes::load(&x[i][first..]);
@@ -141,7 +140,7 @@ impl<R: Register, const N: usize> LaneMover<'_, R, N> {
                 spools[c] = Lanes::load(&stretch.spools[c][first..]);
             }
             let payload = Lanes::load(&stretch.payload[first..]);
-            let scene = Scene { plant, lifted, layout, spools: &*spools, payload };
+            let scene = Scene { evaluator, layout, spools: &*spools, payload };
             for _ in 0..stretch.steps {
                 room.step(&scene, Lanes::c(stretch.h), states);
             }
@@ -170,7 +169,7 @@ impl<R: Register, const N: usize> LaneMover<'_, R, N> {
     /// The tips of the cranes from `first` on, and where all is well.
     #[inline(always)]
     fn look_at(&self, x: &[Group], first: usize) -> (Vec2<Lanes<R>>, R::Mask) {
-        let plant = &self.crane.plant;
+        let plant = &self.crane.evaluator.plant;
         let mut q = [Lanes::<R>::default(); N];
         let mut size = Lanes::<R>::default();
         for (i, lanes) in x.iter().enumerate() {

@@ -108,7 +108,7 @@ fn sized<const N: usize>(
     let model = build(machine)?;
     let model = model.as_ref();
     let inputs = Inputs::<f64, N>::of(machine)?;
-    let groups = Group::all(&inputs, &tangents(keys, values, &inputs)?);
+    let groups = Group::all(&inputs, &tangents(keys, values, &inputs)?, model.layout());
     let start = start_state(experiment, model, &groups)?;
     let mut record = Record::new(keys, model, &groups, &experiment.record);
     let states = model.layout().len();

@@ -3,9 +3,9 @@
 use super::construction::{Inputs, WIDTH};
 use crate::bordered::Bordered;
 use crate::integrator::Linearisation;
-use crate::jacobian::Lifted;
 use crate::layout::Layout;
 use crate::model::MAX_JOINTS;
+use crate::rhs::Evaluator;
 use crate::run::Driven;
 use crate::system::System;
 use hydrocrane_num::{Dual, Real};
@@ -16,7 +16,7 @@ pub type Number = Dual<f64, WIDTH>;
 /// Up to [`WIDTH`] parameters, carried by one pass of dual numbers.
 pub struct Group<const N: usize> {
     pub inputs: Inputs<Number, N>,
-    lifted: Lifted<Number, N>,
+    evaluator: Evaluator<Number, Number, N>,
     /// Index of the first of them, and how many there are.
     pub first: usize,
     pub count: usize,
@@ -24,10 +24,10 @@ pub struct Group<const N: usize> {
 
 impl<const N: usize> Group<N> {
     /// Groups for all parameters, given the derivatives of the inputs by each.
-    pub fn all(inputs: &Inputs<f64, N>, tangents: &[Vec<f64>]) -> Vec<Self> {
+    pub fn all(inputs: &Inputs<f64, N>, tangents: &[Vec<f64>], layout: &Layout) -> Vec<Self> {
         let group = |(i, chunk): (usize, &[Vec<f64>])| {
             let inputs = inputs.with_tangents(chunk);
-            Group { lifted: Lifted::new(&inputs.plant), inputs, first: i * WIDTH, count: chunk.len() }
+            Group { evaluator: Evaluator::new(&inputs.plant, layout), inputs, first: i * WIDTH, count: chunk.len() }
         };
         tangents.chunks(WIDTH).enumerate().map(group).collect()
     }
@@ -106,7 +106,7 @@ impl<const N: usize> System for TangentSystem<'_, N> {
         let Scratch { x: state, rate, .. } = &mut *self.scratch.borrow_mut();
         for group in self.groups {
             group.read(x, layout.len(), state);
-            group.inputs.plant.derivative(layout, state, &u, group.inputs.payload, rate);
+            group.evaluator.derivative(layout, state, &u, group.inputs.payload, rate, |_, _, _| {});
             group.write(rate, dx);
         }
     }
@@ -117,11 +117,10 @@ impl<const N: usize> System for TangentSystem<'_, N> {
         let (rates, _, blocks) = at.bordered(layout, self.tangents());
         slopes.secants = blocks[0].secants;
         for group in self.groups {
-            let Group { inputs, lifted, first, count } = group;
+            let Group { inputs, evaluator, first, count } = group;
             group.read(x, layout.len(), state);
-            let e = inputs.plant.derivative(layout, state, &u, inputs.payload, rate);
+            evaluator.linearise(layout, state, &u, inputs.payload, None, rate, slopes, |_, _, _| {});
             group.write(rate, rates);
-            inputs.plant.slopes(lifted, layout, state, &u, inputs.payload, &e, None, slopes);
             blocks[0] = slopes.map(|slope| slope.value);
             for k in 0..*count {
                 blocks[1 + first + k] = slopes.map(|slope| slope.derivative[k]);

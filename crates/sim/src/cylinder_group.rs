@@ -1,0 +1,126 @@
+//! Cylinders that obey the same laws, side by side: the numbers of one cylinder in one lane.
+
+use crate::cylinder_slopes::{Lifted, Piston, RateSlopes};
+use crate::cylinder_unit::{CylinderUnit, LocalRates, LocalState, Mains};
+use crate::layout::{Layout, OwnStates};
+use crate::model::MAX_JOINTS;
+use crate::plant::Plant;
+use hydrocrane_num::{Pack, Real};
+use hydrocrane_physics::hydraulics::fluid::Fluid;
+
+/// Up to as many cylinders as the type `L` has lanes. Lanes that are left over repeat the last cylinder.
+#[derive(Debug, Clone)]
+pub struct CylinderGroup<L> {
+    members: [Member; MAX_JOINTS],
+    count: usize,
+    pub unit: CylinderUnit<L>,
+    pub fluid: Fluid<L>,
+    pub mains: Mains<L>,
+    pub lifted: Lifted<L>,
+}
+
+/// A cylinder and where its states live.
+#[derive(Debug, Clone, Copy)]
+pub struct Member {
+    pub cylinder: usize,
+    pub at: OwnStates,
+}
+
+impl<L: Real> CylinderGroup<L> {
+    /// All cylinders of a plant, in as few groups as can be.
+    pub fn all<T: Real, const N: usize>(plant: &Plant<T, N>, layout: &Layout) -> Vec<Self>
+    where
+        L: Pack<T>,
+    {
+        let mut kinds: Vec<Vec<usize>> = Vec::new();
+        for c in 0..N {
+            match kinds.iter_mut().find(|kind| plant.cylinders[kind[0]].resembles(&plant.cylinders[c])) {
+                Some(kind) => kind.push(c),
+                None => kinds.push(vec![c]),
+            }
+        }
+        kinds.iter().flat_map(|kind| kind.chunks(L::WIDTH)).map(|chunk| Self::new(plant, layout, chunk)).collect()
+    }
+
+    fn new<T: Real, const N: usize>(plant: &Plant<T, N>, layout: &Layout, cylinders: &[usize]) -> Self
+    where
+        L: Pack<T>,
+    {
+        let count = cylinders.len();
+        let in_lane = |lane: usize| cylinders[lane.min(count - 1)];
+        let numbers = |c: usize| {
+            let mut all = Vec::new();
+            plant.cylinders[c].map(&mut |number| all.push(number));
+            all
+        };
+        let numbers: Vec<Vec<T>> = (0..L::WIDTH).map(|lane| numbers(in_lane(lane))).collect();
+        let mut next = 0;
+        let unit = plant.cylinders[cylinders[0]].map(&mut |_| {
+            next += 1;
+            L::gather(|lane| numbers[lane][next - 1])
+        });
+        let everywhere = &mut |number| L::gather(|_| number);
+        let (fluid, mains) = (plant.fluid.map(everywhere), plant.mains.map(everywhere));
+        CylinderGroup {
+            members: std::array::from_fn(|lane| Member { cylinder: in_lane(lane), at: layout.own(in_lane(lane)) }),
+            count,
+            unit,
+            fluid,
+            mains,
+            lifted: Lifted::new(&unit, &fluid, &mains),
+        }
+    }
+
+    /// The cylinder in a lane, if the lane is in use.
+    #[inline(always)]
+    pub fn member(&self, lane: usize) -> Option<&Member> {
+        if lane < self.count {
+            Some(&self.members[lane])
+        } else {
+            None
+        }
+    }
+
+    /// Lane by lane, what `of` says of its cylinder.
+    #[inline(always)]
+    pub fn gather<T: Real>(&self, of: impl Fn(&Member) -> T) -> L
+    where
+        L: Pack<T>,
+    {
+        L::gather(|lane| of(&self.members[lane]))
+    }
+
+    /// The local states: pistons' positions and velocities by cylinder, the rest from the state `x`.
+    #[inline(always)]
+    pub fn local<T: Real>(&self, positions: &[T], velocities: &[T], x: &[T]) -> LocalState<L>
+    where
+        L: Pack<T>,
+    {
+        LocalState {
+            x: self.gather(|m| positions[m.cylinder]),
+            v: self.gather(|m| velocities[m.cylinder]),
+            p1: self.gather(|m| x[m.at.p1]),
+            p2: self.gather(|m| x[m.at.p2]),
+            spool: self.gather(|m| x[m.at.xs]),
+            z: self.gather(|m| m.at.z.map_or(T::c(0.0), |z| x[z])),
+        }
+    }
+
+    /// What the laws say.
+    #[inline(always)]
+    pub fn rates(&self, s: &LocalState<L>) -> LocalRates<L> {
+        L::apart(
+            #[inline(always)]
+            || self.unit.rates(&self.fluid, &self.mains, s),
+        )
+    }
+
+    /// The same with its slopes by states.
+    #[inline(always)]
+    pub fn sloped(&self, s: &LocalState<L>, piston: &Piston<L>) -> RateSlopes<L> {
+        L::apart(
+            #[inline(always)]
+            || self.lifted.slopes(s, piston),
+        )
+    }
+}

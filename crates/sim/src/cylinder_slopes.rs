@@ -1,0 +1,158 @@
+//! A cylinder's laws with their slopes, by narrow duals: each law is differentiated by those local numbers alone that it
+//! sees, and the results are joined among all six.
+
+use crate::bordered::Row;
+use crate::cylinder_unit::{CylinderUnit, FrictionLaw, LocalRates, LocalState, Mains, Parts, Port, Rubbing};
+use hydrocrane_num::{Dual, Real};
+use hydrocrane_physics::hydraulics::end_stop::EndStop;
+use hydrocrane_physics::hydraulics::fluid::Fluid;
+use hydrocrane_physics::hydraulics::spool::Spool;
+
+/// A number with its slopes by the local numbers of a cylinder, in the order of [`LocalState`].
+pub type Sloped<L> = Dual<L, 6>;
+const X: usize = 0;
+const V: usize = 1;
+const P1: usize = 2;
+const P2: usize = 3;
+const SPOOL: usize = 4;
+const Z: usize = 5;
+
+/// Speed below which a secant of friction is that of this speed, m/s.
+const CREEP: f64 = 1e-9;
+
+/// The laws' parameters as constants among as many variables as each law sees.
+#[derive(Debug, Clone)]
+pub struct Lifted<L> {
+    bulk: Fluid<Dual<L, 1>>,
+    friction: FrictionLaw<Dual<L, 2>>,
+    end_stop: EndStop<Dual<L, 2>>,
+    spool: Spool<Dual<L, 2>>,
+    ports: (CylinderUnit<Dual<L, 3>>, Mains<Dual<L, 3>>),
+    whole: (CylinderUnit<Sloped<L>>, Mains<Sloped<L>>),
+}
+
+/// How a piston follows its joint: g, dg/dq and the joint's rate.
+#[derive(Debug, Clone, Copy)]
+pub struct Piston<T> {
+    pub gain: T,
+    pub gain_slope: T,
+    pub rate: T,
+}
+
+impl<T: Real> Piston<T> {
+    /// The chain rule from local numbers to states.
+    #[inline(always)]
+    pub fn row(&self, number: &Sloped<T>) -> Row<T> {
+        let d = &number.derivative;
+        Row {
+            q: d[X] * self.gain + d[V] * self.gain_slope * self.rate,
+            qd: d[V] * self.gain,
+            p1: d[P1],
+            p2: d[P2],
+            xs: d[SPOOL],
+            z: d[Z],
+        }
+    }
+}
+
+/// What the laws say, and its slopes by states.
+#[derive(Debug, Clone, Copy)]
+pub struct RateSlopes<L> {
+    pub rates: LocalRates<L>,
+    pub p1: Row<L>,
+    pub p2: Row<L>,
+    pub z: Row<L>,
+    pub force: Row<L>,
+}
+
+impl<L: Real> Lifted<L> {
+    pub fn new(unit: &CylinderUnit<L>, fluid: &Fluid<L>, mains: &Mains<L>) -> Self {
+        Lifted {
+            bulk: fluid.map(&mut Dual::constant),
+            friction: unit.friction.map(&mut Dual::constant),
+            end_stop: unit.end_stop.map(&mut Dual::constant),
+            spool: unit.spool.map(&mut Dual::constant),
+            ports: (unit.map(&mut Dual::constant), mains.map(&mut Dual::constant)),
+            whole: (unit.map(&mut Dual::constant), mains.map(&mut Dual::constant)),
+        }
+    }
+
+    #[inline(always)]
+    pub fn slopes(&self, s: &LocalState<L>, piston: &Piston<L>) -> RateSlopes<L> {
+        let (_, sloped) = self.sloped(s);
+        RateSlopes {
+            rates: sloped.map(|number| number.value),
+            p1: piston.row(&sloped.p1_rate),
+            p2: piston.row(&sloped.p2_rate),
+            z: piston.row(&sloped.z_rate),
+            force: piston.row(&sloped.force),
+        }
+    }
+
+    /// Slope of a friction map less its secant F/v through standstill; zero with bristles, which are no map.
+    pub fn tangent_less_secant(&self, v: L) -> L {
+        if self.friction.has_bristle() {
+            return L::c(0.0);
+        }
+        let at = L::select(L::c(CREEP).lt(v.abs()), v, L::c(CREEP));
+        let friction = self.friction.evaluate(Dual::variable(at, 0), Dual::constant(L::c(0.0))).force;
+        friction.derivative[0] - friction.value / at
+    }
+
+    /// (xs', vs') with their slopes by (xs, vs).
+    #[inline(always)]
+    pub fn spool_rates(&self, position: L, velocity: L, command: L) -> [Dual<L, 2>; 2] {
+        let (position, velocity) = (Dual::variable(position, 0), Dual::variable(velocity, 1));
+        let (position_rate, velocity_rate) = self.spool.rates(position, velocity, Dual::constant(command));
+        [position_rate, velocity_rate]
+    }
+
+    /// The local numbers as the variables that they are, and the rates with their slopes by them.
+    #[inline(always)]
+    pub fn sloped(&self, s: &LocalState<L>) -> (LocalState<Sloped<L>>, LocalRates<Sloped<L>>) {
+        let local = LocalState {
+            x: Dual::variable(s.x, X),
+            v: Dual::variable(s.v, V),
+            p1: Dual::variable(s.p1, P1),
+            p2: Dual::variable(s.p2, P2),
+            spool: Dual::variable(s.spool, SPOOL),
+            z: Dual::variable(s.z, Z),
+        };
+        let bulk = |p: L| self.bulk.bulk_modulus(Dual::variable(p, 0));
+        let parts = Parts {
+            port_a: self.port_a(s),
+            port_b: self.port_b(s),
+            bulk: (bulk(s.p1).among([P1]), bulk(s.p2).among([P2])),
+            rubbing: self.rubbing(s),
+            stops: self.stops(s),
+        };
+        let (unit, mains) = &self.whole;
+        (local, unit.join(mains, &local, &parts))
+    }
+
+    #[inline(always)]
+    fn port_a(&self, s: &LocalState<L>) -> Port<Sloped<L>> {
+        let (unit, mains) = &self.ports;
+        let port = unit.port_a(mains, Dual::variable(s.v, 0), Dual::variable(s.p1, 1), Dual::variable(s.spool, 2));
+        port.map(|number| number.among([V, P1, SPOOL]))
+    }
+
+    #[inline(always)]
+    fn port_b(&self, s: &LocalState<L>) -> Port<Sloped<L>> {
+        let (unit, mains) = &self.ports;
+        let port = unit.port_b(mains, Dual::variable(s.v, 0), Dual::variable(s.p2, 1), Dual::variable(s.spool, 2));
+        port.map(|number| number.among([V, P2, SPOOL]))
+    }
+
+    #[inline(always)]
+    fn rubbing(&self, s: &LocalState<L>) -> Rubbing<Sloped<L>> {
+        let rubbing = self.friction.evaluate(Dual::variable(s.v, 0), Dual::variable(s.z, 1));
+        rubbing.map(|number| number.among([V, Z]))
+    }
+
+    #[inline(always)]
+    fn stops(&self, s: &LocalState<L>) -> (Sloped<L>, Sloped<L>) {
+        let (spring, damping) = self.end_stop.force(Dual::variable(s.x, 0), Dual::variable(s.v, 1));
+        (spring.among([X, V]), damping.among([X, V]))
+    }
+}
