@@ -30,8 +30,8 @@ impl<S: Real, const N: usize> Dual<S, N> {
     #[inline(always)]
     pub fn among<const M: usize>(self, at: [usize; N]) -> Dual<S, M> {
         let mut wide = Dual::constant(self.value);
-        for (i, derivative) in at.into_iter().zip(self.derivative) {
-            wide.derivative[i] = derivative;
+        for i in 0..N {
+            wide.derivative[at[i]] = self.derivative[i];
         }
         wide
     }
@@ -42,12 +42,13 @@ impl<S: Real, const N: usize> Dual<S, N> {
         self.each(value, |d| d * slope)
     }
 
-    /// With `f` of every derivative, in a plain loop: the array functions of the standard library are not always inlined.
+    /// With `f` of every derivative, in a plain loop: the array functions of the standard library and its iterators are not
+    /// always inlined.
     #[inline(always)]
     fn each(self, value: S, f: impl Fn(S) -> S) -> Self {
         let mut derivative = self.derivative;
-        for d in &mut derivative {
-            *d = f(*d);
+        for i in 0..N {
+            derivative[i] = f(derivative[i]);
         }
         Dual { value, derivative }
     }
@@ -55,8 +56,8 @@ impl<S: Real, const N: usize> Dual<S, N> {
     #[inline(always)]
     fn zip(self, other: Self, value: S, f: impl Fn(S, S) -> S) -> Self {
         let mut derivative = self.derivative;
-        for (d, &e) in derivative.iter_mut().zip(&other.derivative) {
-            *d = f(*d, e);
+        for i in 0..N {
+            derivative[i] = f(derivative[i], other.derivative[i]);
         }
         Dual { value, derivative }
     }

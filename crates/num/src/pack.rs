@@ -30,8 +30,8 @@ impl<const W: usize> Pack<f64> for Lanes<W> {
     #[inline(always)]
     fn gather(mut f: impl FnMut(usize) -> f64) -> Self {
         let mut lanes = [0.0; W];
-        for (i, lane) in lanes.iter_mut().enumerate() {
-            *lane = f(i);
+        for i in 0..W {
+            lanes[i] = f(i);
         }
         Lanes(lanes)
     }

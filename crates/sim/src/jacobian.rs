@@ -54,7 +54,6 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
     }
 
     /// As [`Plant::place`](crate::Plant::place), and how the gains change with their joints.
-    #[inline(always)]
     fn place_moving(&self, layout: &Layout, x: &[T]) -> (Placed<T, N>, [T; N]) {
         let (q, rates) = joint_state::<T, N>(layout, x);
         let pose = self.plant.mechanics.pose(&q);
@@ -72,7 +71,6 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
     }
 
     /// Slopes of q'' from those of g f - b - M q'' at given q'': solves M (dq''/dy) = d(g f - b - M q'')/dy column by column.
-    #[inline(always)]
     fn write_accelerations(
         &self,
         placed: &Placed<T, N>,
@@ -134,9 +132,8 @@ impl<L: Real> CylinderGroup<L> {
             let Some(Member { cylinder, at }) = self.member(lane) else { break };
             dx[at.xs] = along.value.lane(lane);
             dx[at.vs] = across.value.lane(lane);
-            for (row, rate) in out.cylinders[*cylinder].spool.iter_mut().zip([&along, &across]) {
-                *row = [rate.derivative[0].lane(lane), rate.derivative[1].lane(lane)];
-            }
+            let by = |slopes: &[L; 2]| [slopes[0].lane(lane), slopes[1].lane(lane)];
+            out.cylinders[*cylinder].spool = [by(&along.derivative), by(&across.derivative)];
         }
     }
 
