@@ -1,6 +1,6 @@
 //! The number type of the laws.
 
-use crate::elementary;
+use crate::{elementary, Lanes};
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign};
 
@@ -43,6 +43,15 @@ pub trait Real:
     fn exp(self) -> Self;
     fn ln(self) -> Self;
     fn sin_cos(self) -> (Self, Self);
+    /// Sine and cosine of several angles, of single numbers side by side.
+    #[inline(always)]
+    fn sin_cos_each<const N: usize>(angles: [Self; N]) -> [(Self, Self); N] {
+        let mut out = [(Self::c(0.0), Self::c(1.0)); N];
+        for i in 0..N {
+            out[i] = angles[i].sin_cos();
+        }
+        out
+    }
     fn tanh(self) -> Self;
     /// Absolute value; slope +1 at zero.
     fn abs(self) -> Self;
@@ -76,6 +85,16 @@ pub trait Real:
 
 impl Real for f64 {
     type Mask = bool;
+
+    #[inline(always)]
+    fn sin_cos_each<const N: usize>(angles: [f64; N]) -> [(f64, f64); N] {
+        let (sines, cosines) = Lanes(angles).sin_cos();
+        let mut out = [(0.0, 1.0); N];
+        for i in 0..N {
+            out[i] = (sines.0[i], cosines.0[i]);
+        }
+        out
+    }
 
     #[inline(always)]
     fn c(x: f64) -> f64 {

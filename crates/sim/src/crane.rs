@@ -21,7 +21,7 @@ use hydrocrane_control::drive::FRICTION_SPEED;
 use hydrocrane_control::feed_forward::{steady_speed, Mains};
 use hydrocrane_control::inverse_kinematics::{self, Printed, TooFewRevolute};
 use hydrocrane_machine::Machine;
-use hydrocrane_num::{small, Lanes, Pack};
+use hydrocrane_num::{small, vectorised, Lanes, Pack};
 use hydrocrane_physics::hydraulics::fluid::OilTables;
 use std::sync::OnceLock;
 
@@ -108,6 +108,41 @@ impl<const N: usize> Crane<N> {
 
     fn oil(&self) -> &OilTables {
         self.oil.get_or_init(|| OilTables::new(self.plant().fluid))
+    }
+
+    #[inline(always)]
+    fn derivative_plain(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], ledger: &mut [f64]) {
+        self.evaluator.derivative(&self.layout, x, u, payload, dx, |group, s, rates| {
+            self.write_powers(group, s, rates, ledger);
+        });
+    }
+
+    #[inline(always)]
+    fn linearise_plain(
+        &self,
+        x: &[f64],
+        u: &[f64],
+        payload: f64,
+        dx: &mut [f64],
+        ledger: &mut [f64],
+        slopes: &mut Bordered<f64>,
+    ) {
+        let oil = (!ledger.is_empty()).then(|| self.oil());
+        self.evaluator.linearise(&self.layout, x, u, payload, oil, dx, slopes, |group, s, rates| {
+            self.write_powers(group, s, rates, ledger);
+        });
+    }
+
+    vectorised! {
+        fn write_derivative, derivative_avx2 by derivative_plain(
+            x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], ledger: &mut [f64]
+        ) -> ()
+    }
+
+    vectorised! {
+        fn write_linearisation, linearise_avx2 by linearise_plain(
+            x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], ledger: &mut [f64], slopes: &mut Bordered<f64>
+        ) -> ()
     }
 
     /// Writes the ledger's powers of a group of cylinders, where there is room for them.
@@ -307,9 +342,7 @@ impl<const N: usize> Model for Crane<N> {
     }
 
     fn derivative(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], ledger: &mut [f64]) {
-        self.evaluator.derivative(&self.layout, x, u, payload, dx, |group, s, rates| {
-            self.write_powers(group, s, rates, ledger);
-        });
+        self.write_derivative(x, u, payload, dx, ledger);
     }
 
     fn linearise(
@@ -321,10 +354,7 @@ impl<const N: usize> Model for Crane<N> {
         ledger: &mut [f64],
         slopes: &mut Bordered<f64>,
     ) {
-        let oil = (!ledger.is_empty()).then(|| self.oil());
-        self.evaluator.linearise(&self.layout, x, u, payload, oil, dx, slopes, |group, s, rates| {
-            self.write_powers(group, s, rates, ledger);
-        });
+        self.write_linearisation(x, u, payload, dx, ledger, slopes);
     }
 
     fn reference_derivative(&self, x: &[f64], u: &[f64], payload: f64) -> Option<Vec<f64>> {

@@ -54,6 +54,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
     }
 
     /// As [`Plant::place`](crate::Plant::place), and how the gains change with their joints.
+    #[inline(always)]
     fn place_moving(&self, layout: &Layout, x: &[T]) -> (Placed<T, N>, [T; N]) {
         let (q, rates) = joint_state::<T, N>(layout, x);
         let pose = self.plant.mechanics.pose(&q);
@@ -71,6 +72,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
     }
 
     /// Slopes of q'' from those of g f - b - M q'' at given q'': solves M (dq''/dy) = d(g f - b - M q'')/dy column by column.
+    #[inline(always)]
     fn write_accelerations(
         &self,
         placed: &Placed<T, N>,
