@@ -42,7 +42,8 @@ impl<S: Real, const N: usize> Dual<S, N> {
         self.each(value, |d| d * slope)
     }
 
-    /// With `f` of every derivative, in a plain loop: the array functions of the standard library are not always inlined.
+    /// With `f` of every derivative, in a plain loop: the array functions of the standard library and its iterators are not
+    /// always inlined.
     #[inline(always)]
     fn each(self, value: S, f: impl Fn(S) -> S) -> Self {
         let mut derivative = self.derivative;

@@ -1,6 +1,7 @@
 //! The number type of the laws.
 
-use crate::elementary;
+use crate::register::Register;
+use crate::{elementary, Four, Lanes};
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign};
 
@@ -50,6 +51,15 @@ pub trait Real:
     fn exp(self) -> Self;
     fn ln(self) -> Self;
     fn sin_cos(self) -> (Self, Self);
+    /// Sine and cosine of several angles, of single numbers side by side.
+    #[inline(always)]
+    fn sin_cos_each<const N: usize>(angles: [Self; N]) -> [(Self, Self); N] {
+        let mut out = [(Self::c(0.0), Self::c(1.0)); N];
+        for i in 0..N {
+            out[i] = angles[i].sin_cos();
+        }
+        out
+    }
     fn tanh(self) -> Self;
     /// Absolute value; slope +1 at zero.
     fn abs(self) -> Self;
@@ -83,6 +93,23 @@ pub trait Real:
 
 impl Real for f64 {
     type Mask = bool;
+
+    #[inline(always)]
+    fn sin_cos_each<const N: usize>(angles: [f64; N]) -> [(f64, f64); N] {
+        let mut out = [(0.0, 1.0); N];
+        for first in (0..N).step_by(Four::WIDTH) {
+            let here = Four::WIDTH.min(N - first);
+            let (mut numbers, mut cosines) = ([0.0; Four::WIDTH], [0.0; Four::WIDTH]);
+            numbers[..here].copy_from_slice(&angles[first..first + here]);
+            let (sine, cosine) = Lanes::<Four>::load(&numbers).sin_cos();
+            sine.store(&mut numbers);
+            cosine.store(&mut cosines);
+            for i in 0..here {
+                out[first + i] = (numbers[i], cosines[i]);
+            }
+        }
+        out
+    }
 
     #[inline(always)]
     fn c(x: f64) -> f64 {

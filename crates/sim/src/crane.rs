@@ -22,7 +22,7 @@ use hydrocrane_control::drive::FRICTION_SPEED;
 use hydrocrane_control::feed_forward::{steady_speed, Mains};
 use hydrocrane_control::inverse_kinematics::{self, Printed, TooFewRevolute};
 use hydrocrane_machine::Machine;
-use hydrocrane_num::{small, Four, Lanes, Pack};
+use hydrocrane_num::{small, Four, Lanes, Pack, Real};
 use hydrocrane_physics::hydraulics::fluid::OilTables;
 use std::sync::OnceLock;
 
@@ -308,9 +308,14 @@ impl<const N: usize> Model for Crane<N> {
     }
 
     fn derivative(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], ledger: &mut [f64]) {
-        self.evaluator.derivative(&self.layout, x, u, payload, dx, |group, s, rates| {
-            self.write_powers(group, s, rates, ledger);
-        });
+        Side::apart(
+            #[inline(always)]
+            || {
+                self.evaluator.derivative(&self.layout, x, u, payload, dx, |group, s, rates| {
+                    self.write_powers(group, s, rates, ledger);
+                });
+            },
+        );
     }
 
     fn linearise(
@@ -323,9 +328,14 @@ impl<const N: usize> Model for Crane<N> {
         slopes: &mut Bordered<f64>,
     ) {
         let oil = (!ledger.is_empty()).then(|| self.oil());
-        self.evaluator.linearise(&self.layout, x, u, payload, oil, dx, slopes, |group, s, rates| {
-            self.write_powers(group, s, rates, ledger);
-        });
+        Side::apart(
+            #[inline(always)]
+            || {
+                self.evaluator.linearise(&self.layout, x, u, payload, oil, dx, slopes, |group, s, rates| {
+                    self.write_powers(group, s, rates, ledger);
+                });
+            },
+        );
     }
 
     fn reference_derivative(&self, x: &[f64], u: &[f64], payload: f64) -> Option<Vec<f64>> {

@@ -118,16 +118,20 @@ impl<L: Real> Lifted<L> {
             spool: Dual::variable(s.spool, SPOOL),
             z: Dual::variable(s.z, Z),
         };
-        let bulk = |p: L| self.bulk.bulk_modulus(Dual::variable(p, 0));
         let parts = Parts {
             port_a: self.port_a(s),
             port_b: self.port_b(s),
-            bulk: (bulk(s.p1).among([P1]), bulk(s.p2).among([P2])),
+            bulk: (self.bulk_modulus(s.p1).among([P1]), self.bulk_modulus(s.p2).among([P2])),
             rubbing: self.rubbing(s),
             stops: self.stops(s),
         };
         let (unit, mains) = &self.whole;
         (local, unit.join(mains, &local, &parts))
+    }
+
+    #[inline(always)]
+    fn bulk_modulus(&self, p: L) -> Dual<L, 1> {
+        self.bulk.bulk_modulus(Dual::variable(p, 0))
     }
 
     #[inline(always)]

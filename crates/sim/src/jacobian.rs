@@ -139,9 +139,8 @@ impl<L: Real> CylinderGroup<L> {
             let Some(Member { cylinder, at }) = self.member(lane) else { break };
             dx[at.xs] = along.value.lane(lane);
             dx[at.vs] = across.value.lane(lane);
-            for (row, rate) in out.cylinders[*cylinder].spool.iter_mut().zip([&along, &across]) {
-                *row = [rate.derivative[0].lane(lane), rate.derivative[1].lane(lane)];
-            }
+            let by = |slopes: &[L; 2]| [slopes[0].lane(lane), slopes[1].lane(lane)];
+            out.cylinders[*cylinder].spool = [by(&along.derivative), by(&across.derivative)];
         }
     }
 

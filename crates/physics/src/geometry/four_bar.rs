@@ -48,17 +48,16 @@ impl<T: Real> FourBar<T> {
     /// h^2: positive where the linkage closes, zero at its dead centres.
     #[inline(always)]
     pub fn closure(&self, coupler_pivot: Vec2<T>) -> T {
-        let (a, d2) = self.projection(coupler_pivot - self.rocker_pivot);
-        self.rocker_length.square() / d2 - a * a
+        self.projection(coupler_pivot - self.rocker_pivot).1
     }
 
     /// The common pin in the parent frame, given the coupler pivot there.
     #[inline(always)]
     pub fn common_pin(&self, coupler_pivot: MovingPoint<T>) -> MovingPoint<T> {
         let d = coupler_pivot.position - self.rocker_pivot;
-        let (a, _) = self.projection(d);
+        let (a, h2) = self.projection(d);
         // Past a dead centre the linkage is torn; the root is held just above zero so that slopes stay finite.
-        let h = (smooth::positive_part(self.closure(coupler_pivot.position)) + 1e-18).sqrt();
+        let h = (smooth::positive_part(h2) + 1e-18).sqrt();
         let rocker = d * a + d.perp() * (self.side * h);
         let position = self.rocker_pivot + rocker;
 
@@ -67,11 +66,12 @@ impl<T: Real> FourBar<T> {
         MovingPoint { position, rate: rocker.perp() * lambda }
     }
 
-    /// Share of the diagonal up to the foot of the common pin, and the squared diagonal (18).
+    /// a and h^2: the common pin along the diagonal and across it, relative to the diagonal (18).
     #[inline(always)]
     fn projection(&self, d: Vec2<T>) -> (T, T) {
-        let d2 = d.dot(d);
-        let a = (self.rocker_length.square() - self.coupler_length.square() + d2) / (d2 * 2.0);
-        (a, d2)
+        let per_d2 = T::c(1.0) / d.dot(d);
+        let rocker = self.rocker_length.square();
+        let a = ((rocker - self.coupler_length.square()) * per_d2 + 1.0) * 0.5;
+        (a, rocker * per_d2 - a * a)
     }
 }

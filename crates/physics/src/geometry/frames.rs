@@ -16,7 +16,7 @@ pub struct Joint<T> {
     pub at: Vec2<T>,
     /// Prismatic: unit vector of growing `q` in the parent frame; zero for a revolute joint.
     pub direction: Vec2<T>,
-    /// Revolute: frame angle of the child in the parent at `q = zero`, rad.
+    /// Frame angle of the child in the parent at `q = zero`, rad; 0 for a prismatic joint.
     pub offset: T,
     /// Coordinate of the neutral position, rad or m.
     pub zero: T,
@@ -61,13 +61,19 @@ impl Joint<f64> {
 impl<T: Real> Joint<T> {
     #[inline(always)]
     pub fn pose(&self, q: T) -> JointPose<T> {
-        let travel = q - self.zero;
-        let (sin, cos, origin) = if self.revolute {
-            let (sin, cos) = (self.offset + self.sense * travel).sin_cos();
-            (sin, cos, self.at)
-        } else {
-            (T::c(0.0), T::c(1.0), self.at + self.direction * travel)
-        };
+        self.turned(q, self.angle(q).sin_cos())
+    }
+
+    /// Angle of the child's frame in the parent's, zero for a prismatic joint, rad.
+    #[inline(always)]
+    pub(super) fn angle(&self, q: T) -> T {
+        self.offset + self.sense * (q - self.zero)
+    }
+
+    /// The pose, given sine and cosine of its angle.
+    #[inline(always)]
+    pub(super) fn turned(&self, q: T, (sin, cos): (T, T)) -> JointPose<T> {
+        let origin = self.at + self.direction * (q - self.zero);
         JointPose { cos, sin, origin, turn: self.sense, slide: self.direction }
     }
 }
