@@ -114,7 +114,7 @@ fn torn_linkage_keeps_finite_value_and_slope() {
         rate: Vec2::new(Dual::c(1.0), Dual::c(0.5)),
     };
     let pin = far.common_pin(away);
-    assert!(far.closure(away.position) < 0.0);
+    assert!(far.closure(away.position).value < 0.0);
     assert!(pin.position.x.derivative[0].is_finite() && pin.rate.z.value.is_finite());
 }
 
