@@ -124,3 +124,72 @@ impl<L: Real> CylinderGroup<L> {
         )
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{build, Crane};
+    use hydrocrane_machine::{load, OverrideValue};
+    use hydrocrane_num::Lanes;
+
+    type Side = Lanes<4>;
+
+    /// The laboratory crane, with a static map on one cylinder if `mixed`.
+    fn groups(mixed: bool) -> (Plant<f64, 3>, Vec<CylinderGroup<Side>>) {
+        let other = [("friction.jib.model".to_string(), OverrideValue::Text("static".to_string()))];
+        let machine = load("rottne-f9-lab", if mixed { &other } else { &[] }).expect("a bundled machine");
+        let layout = build(&machine).expect("it can be built").layout().clone();
+        let plant = *Crane::<3>::new(&machine).expect("three joints").plant();
+        (plant, CylinderGroup::all(&plant, &layout))
+    }
+
+    fn moving() -> LocalState<Side> {
+        LocalState {
+            x: Lanes([0.02, -0.1, 0.15, 0.0]),
+            v: Lanes([0.1, -0.03, 0.0, 1e-5]),
+            p1: Lanes([60e5, -0.4e5, 139e5, 1e5]),
+            p2: Lanes([20e5, 90e5, -0.9e5, 0.0]),
+            spool: Lanes([0.004, -0.01, 1e-4, 0.0]),
+            z: Lanes([1e-4, -2e-4, 5e-5, 0.0]),
+        }
+    }
+
+    fn lane(s: &LocalState<Side>, i: usize) -> LocalState<f64> {
+        let LocalState { x, v, p1, p2, spool, z } = s;
+        LocalState { x: x.0[i], v: v.0[i], p1: p1.0[i], p2: p2.0[i], spool: spool.0[i], z: z.0[i] }
+    }
+
+    #[test]
+    fn side_by_side_the_laws_say_bit_for_bit_what_they_say_alone() {
+        for mixed in [false, true] {
+            let (plant, groups) = groups(mixed);
+            assert_eq!(groups.len(), 1 + usize::from(mixed));
+            let s = moving();
+            for group in &groups {
+                let (rates, plain) = (group.rates(&s), group.rates_plain(&s));
+                for i in 0..4 {
+                    let Some(Member { cylinder, .. }) = group.member(i) else { break };
+                    let alone = plant.cylinders[*cylinder].rates(&plant.fluid, &plant.mains, &lane(&s, i));
+                    let here = rates.map(|number| number.0[i]);
+                    assert_eq!(format!("{here:?}"), format!("{alone:?}"));
+                    assert_eq!(format!("{here:?}"), format!("{:?}", plain.map(|number| number.0[i])));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn rates_with_slopes_are_the_rates_and_every_instruction_set_gives_the_same_slopes() {
+        let (_, groups) = groups(false);
+        let s = moving();
+        let piston = Piston { gain: Lanes([0.3; 4]), gain_slope: Lanes([0.1; 4]), rate: Lanes([0.2; 4]) };
+        let (sloped, plain) = (groups[0].sloped(&s, &piston), groups[0].sloped_plain(&s, &piston));
+        assert_eq!(format!("{sloped:?}"), format!("{plain:?}"));
+        let (with, without) = (sloped.rates, groups[0].rates(&s));
+        for (a, b) in [(with.force, without.force), (with.p1_rate, without.p1_rate), (with.z_rate, without.z_rate)] {
+            for i in 0..4 {
+                assert!((a.0[i] - b.0[i]).abs() <= 1e-14 * b.0[i].abs());
+            }
+        }
+    }
+}

@@ -1,6 +1,6 @@
 //! Slopes of the forces that move the chain.                    theory: docs/theory/dynamics/slopes.md
 //!
-//! How Q = M q'' + b changes with one coordinate or rate at given q''. Joint j turns or shifts all that it carries as one
+//! How Q = M q'' + b, thesis (62), changes with one coordinate or rate at given q''. Joint j turns or shifts all that it carries as one
 //! body. Turned with its accelerations it needs the turned force; what is left is a uniform change c of the acceleration:
 //!     by q_j:   c = perp(s_j) alpha - s_j omega^2 - t_j perp(a_j)                   rotating part t_j perp(F)
 //!     by q_j':  c = 2 (omega perp(s_j) - t_j perp(v_j))                             rotating part 2 t_j perp(P)

@@ -14,10 +14,9 @@ use hydrocrane_num::{Real, Vec2};
 #[inline(always)]
 pub fn pin_distance<T: Real>(fixed: Vec2<T>, moving: MovingPoint<T>) -> (T, T) {
     let d = moving.position - fixed;
-    let squared = d.dot(d);
-    let length = squared.sqrt();
-    // Neither the root nor the quotient waits for the other.
-    (length, d.dot(moving.rate) / squared * length)
+    let length = d.norm();
+    // The root and the quotient do not wait for each other.
+    (length, d.dot(moving.rate) / d.dot(d) * length)
 }
 
 /// Direction from one pin to the other, rad from x towards z.
