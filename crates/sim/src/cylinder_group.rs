@@ -130,9 +130,9 @@ mod tests {
     use super::*;
     use crate::{build, Crane};
     use hydrocrane_machine::{load, OverrideValue};
-    use hydrocrane_num::Lanes;
+    use hydrocrane_num::{Four, Lanes};
 
-    type Side = Lanes<4>;
+    type Side = Lanes<Four>;
 
     /// The laboratory crane, with a static map on one cylinder if `mixed`.
     fn groups(mixed: bool) -> (Plant<f64, 3>, Vec<CylinderGroup<Side>>) {
@@ -145,18 +145,18 @@ mod tests {
 
     fn moving() -> LocalState<Side> {
         LocalState {
-            x: Lanes([0.02, -0.1, 0.15, 0.0]),
-            v: Lanes([0.1, -0.03, 0.0, 1e-5]),
-            p1: Lanes([60e5, -0.4e5, 139e5, 1e5]),
-            p2: Lanes([20e5, 90e5, -0.9e5, 0.0]),
-            spool: Lanes([0.004, -0.01, 1e-4, 0.0]),
-            z: Lanes([1e-4, -2e-4, 5e-5, 0.0]),
+            x: Lanes::load(&[0.02, -0.1, 0.15, 0.0]),
+            v: Lanes::load(&[0.1, -0.03, 0.0, 1e-5]),
+            p1: Lanes::load(&[60e5, -0.4e5, 139e5, 1e5]),
+            p2: Lanes::load(&[20e5, 90e5, -0.9e5, 0.0]),
+            spool: Lanes::load(&[0.004, -0.01, 1e-4, 0.0]),
+            z: Lanes::load(&[1e-4, -2e-4, 5e-5, 0.0]),
         }
     }
 
     fn lane(s: &LocalState<Side>, i: usize) -> LocalState<f64> {
         let LocalState { x, v, p1, p2, spool, z } = s;
-        LocalState { x: x.0[i], v: v.0[i], p1: p1.0[i], p2: p2.0[i], spool: spool.0[i], z: z.0[i] }
+        LocalState { x: x.lane(i), v: v.lane(i), p1: p1.lane(i), p2: p2.lane(i), spool: spool.lane(i), z: z.lane(i) }
     }
 
     #[test]
@@ -166,13 +166,13 @@ mod tests {
             assert_eq!(groups.len(), 1 + usize::from(mixed));
             let s = moving();
             for group in &groups {
-                let (rates, plain) = (group.rates(&s), group.rates_plain(&s));
+                let (rates, plain) = (group.rates(&s), group.unit.rates(&group.fluid, &group.mains, &s));
                 for i in 0..4 {
                     let Some(Member { cylinder, .. }) = group.member(i) else { break };
                     let alone = plant.cylinders[*cylinder].rates(&plant.fluid, &plant.mains, &lane(&s, i));
-                    let here = rates.map(|number| number.0[i]);
+                    let here = rates.map(|number| number.lane(i));
                     assert_eq!(format!("{here:?}"), format!("{alone:?}"));
-                    assert_eq!(format!("{here:?}"), format!("{:?}", plain.map(|number| number.0[i])));
+                    assert_eq!(format!("{here:?}"), format!("{:?}", plain.map(|number| number.lane(i))));
                 }
             }
         }
@@ -182,13 +182,13 @@ mod tests {
     fn rates_with_slopes_are_the_rates_and_every_instruction_set_gives_the_same_slopes() {
         let (_, groups) = groups(false);
         let s = moving();
-        let piston = Piston { gain: Lanes([0.3; 4]), gain_slope: Lanes([0.1; 4]), rate: Lanes([0.2; 4]) };
-        let (sloped, plain) = (groups[0].sloped(&s, &piston), groups[0].sloped_plain(&s, &piston));
+        let piston = Piston { gain: Side::c(0.3), gain_slope: Side::c(0.1), rate: Side::c(0.2) };
+        let (sloped, plain) = (groups[0].sloped(&s, &piston), groups[0].lifted.slopes(&s, &piston));
         assert_eq!(format!("{sloped:?}"), format!("{plain:?}"));
         let (with, without) = (sloped.rates, groups[0].rates(&s));
         for (a, b) in [(with.force, without.force), (with.p1_rate, without.p1_rate), (with.z_rate, without.z_rate)] {
             for i in 0..4 {
-                assert!((a.0[i] - b.0[i]).abs() <= 1e-14 * b.0[i].abs());
+                assert!((a.lane(i) - b.lane(i)).abs() <= 1e-14 * b.lane(i).abs());
             }
         }
     }
