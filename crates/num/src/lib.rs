@@ -9,7 +9,6 @@ mod pack;
 mod random;
 mod real;
 pub mod register;
-mod register_portable;
 #[cfg(target_arch = "x86_64")]
 pub mod register_x86;
 pub mod small;
@@ -22,5 +21,4 @@ pub use lanes::Lanes;
 pub use pack::Pack;
 pub use random::Draws;
 pub use real::{Mask, Real};
-pub use register_portable::Four;
 pub use vec2::Vec2;

@@ -1,7 +1,7 @@
 //! The number type of the laws.
 
+use crate::elementary;
 use crate::register::Register;
-use crate::{elementary, Four, Lanes};
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign};
 
@@ -95,22 +95,9 @@ impl Real for f64 {
     type Mask = bool;
 
     #[inline(always)]
-    fn sin_cos_each<const N: usize>(angles: [f64; N]) -> [(f64, f64); N] {
-        let mut out = [(0.0, 1.0); N];
-        for first in (0..N).step_by(Four::WIDTH) {
-            let here = Four::WIDTH.min(N - first);
-            let (mut numbers, mut cosines) = ([0.0; Four::WIDTH], [0.0; Four::WIDTH]);
-            numbers[..here].copy_from_slice(&angles[first..first + here]);
-            let (sine, cosine) = Lanes::<Four>::load(&numbers).sin_cos();
-            sine.store(&mut numbers);
-            cosine.store(&mut cosines);
-            for i in 0..here {
-                out[first + i] = (numbers[i], cosines[i]);
-            }
-        }
-        out
+    fn apart<O>(f: impl FnMut() -> O) -> O {
+        <f64 as Register>::run(f)
     }
-
     #[inline(always)]
     fn c(x: f64) -> f64 {
         x

@@ -3,35 +3,30 @@
 use crate::batch::{self, Kernel};
 use crate::bordered::Bordered;
 use crate::controllers::nominal_cylinder;
-use crate::cylinder_group::CylinderGroup;
-use crate::cylinder_unit::{FrictionLaw, LocalRates, LocalState};
+use crate::cylinder_unit::FrictionLaw;
 use crate::drawing::{self, Shape};
 use crate::equilibrium::EquilibriumMode;
 use crate::errors::{BuildError, PoseError, StrokeError};
 use crate::from_machine::plant;
 use crate::inverse::joint_from_stroke;
+use crate::laws::{Laws, Moment, Powers};
 use crate::layout::{Layout, Unit};
-use crate::ledger::{powers, LEDGER_PER_CYLINDER};
 use crate::limits::{Drivetrain, JointLimits};
 use crate::model::{Model, Passivity};
 use crate::outputs::{self, OutputInfo};
 use crate::plant::Plant;
-use crate::rhs::Evaluator;
 use crate::{reference, workspace};
 use hydrocrane_control::drive::FRICTION_SPEED;
 use hydrocrane_control::feed_forward::{steady_speed, Mains};
 use hydrocrane_control::inverse_kinematics::{self, Printed, TooFewRevolute};
 use hydrocrane_machine::Machine;
-use hydrocrane_num::{small, Four, Lanes, Pack, Real};
+use hydrocrane_num::small;
 use hydrocrane_physics::hydraulics::fluid::OilTables;
 use std::sync::OnceLock;
 
-/// The cylinders of a crane side by side.
-type Side = Lanes<Four>;
-
 pub struct Crane<const N: usize> {
     machine: Machine,
-    evaluator: Evaluator<f64, Side, N>,
+    laws: Laws<N>,
     /// Made when first asked for: only energies and densities need them.
     oil: OnceLock<OilTables>,
     layout: Layout,
@@ -58,7 +53,7 @@ impl<const N: usize> Crane<N> {
             .collect();
         let layout = Layout::new(&units);
         let mut crane = Crane {
-            evaluator: Evaluator::new(&plant, &layout),
+            laws: Laws::new(&plant, &layout),
             oil: OnceLock::new(),
             layout,
             limits: Vec::with_capacity(N),
@@ -104,31 +99,16 @@ impl<const N: usize> Crane<N> {
     }
 
     pub(crate) fn plant(&self) -> &Plant<f64, N> {
-        &self.evaluator.plant
+        self.laws.plant()
     }
 
     fn oil(&self) -> &OilTables {
         self.oil.get_or_init(|| OilTables::new(self.plant().fluid))
     }
 
-    /// Writes the ledger's powers of a group of cylinders, where there is room for them.
-    fn write_powers(
-        &self,
-        group: &CylinderGroup<Side>,
-        s: &LocalState<Side>,
-        rates: &LocalRates<Side>,
-        ledger: &mut [f64],
-    ) {
-        if ledger.is_empty() {
-            return;
-        }
-        let powers = powers(self.oil(), s, rates);
-        for lane in 0..<Side as Pack<f64>>::WIDTH {
-            let Some(member) = group.member(lane) else { break };
-            for (i, power) in powers.iter().enumerate() {
-                ledger[member.cylinder * LEDGER_PER_CYLINDER + i] = power.lane(lane);
-            }
-        }
+    /// Room for the powers of the ledger, where there is some.
+    fn powers<'a>(&'a self, ledger: &'a mut [f64]) -> Option<Powers<'a>> {
+        (!ledger.is_empty()).then(|| Powers { oil: self.oil(), out: ledger })
     }
 
     fn drivetrain(&self, i: usize) -> Drivetrain<'_> {
@@ -308,14 +288,7 @@ impl<const N: usize> Model for Crane<N> {
     }
 
     fn derivative(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], ledger: &mut [f64]) {
-        Side::apart(
-            #[inline(always)]
-            || {
-                self.evaluator.derivative(&self.layout, x, u, payload, dx, |group, s, rates| {
-                    self.write_powers(group, s, rates, ledger);
-                });
-            },
-        );
+        self.laws.derivative(Moment { layout: &self.layout, x, u, payload }, dx, self.powers(ledger));
     }
 
     fn linearise(
@@ -327,15 +300,7 @@ impl<const N: usize> Model for Crane<N> {
         ledger: &mut [f64],
         slopes: &mut Bordered<f64>,
     ) {
-        let oil = (!ledger.is_empty()).then(|| self.oil());
-        Side::apart(
-            #[inline(always)]
-            || {
-                self.evaluator.linearise(&self.layout, x, u, payload, oil, dx, slopes, |group, s, rates| {
-                    self.write_powers(group, s, rates, ledger);
-                });
-            },
-        );
+        self.laws.linearise(Moment { layout: &self.layout, x, u, payload }, dx, self.powers(ledger), slopes);
     }
 
     fn reference_derivative(&self, x: &[f64], u: &[f64], payload: f64) -> Option<Vec<f64>> {

@@ -125,14 +125,14 @@ impl<L: Real> CylinderGroup<L> {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, target_arch = "x86_64"))]
 mod tests {
     use super::*;
     use crate::{build, Crane};
     use hydrocrane_machine::{load, OverrideValue};
-    use hydrocrane_num::{Four, Lanes};
+    use hydrocrane_num::{register_x86::Sse2, Lanes};
 
-    type Side = Lanes<Four>;
+    type Side = Lanes<Sse2>;
 
     /// The laboratory crane, with a static map on one cylinder if `mixed`.
     fn groups(mixed: bool) -> (Plant<f64, 3>, Vec<CylinderGroup<Side>>) {
@@ -145,13 +145,17 @@ mod tests {
 
     fn moving() -> LocalState<Side> {
         LocalState {
-            x: Lanes::load(&[0.02, -0.1, 0.15, 0.0]),
-            v: Lanes::load(&[0.1, -0.03, 0.0, 1e-5]),
-            p1: Lanes::load(&[60e5, -0.4e5, 139e5, 1e5]),
-            p2: Lanes::load(&[20e5, 90e5, -0.9e5, 0.0]),
-            spool: Lanes::load(&[0.004, -0.01, 1e-4, 0.0]),
-            z: Lanes::load(&[1e-4, -2e-4, 5e-5, 0.0]),
+            x: Lanes::load(&[0.02, -0.1]),
+            v: Lanes::load(&[0.1, -0.03]),
+            p1: Lanes::load(&[60e5, -0.4e5]),
+            p2: Lanes::load(&[20e5, 90e5]),
+            spool: Lanes::load(&[0.004, -0.01]),
+            z: Lanes::load(&[1e-4, -2e-4]),
         }
+    }
+
+    fn one(lanes: Side, i: usize) -> f64 {
+        lanes.lane(i)
     }
 
     fn lane(s: &LocalState<Side>, i: usize) -> LocalState<f64> {
@@ -163,16 +167,16 @@ mod tests {
     fn side_by_side_the_laws_say_bit_for_bit_what_they_say_alone() {
         for mixed in [false, true] {
             let (plant, groups) = groups(mixed);
-            assert_eq!(groups.len(), 1 + usize::from(mixed));
+            assert_eq!(groups.len(), 2);
             let s = moving();
             for group in &groups {
                 let (rates, plain) = (group.rates(&s), group.unit.rates(&group.fluid, &group.mains, &s));
-                for i in 0..4 {
+                for i in 0..2 {
                     let Some(Member { cylinder, .. }) = group.member(i) else { break };
                     let alone = plant.cylinders[*cylinder].rates(&plant.fluid, &plant.mains, &lane(&s, i));
-                    let here = rates.map(|number| number.lane(i));
+                    let here = rates.map(|number| one(number, i));
                     assert_eq!(format!("{here:?}"), format!("{alone:?}"));
-                    assert_eq!(format!("{here:?}"), format!("{:?}", plain.map(|number| number.lane(i))));
+                    assert_eq!(format!("{here:?}"), format!("{:?}", plain.map(|number| one(number, i))));
                 }
             }
         }
@@ -187,8 +191,8 @@ mod tests {
         assert_eq!(format!("{sloped:?}"), format!("{plain:?}"));
         let (with, without) = (sloped.rates, groups[0].rates(&s));
         for (a, b) in [(with.force, without.force), (with.p1_rate, without.p1_rate), (with.z_rate, without.z_rate)] {
-            for i in 0..4 {
-                assert!((a.lane(i) - b.lane(i)).abs() <= 1e-14 * b.lane(i).abs());
+            for i in 0..2 {
+                assert!((one(a, i) - one(b, i)).abs() <= 1e-14 * one(b, i).abs());
             }
         }
     }

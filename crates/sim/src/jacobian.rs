@@ -144,6 +144,7 @@ impl<L: Real> CylinderGroup<L> {
         }
     }
 
+    #[inline(always)]
     fn write_power_slopes<T: Real>(
         &self,
         oil: &OilTables,
@@ -153,9 +154,14 @@ impl<L: Real> CylinderGroup<L> {
     ) where
         L: Pack<T>,
     {
-        let (moving, sloped) = self.lifted.sloped(local);
-        for (i, power) in powers(oil, &moving, &sloped).iter().enumerate() {
-            let row = piston.row(power);
+        let rows = L::apart(
+            #[inline(always)]
+            || {
+                let (moving, sloped) = self.lifted.sloped(local);
+                powers(oil, &moving, &sloped).map(|power| piston.row(&power))
+            },
+        );
+        for (i, row) in rows.iter().enumerate() {
             for lane in 0..L::WIDTH {
                 let Some(member) = self.member(lane) else { break };
                 out.quadratures[member.cylinder * LEDGER_PER_CYLINDER + i] = row.lane(lane);

@@ -32,6 +32,7 @@ pub const LEDGER_TERMS: [(&str, &str, f64); LEDGER_PER_CYLINDER] = [
 ];
 
 /// Powers (W) in the order of [`LEDGER_TERMS`].
+#[inline(always)]
 pub fn powers<T: Real>(oil: &OilTables, s: &LocalState<T>, r: &LocalRates<T>) -> [T; LEDGER_PER_CYLINDER] {
     let p = &r.ports;
     let e = &r.edges;

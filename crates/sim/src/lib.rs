@@ -18,6 +18,7 @@ mod from_machine;
 pub mod integrator;
 mod inverse;
 mod jacobian;
+mod laws;
 mod layout;
 mod ledger;
 mod limits;

@@ -1,0 +1,130 @@
+//! A crane's laws, its cylinders in lanes where the processor has registers for them. Either way the bits are the same.
+
+use crate::bordered::Bordered;
+use crate::cylinder_group::CylinderGroup;
+use crate::cylinder_unit::{LocalRates, LocalState};
+use crate::layout::Layout;
+use crate::ledger::{powers, LEDGER_PER_CYLINDER};
+use crate::plant::Plant;
+use crate::rhs::Evaluator;
+use hydrocrane_num::Pack;
+#[cfg(target_arch = "x86_64")]
+use hydrocrane_num::{register::Register, register_x86::Avx2, Lanes};
+use hydrocrane_physics::hydraulics::fluid::OilTables;
+
+/// How the cylinders are arranged.
+pub enum Laws<const N: usize> {
+    /// Up to four side by side.
+    #[cfg(target_arch = "x86_64")]
+    Wide(Evaluator<f64, Lanes<Avx2>, N>),
+    /// One after the other.
+    Single(Evaluator<f64, f64, N>),
+}
+
+/// What drives a crane at one state.
+#[derive(Clone, Copy)]
+pub struct Moment<'a> {
+    pub layout: &'a Layout,
+    pub x: &'a [f64],
+    /// Spool commands, m.
+    pub u: &'a [f64],
+    /// At the tip, kg.
+    pub payload: f64,
+}
+
+/// Where the powers of the ledger go, and the oil they are of.
+pub struct Powers<'a> {
+    pub oil: &'a OilTables,
+    pub out: &'a mut [f64],
+}
+
+impl<const N: usize> Laws<N> {
+    pub fn new(plant: &Plant<f64, N>, layout: &Layout) -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if Avx2::is_available() {
+            return Laws::Wide(Evaluator::new(plant, layout));
+        }
+        Laws::Single(Evaluator::new(plant, layout))
+    }
+
+    pub fn plant(&self) -> &Plant<f64, N> {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Laws::Wide(evaluator) => &evaluator.plant,
+            Laws::Single(evaluator) => &evaluator.plant,
+        }
+    }
+
+    /// Writes the state derivative, and the powers if they are wanted.
+    pub fn derivative(&self, at: Moment, dx: &mut [f64], ledger: Option<Powers>) {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Laws::Wide(evaluator) => derivative(evaluator, at, dx, ledger),
+            Laws::Single(evaluator) => derivative(evaluator, at, dx, ledger),
+        }
+    }
+
+    /// Writes the state derivative with its slopes, and the powers with theirs if they are wanted.
+    pub fn linearise(&self, at: Moment, dx: &mut [f64], ledger: Option<Powers>, slopes: &mut Bordered<f64>) {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Laws::Wide(evaluator) => linearise(evaluator, at, dx, ledger, slopes),
+            Laws::Single(evaluator) => linearise(evaluator, at, dx, ledger, slopes),
+        }
+    }
+}
+
+fn derivative<L: Pack<f64>, const N: usize>(
+    evaluator: &Evaluator<f64, L, N>,
+    at: Moment,
+    dx: &mut [f64],
+    mut ledger: Option<Powers>,
+) {
+    L::apart(
+        #[inline(always)]
+        || {
+            evaluator.derivative(at.layout, at.x, at.u, at.payload, dx, |group, s, rates| {
+                write_powers(group, s, rates, &mut ledger);
+            });
+        },
+    );
+}
+
+fn linearise<L: Pack<f64>, const N: usize>(
+    evaluator: &Evaluator<f64, L, N>,
+    at: Moment,
+    dx: &mut [f64],
+    mut ledger: Option<Powers>,
+    slopes: &mut Bordered<f64>,
+) {
+    let oil = ledger.as_ref().map(|powers| powers.oil);
+    L::apart(
+        #[inline(always)]
+        || {
+            evaluator.linearise(at.layout, at.x, at.u, at.payload, oil, dx, slopes, |group, s, rates| {
+                write_powers(group, s, rates, &mut ledger);
+            });
+        },
+    );
+}
+
+/// Writes the powers of a group of cylinders.
+#[inline(always)]
+fn write_powers<L: Pack<f64>>(
+    group: &CylinderGroup<L>,
+    s: &LocalState<L>,
+    rates: &LocalRates<L>,
+    ledger: &mut Option<Powers>,
+) {
+    let Some(Powers { oil, out }) = ledger else { return };
+    let powers = L::apart(
+        #[inline(always)]
+        || powers(oil, s, rates),
+    );
+    for lane in 0..L::WIDTH {
+        let Some(member) = group.member(lane) else { break };
+        for (i, power) in powers.iter().enumerate() {
+            out[member.cylinder * LEDGER_PER_CYLINDER + i] = power.lane(lane);
+        }
+    }
+}
