@@ -19,6 +19,7 @@ impl QuinticTable {
         QuinticTable { start, spacing, knots }
     }
 
+    #[inline(always)]
     pub fn eval<T: Real>(&self, x: T) -> T {
         let h = self.spacing;
         let last = self.knots.len() - 1;
@@ -26,21 +27,23 @@ impl QuinticTable {
         let inside = position.clamp(T::c(0.0), T::c(last as f64));
         let i = inside.look_up(|p| (p as usize).min(last - 1) as f64);
         let s = inside - i;
-        // What `f` says of the knots to the left and right.
-        let of = |f: &dyn Fn(&[f64; 3], &[f64; 3]) -> f64| {
-            i.look_up(|i| f(&self.knots[i as usize], &self.knots[i as usize + 1]))
-        };
         // Taylor part at the left knot, then the three terms that fit the right knot.
-        let rise = of(&|a, b| b[0] - a[0] - a[1] * h - 0.5 * (a[2] * h * h));
-        let turn = of(&|a, b| b[1] * h - a[1] * h - a[2] * h * h);
-        let bend = of(&|a, b| b[2] * h * h - a[2] * h * h);
-        let (f0, d0, c0) = (of(&|a, _| a[0]), of(&|a, _| a[1] * h), of(&|a, _| a[2] * h * h));
+        let rise = self.of(i, |a, b| b[0] - a[0] - a[1] * h - 0.5 * (a[2] * h * h));
+        let turn = self.of(i, |a, b| b[1] * h - a[1] * h - a[2] * h * h);
+        let bend = self.of(i, |a, b| b[2] * h * h - a[2] * h * h);
+        let (f0, d0, c0) = (self.of(i, |a, _| a[0]), self.of(i, |a, _| a[1] * h), self.of(i, |a, _| a[2] * h * h));
         let a3 = rise * 10.0 - turn * 4.0 + bend * 0.5;
         let a4 = rise * -15.0 + turn * 7.0 - bend;
         let a5 = rise * 6.0 - turn * 3.0 + bend * 0.5;
         let polynomial = ((((s * a5 + a4) * s + a3) * s + c0 * 0.5) * s + d0) * s + f0;
         let edge_slope = position.look_up(|p| if p <= 0.0 { self.knots[0][1] } else { self.knots[last][1] });
         polynomial + (position - inside) * h * edge_slope
+    }
+
+    /// What `f` says of the knots to the left and right of interval `i`.
+    #[inline(always)]
+    fn of<T: Real>(&self, i: T, f: impl Fn(&[f64; 3], &[f64; 3]) -> f64) -> T {
+        i.look_up(|i| f(&self.knots[i as usize], &self.knots[i as usize + 1]))
     }
 }
 

@@ -100,6 +100,7 @@ impl OilTables {
     }
 
     /// elastic energy per volume w = rho u, Pa (J/m^3), zero at p = 0.
+    #[inline(always)]
     pub fn energy_density<T: Real>(&self, p: T) -> T {
         let below = match &self.below {
             Some(branch) => branch.energy.eval(p),
@@ -109,6 +110,7 @@ impl OilTables {
     }
 
     /// Density ratio and energy density below p = 0: w = -p + rho h with h the integral of dp/rho.
+    #[inline(always)]
     fn gas<T: Real>(&self, p: T) -> (T, T) {
         let absolute_zero = -self.fluid.vacuum;
         let share = absolute_zero / self.fluid.bulk_modulus(0.0);
