@@ -221,6 +221,17 @@ def test_a_cluster_that_loses_a_worker_loses_no_case(bench, tmp_path):
     assert found["missing"] == 0 and found["identical"]
 
 
+def test_a_cluster_without_workers_is_one_clear_error(bench, tmp_path, monkeypatch):
+    pytest.importorskip("distributed")
+    from hydrocrane.studies import cluster
+
+    monkeypatch.setattr(cluster, "CONNECT", 1)
+    # A scheduler under load may itself take longer than that.
+    says = pytest.raises(hc.InputError, match="no workers|answers")
+    with bench.cluster(tmp_path, workers=0) as (address, _), says:
+        rig_study(scheduler=address)
+
+
 def peak(cases, store):
     """Largest memory that a study with signals takes, bytes."""
     keys = {"payload.mass": (50.0, 90.0)}

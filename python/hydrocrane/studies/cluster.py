@@ -76,8 +76,16 @@ def _version() -> str:
 
 def _check_versions(client: Client) -> None:
     """Workers must compute what this process would."""
-    if not client.nthreads():
+    try:
         client.wait_for_workers(1, timeout=CONNECT)
-    for worker, version in client.run(_version).items():
+    except TimeoutError:
+        raise InputError(
+            f"the scheduler has no workers, and none came within {CONNECT} s; start `dask worker`"
+        ) from None
+    try:
+        versions = client.run(_version)
+    except ImportError as error:
+        raise InputError(f"a worker cannot import what a study needs: {error}; install hydrocrane there") from None
+    for worker, version in versions.items():
         if version != _version():
             raise InputError(f"worker {worker} has hydrocrane {version}, here it is {_version()}; install one version")
