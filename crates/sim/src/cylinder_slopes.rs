@@ -90,10 +90,19 @@ impl<L: Real> Lifted<L> {
     }
 
     /// Slope of a friction map less its secant F/v through standstill; zero with bristles, which are no map.
+    #[inline(always)]
     pub fn tangent_less_secant(&self, v: L) -> L {
         if self.friction.has_bristle() {
             return L::c(0.0);
         }
+        L::apart(
+            #[inline(always)]
+            || self.tangent_less_secant_of_static(v),
+        )
+    }
+
+    #[inline(always)]
+    fn tangent_less_secant_of_static(&self, v: L) -> L {
         let at = L::select(L::c(CREEP).lt(v.abs()), v, L::c(CREEP));
         let friction = self.friction.evaluate(Dual::variable(at, 0), Dual::constant(L::c(0.0))).force;
         friction.derivative[0] - friction.value / at

@@ -52,6 +52,7 @@ impl<T: Real> Carried<T> {
 
 impl<T: Real, const N: usize> Mechanics<T, N> {
     /// Slopes of the forces by coordinates and rates at the accelerations `qdd`; `payload` in kg at the tip.
+    #[inline(always)]
     pub fn force_slopes(&self, pose: &ChainPose<T, N>, qd: &[T; N], qdd: &[T; N], payload: T) -> ForceSlopes<T, N> {
         let motion = self.motion(pose, qd, Some(qdd));
         let velocity = pose.origin_velocities(qd);
@@ -86,6 +87,7 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
         out
     }
 
+    #[inline(always)]
     fn carried(
         &self,
         pose: &ChainPose<T, N>,

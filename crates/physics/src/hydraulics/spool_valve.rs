@@ -110,10 +110,12 @@ impl<T: Real> EdgeFlows<T> {
         self.b_to_tank - self.supply_to_b
     }
     /// Flow drawn from the pump.
+    #[inline(always)]
     pub fn supply(&self) -> T {
         self.supply_to_a + self.supply_to_b
     }
     /// Flow returned to the tank.
+    #[inline(always)]
     pub fn tank(&self) -> T {
         self.a_to_tank + self.b_to_tank
     }
