@@ -81,7 +81,8 @@ impl Case {
 /// Random deflections of the tip's stick, held or joined, with pauses.
 fn random_sticks(seed: u64, end: f64) -> Sticks {
     let mut draws = Draws::new(seed, "operator");
-    let mut sticks = Sticks { linear: seed.is_multiple_of(2), dead_zone: 0.05, ramp: 0.1, ..Sticks::centred(StickKind::Tip, 0) };
+    let mut sticks =
+        Sticks { linear: seed.is_multiple_of(2), dead_zone: 0.05, ramp: 0.1, ..Sticks::centred(StickKind::Tip, 0) };
     let mut t = 0.0;
     while t < end {
         sticks.times.push(t);

@@ -48,6 +48,13 @@ impl<T: Real> Carried<T> {
     fn under(&self, uniform: Vec2<T>) -> Load<T> {
         Load { force: uniform * self.inertia.mass, torque: self.inertia.moment.perp().dot(uniform) }
     }
+
+    /// The same, and what a turn of all that moves asks for.
+    #[inline(always)]
+    fn turning(&self, uniform: Vec2<T>, turn: T) -> Load<T> {
+        let Load { force, torque } = self.under(uniform);
+        Load { force: force + self.momentum.perp() * turn, torque: torque + self.virial * turn }
+    }
 }
 
 impl<T: Real, const N: usize> Mechanics<T, N> {
@@ -75,14 +82,10 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
 
             let uniform = (slide.perp() * rate - velocity[j].perp() * turn) * T::c(2.0);
             let turn = turn * 2.0;
-            let load = |all: &Carried<T>| {
-                let Load { force, torque } = all.under(uniform);
-                Load { force: force + all.momentum.perp() * turn, torque: torque + all.virial * turn }
-            };
             for i in j..N {
-                out.by_qd[i][j] = pose.along(i, load(&carried[i]));
+                out.by_qd[i][j] = pose.along(i, carried[i].turning(uniform, turn));
             }
-            pose.inwards(j, load(&carried[j]), &mut out.by_qd);
+            pose.inwards(j, carried[j].turning(uniform, turn), &mut out.by_qd);
         }
         out
     }
