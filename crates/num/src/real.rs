@@ -51,15 +51,6 @@ pub trait Real:
     fn exp(self) -> Self;
     fn ln(self) -> Self;
     fn sin_cos(self) -> (Self, Self);
-    /// Sine and cosine of several angles, of single numbers side by side.
-    #[inline(always)]
-    fn sin_cos_each<const N: usize>(angles: [Self; N]) -> [(Self, Self); N] {
-        let mut out = [(Self::c(0.0), Self::c(1.0)); N];
-        for i in 0..N {
-            out[i] = angles[i].sin_cos();
-        }
-        out
-    }
     fn tanh(self) -> Self;
     /// Absolute value; slope +1 at zero.
     fn abs(self) -> Self;

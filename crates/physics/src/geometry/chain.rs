@@ -57,13 +57,8 @@ impl<T: Real, const N: usize> ChainPose<T, N> {
         let mut links = [LinkPose::base(); N];
         let mut slides = [Vec2::default(); N];
         let mut parent = LinkPose::base();
-        let mut angles = [T::c(0.0); N];
         for i in 0..N {
-            angles[i] = joints[i].angle(q[i]);
-        }
-        let turns = T::sin_cos_each(angles);
-        for i in 0..N {
-            poses[i] = joints[i].turned(q[i], turns[i]);
+            poses[i] = joints[i].pose(q[i]);
             slides[i] = parent.vector(poses[i].slide);
             links[i] = parent.child(&poses[i]);
             parent = links[i];

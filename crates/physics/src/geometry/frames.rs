@@ -61,19 +61,9 @@ impl Joint<f64> {
 impl<T: Real> Joint<T> {
     #[inline(always)]
     pub fn pose(&self, q: T) -> JointPose<T> {
-        self.turned(q, self.angle(q).sin_cos())
-    }
-
-    /// Angle of the child's frame in the parent's, zero for a prismatic joint, rad.
-    #[inline(always)]
-    pub(super) fn angle(&self, q: T) -> T {
-        self.offset + self.sense * (q - self.zero)
-    }
-
-    /// The pose, given sine and cosine of its angle.
-    #[inline(always)]
-    pub(super) fn turned(&self, q: T, (sin, cos): (T, T)) -> JointPose<T> {
-        let origin = self.at + self.direction * (q - self.zero);
+        let travel = q - self.zero;
+        let (sin, cos) = (self.offset + self.sense * travel).sin_cos();
+        let origin = self.at + self.direction * travel;
         JointPose { cos, sin, origin, turn: self.sense, slide: self.direction }
     }
 }
