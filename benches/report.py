@@ -224,11 +224,13 @@ def printed(results: Results) -> str:
     section = results.get("printed")
     if lacking(section):
         return lacking(section)
+    titles = {"jumping": "It jumps", "smoothed": f"It passes through zero over {section['smoothing']}"}
     rows = [
-        [name, tolerance(r), digits(r["tip_error_m"] * 1e3, 2), digits(r["seconds"] * 1e3)]
-        for name, r in sorted(section["rows"].items(), key=lambda item: item[1]["seconds"])
+        [titles[kind], name, tolerance(r), digits(r["tip_error_m"] * 1e3, 2), digits(r["seconds"] * 1e3)]
+        for kind, variant in section["variants"].items()
+        for name, r in sorted(variant.items(), key=lambda item: item[1]["seconds"])
     ]
-    return table(["solver", "rtol or step", "tip error [mm]", "time [ms]"], rows)
+    return table(["the sign of friction", "solver", "rtol or step", "tip error [mm]", "time [ms]"], rows)
 
 
 def sides(rows: dict[str, Results]) -> dict[str, list[tuple[str, float]]]:
@@ -277,13 +279,10 @@ def goals(results: Results) -> str:
         row(f"closed loop at 100 Hz within 50 µm, controller `{name}`", 5000, best["times_real_time"], "x real time")
     old = results.get("printed")
     if not lacking(old):
-        seconds = {kind: min(t for _, t in group) for kind, group in sides(old["rows"]).items()}
-        row(
-            "as-printed model, time in that of the best other solver",
-            10,
-            seconds["ours"] / seconds["theirs"],
-            least=False,
-        )
+        for kind, variant in old["variants"].items():
+            seconds = {side: min(t for _, t in group) for side, group in sides(variant).items()}
+            text = f"as-printed model, friction {kind}: time in that of the best other solver"
+            row(text, 10, seconds["ours"] / seconds["theirs"], least=False)
     batches = results.get("batch")
     if not lacking(batches):
         good = [s for s in batches["steps"] if s["worst_m"] <= 1e-3]

@@ -6,7 +6,7 @@
 //! and the spool that gives the speed v_c at the measured pressures. F' winds the oil spring for the
 //! load that comes; the last term damps it: force fed back as velocity acts like a leak that only lets oscillations pass.
 
-use crate::feed_forward::{steady_speed, Capacity, Mains, Moment};
+use crate::feed_forward::{Capacity, Mains, Moment, Steady};
 use crate::nominal::NominalCylinder;
 use crate::observer::{self, Observer};
 use hydrocrane_physics::hydraulics::fluid::Fluid;
@@ -48,6 +48,7 @@ pub struct Drive {
     cylinder: NominalCylinder,
     fluid: Fluid<f64>,
     mains: Mains,
+    steady: Steady,
     gains: DriveGains,
     period: f64,
     observer: Observer,
@@ -92,6 +93,7 @@ impl Drive {
             cylinder,
             fluid,
             mains,
+            steady: Steady::new(&cylinder, &mains),
             gains,
             period,
             observer: Observer::at(moment.stroke),
@@ -137,7 +139,7 @@ impl Drive {
     /// Magnitude of the steady speed at full stroke under the planned load.
     fn steady_speed(&self, sense: f64) -> f64 {
         let force = self.planned + self.starting_friction[usize::from(sense > 0.0)];
-        (sense * steady_speed(&self.cylinder, &self.mains, force, sense)).max(LEAST_SPEED)
+        (sense * self.steady.speed(force, sense)).max(LEAST_SPEED)
     }
 
     /// Signed speed at full stroke at the present pressures; `steady` is the magnitude of the steady one.

@@ -11,7 +11,7 @@
 
 use crate::nominal::NominalCylinder;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
-use hydrocrane_physics::hydraulics::spool_valve::PortPressures;
+use hydrocrane_physics::hydraulics::spool_valve::{EdgeFlows, PortPressures};
 
 /// Supply and tank pressure, Pa.
 #[derive(Debug, Clone, Copy)]
@@ -23,17 +23,34 @@ pub struct Mains {
 /// Signed piston speed at full stroke towards `sense` (+1 or -1) in steady motion under `force` (N, positive where
 /// the cylinder pushes outward); zero where the supply cannot move it.
 pub fn steady_speed(c: &NominalCylinder, mains: &Mains, force: f64, sense: f64) -> f64 {
-    let a = [c.chambers.area_1, c.chambers.area_2];
-    let coefficients = [c.valve.edge_a.coefficient, c.valve.edge_b.coefficient];
-    // Pressures that chamber 1 and chamber 2 would have without any drop over their edges.
-    let (p1, p2) = match (sense > 0.0, c.valve.regenerative > 0.0) {
-        (true, false) => (mains.supply, mains.tank),
-        (true, true) => (mains.supply, mains.supply),
-        (false, _) => (mains.tank, mains.supply),
-    };
-    let drive = (p1 * a[0] - p2 * a[1] - force) * sense;
-    let resistance: f64 = (0..2).map(|i| a[i].powi(3) / coefficients[i].powi(2)).sum();
-    sense * (c.stroke - c.valve.overlap) * (drive.max(0.0) / resistance).sqrt()
+    Steady::new(c, mains).speed(force, sense)
+}
+
+/// What the steady speed of a cylinder needs of valve and mains.
+#[derive(Debug, Clone, Copy)]
+pub struct Steady {
+    /// Forces of the mains towards either sense, retracting and extending, N.
+    mains: [f64; 2],
+    /// Speed per root of the force that is left, m/(s sqrt(N)).
+    per_root: f64,
+}
+
+impl Steady {
+    pub fn new(c: &NominalCylinder, mains: &Mains) -> Self {
+        let a = [c.chambers.area_1, c.chambers.area_2];
+        let coefficients = [c.valve.edge_a.coefficient, c.valve.edge_b.coefficient];
+        let resistance: f64 = (0..2).map(|i| a[i].powi(3) / coefficients[i].powi(2)).sum();
+        // Pressures that chamber 1 and chamber 2 would have without any drop over their edges.
+        let behind = if c.valve.regenerative > 0.0 { mains.supply } else { mains.tank };
+        let forces = [(mains.tank, mains.supply), (mains.supply, behind)].map(|(p1, p2)| p1 * a[0] - p2 * a[1]);
+        Steady { mains: forces, per_root: (c.stroke - c.valve.overlap) / resistance.sqrt() }
+    }
+
+    /// As [`steady_speed`].
+    pub fn speed(&self, force: f64, sense: f64) -> f64 {
+        let drive = (self.mains[usize::from(sense > 0.0)] - force) * sense;
+        sense * self.per_root * drive.max(0.0).sqrt()
+    }
 }
 
 /// A cylinder at one sample: position (m) and chamber pressures (Pa).
@@ -71,12 +88,13 @@ impl NominalCylinder {
         let stiffness = r1 * self.chambers.area_1 + r2 * self.chambers.area_2;
         let ports = PortPressures { supply: mains.supply, tank: mains.tank, a: m.p[0], b: m.p[1] };
         let (internal, external) = self.leakage.flows(m.p[0], m.p[1], mains.tank);
-        let speed = |spool: f64| {
-            let edges = self.valve.flows(spool, &ports);
+        let per_stiffness = 1.0 / stiffness;
+        let speed = |edges: EdgeFlows<f64>| {
             let (q1, q2) = (edges.port_a() - internal, edges.port_b() - internal + external);
-            (r1 * q1 + r2 * q2) / stiffness
+            (r1 * q1 + r2 * q2) * per_stiffness
         };
-        Capacity { stiffness, closed: speed(0.0), full: [speed(-self.stroke), speed(self.stroke)] }
+        let at = |spool: f64| speed(self.valve.flows(spool, &ports));
+        Capacity { stiffness, closed: speed(self.valve.closed(&ports)), full: [at(-self.stroke), at(self.stroke)] }
     }
 
     /// Piston speed (m/s) with the spool held at `spool` (m): the flow through an edge is proportional to its opening.

@@ -69,8 +69,11 @@ impl<const N: usize> State<N> {
     }
 
     /// 1 with the tip at its set-point, 0 with the tip too far behind.
-    fn governor(&self, nominal: &Nominal<N>, observed: &[f64; N], lag_limit: f64) -> f64 {
-        let tip = nominal.tip(observed);
+    fn governor(&self, q: &[f64; N], measured: &Posture<N>, observed: &[f64; N], lag_limit: f64) -> f64 {
+        // Observed and measured lie within a count of the sensor: the Jacobian takes one to the other.
+        let tip: [f64; 2] = std::array::from_fn(|r| {
+            measured.tip[r] + (0..N).map(|i| measured.jacobian[r][i] * (observed[i] - q[i])).sum::<f64>()
+        });
         let lag = (self.reference.set_point[0] - tip[0]).hypot(self.reference.set_point[1] - tip[1]);
         (2.0 - 2.0 * lag / lag_limit).clamp(0.0, 1.0)
     }
@@ -95,7 +98,7 @@ impl<const N: usize> State<N> {
             self.reference.stand();
         } else {
             let observed = self.observed(q, &measured);
-            let waiting = self.governor(nominal, &observed, s.lag_limit);
+            let waiting = self.governor(q, &measured, &observed, s.lag_limit);
             let wish = wish.map(|w| w * waiting);
             let ranges = std::array::from_fn(|c| self.drives[c].range());
             self.reference.advance(nominal, &s.shape, s.period, wish, &observed, &ranges);

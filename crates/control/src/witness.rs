@@ -9,7 +9,7 @@
 use crate::feed_forward::{Mains, Moment};
 use crate::nominal::NominalCylinder;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
-use hydrocrane_physics::hydraulics::spool_valve::PortPressures;
+use hydrocrane_physics::hydraulics::spool_valve::{EdgeFlows, PortPressures};
 
 /// All values from `low` to `high`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,6 +20,8 @@ pub struct Interval {
 
 impl Interval {
     pub const ZERO: Interval = Interval { low: 0.0, high: 0.0 };
+    /// Holds nothing.
+    const NONE: Interval = Interval { low: f64::INFINITY, high: f64::NEG_INFINITY };
 
     pub fn around(value: f64, half: f64) -> Self {
         Interval { low: value - half, high: value + half }
@@ -27,8 +29,12 @@ impl Interval {
 
     /// The smallest that holds all of `values`.
     pub fn hull(values: impl IntoIterator<Item = f64>) -> Self {
-        let none = Interval { low: f64::INFINITY, high: f64::NEG_INFINITY };
-        values.into_iter().fold(none, |i, v| Interval { low: i.low.min(v), high: i.high.max(v) })
+        values.into_iter().fold(Interval::NONE, Interval::with)
+    }
+
+    /// The smallest that holds all of this and `value`.
+    fn with(self, value: f64) -> Self {
+        Interval { low: self.low.min(value), high: self.high.max(value) }
     }
 
     pub fn plus(self, other: Interval) -> Self {
@@ -133,16 +139,23 @@ pub fn testimonies(
 /// q_1 and q_2 over all spools and pressures in question: both are monotone in the pressure and, on either side of the
 /// centre, in the spool.
 fn flows(c: &NominalCylinder, mains: &Mains, spool: Interval, p: &[Interval; 2]) -> [Interval; 2] {
-    let centre = (spool.low < 0.0 && spool.high > 0.0).then_some(0.0);
-    let (mut q1, mut q2) = (Vec::with_capacity(6), Vec::with_capacity(6));
-    for x in [spool.low, spool.high].into_iter().chain(centre) {
-        for [a, b] in [[p[0].low, p[1].low], [p[0].high, p[1].high]] {
-            let edges = c.valve.flows(x, &PortPressures { supply: mains.supply, tank: mains.tank, a, b });
-            q1.push(edges.port_a());
-            q2.push(edges.port_b());
+    let mut flows = [Interval::NONE; 2];
+    for [a, b] in [[p[0].low, p[1].low], [p[0].high, p[1].high]] {
+        let ports = PortPressures { supply: mains.supply, tank: mains.tank, a, b };
+        let mut include = |edges: EdgeFlows<f64>| {
+            for (flow, q) in flows.iter_mut().zip([edges.port_a(), edges.port_b()]) {
+                *flow = flow.with(q);
+            }
+        };
+        include(c.valve.flows(spool.low, &ports));
+        if spool.high > spool.low {
+            include(c.valve.flows(spool.high, &ports));
+        }
+        if spool.low < 0.0 && spool.high > 0.0 {
+            include(c.valve.closed(&ports));
         }
     }
-    [Interval::hull(q1), Interval::hull(q2)]
+    flows
 }
 
 /// 1/E over a range of pressures, 1/Pa.

@@ -5,8 +5,7 @@ use crate::machine::Machine;
 use crate::simulation::{record_of, stopper, Settings};
 use hydrocrane_sim::controller::{Controller, Fault, Measurement, Stick};
 use hydrocrane_sim::{
-    controllers, monitored, simulate_sampled, FaultKind, SampledPlan, SampledRun, SensorFault, SensorMode, Sensors,
-    StickKind, Sticks,
+    simulate_sampled, FaultKind, SampledPlan, SampledRun, SensorFault, SensorMode, Sensors, StickKind, Sticks,
 };
 use numpy::PyArray2;
 use pyo3::exceptions::PyValueError;
@@ -175,11 +174,11 @@ pub fn simulate_controlled<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let model = machine.model.clone();
     let mut controller: Box<dyn Controller> = match controller.extract::<String>() {
-        Ok(name) => controllers::build(believed.model.machine(), &name).map_err(PyValueError::new_err)?,
+        Ok(name) => believed.model.controller(&name).map_err(PyValueError::new_err)?,
         Err(_) => Box::new(PythonController { object: controller.clone().unbind(), period: plan.period, failed: None }),
     };
     if plan.monitor {
-        controller = monitored(believed.model.machine(), controller, plan.delay).map_err(PyValueError::new_err)?;
+        controller = believed.model.monitored(controller, plan.delay);
     }
     let surroundings = SampledPlan {
         sticks: plan.sticks(model.machine().cylinders.len()),

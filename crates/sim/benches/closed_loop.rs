@@ -6,7 +6,7 @@
 use hydrocrane_control::controller::{Controller, Measurement, Stick};
 use hydrocrane_machine::load;
 use hydrocrane_sim::integrator::Tolerances;
-use hydrocrane_sim::{build, controllers, simulate_sampled, EquilibriumMode, Model};
+use hydrocrane_sim::{build, simulate_sampled, EquilibriumMode, Model};
 use hydrocrane_sim::{RunOptions, SampledPlan, SampledRun, Sensors, StickKind, Sticks};
 use std::hint::black_box;
 use std::time::Instant;
@@ -76,7 +76,7 @@ impl<'a> Loop<'a> {
     }
 
     fn controller(&self) -> Box<dyn Controller> {
-        controllers::build(self.model.machine(), self.name).expect("a controller's name")
+        self.model.controller(self.name).expect("a controller's name")
     }
 
     fn run(&self, controller: &mut dyn Controller, method: &str, rtol: f64, step: f64) -> SampledRun {

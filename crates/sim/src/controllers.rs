@@ -25,32 +25,18 @@ pub const CONTROLLERS: [&str; 2] = ["tip", "heinze-pid"];
 pub const LEVER: &str = "lever";
 const LEVER_PERIOD: f64 = 0.01;
 
-/// The controller `name` for a machine, with the machine's period and gains where it states them.
-pub fn build(machine: &Machine, name: &str) -> Result<Box<dyn Controller>, String> {
-    if name == LEVER {
-        let strokes = machine.cylinders.iter().map(|cylinder| cylinder.valve.stroke).collect();
-        return Ok(Box::new(Lever::new(machine.control.period.unwrap_or(LEVER_PERIOD), strokes)));
-    }
-    match machine.joints.len() {
-        1 => sized::<1>(machine, name),
-        2 => sized::<2>(machine, name),
-        3 => sized::<3>(machine, name),
-        4 => sized::<4>(machine, name),
-        5 => sized::<5>(machine, name),
-        6 => sized::<6>(machine, name),
-        n => Err(format!("`{}` has {n} joints; a controller handles 1 to 6", machine.name)),
-    }
-}
-
-fn sized<const N: usize>(machine: &Machine, name: &str) -> Result<Box<dyn Controller>, String> {
+/// The controller `name` for a crane, with the machine's period and gains where it states them.
+pub(crate) fn build<const N: usize>(crane: &Crane<N>, name: &str) -> Result<Box<dyn Controller>, String> {
+    let machine = crane.machine();
     match name {
+        LEVER => Ok(Box::new(Lever::new(machine.control.period.unwrap_or(LEVER_PERIOD), crane.spool_strokes()))),
         "tip" => {
-            let nominal = nominal::<N>(machine)?;
+            let nominal = crane.nominal();
             let settings = tip_settings(machine, &nominal);
             Ok(Box::new(Tip::new(nominal, settings)))
         }
         "heinze-pid" => {
-            let nominal = nominal::<N>(machine)?;
+            let nominal = crane.nominal();
             let settings = heinze_settings(machine, &nominal);
             Ok(Box::new(HeinzePid::new(nominal, settings)))
         }
@@ -58,21 +44,22 @@ fn sized<const N: usize>(machine: &Machine, name: &str) -> Result<Box<dyn Contro
     }
 }
 
-/// What a controller believes of a machine: here, the truth but for the bristles of its friction.
-pub fn nominal<const N: usize>(machine: &Machine) -> Result<Nominal<N>, String> {
-    let crane = Crane::<N>::new(machine).map_err(|e| e.to_string())?;
-    let Plant { mechanics, actuations, cylinders, fluid, mains } = *crane.plant();
-    let (strokes, limits) = (crane.spool_strokes(), crane.joint_limits());
-    Ok(Nominal {
-        mechanics,
-        actuations,
-        cylinders: std::array::from_fn(|c| nominal_cylinder(&cylinders[c], strokes[c])),
-        fluid,
-        supply: mains.supply,
-        tank: mains.tank,
-        payload: machine.payload.mass,
-        joint_limits: std::array::from_fn(|i| [limits[i].lower, limits[i].upper]),
-    })
+impl<const N: usize> Crane<N> {
+    /// What a controller believes of this crane: the truth but for the bristles of its friction.
+    pub fn nominal(&self) -> Nominal<N> {
+        let Plant { mechanics, actuations, cylinders, fluid, mains } = *self.plant();
+        let (strokes, limits) = (self.spool_strokes(), self.joint_limits());
+        Nominal {
+            mechanics,
+            actuations,
+            cylinders: std::array::from_fn(|c| nominal_cylinder(&cylinders[c], strokes[c])),
+            fluid,
+            supply: mains.supply,
+            tank: mains.tank,
+            payload: self.machine().payload.mass,
+            joint_limits: std::array::from_fn(|i| [limits[i].lower, limits[i].upper]),
+        }
+    }
 }
 
 pub(crate) fn nominal_cylinder(unit: &CylinderUnit<f64>, stroke: f64) -> NominalCylinder {
@@ -223,22 +210,26 @@ mod tests {
     use super::*;
     use hydrocrane_machine::{load, OverrideValue, CONTROLLERS as IN_FILES};
 
+    fn crane(changes: &[(String, OverrideValue)]) -> Crane<3> {
+        Crane::new(&load("rottne-f9-lab", changes).unwrap()).unwrap()
+    }
+
     #[test]
     fn every_controller_of_the_file_format_can_be_built_and_no_other() {
-        let machine = load("rottne-f9-lab", &[]).unwrap();
+        let crane = crane(&[]);
         assert_eq!(IN_FILES.map(|(name, _)| name), super::CONTROLLERS);
         for (name, _) in IN_FILES {
-            assert!(build(&machine, name).unwrap().period() > 0.0);
+            assert!(crane.controller(name).unwrap().period() > 0.0);
         }
-        let message = build(&machine, "tipp").err().unwrap();
+        let message = crane.controller("tipp").err().unwrap();
         assert!(message.contains("tip, heinze-pid, lever"), "{message}");
     }
 
     #[test]
     fn every_controller_takes_the_period_of_the_machine() {
-        let machine = load("rottne-f9-lab", &[("control.period".into(), OverrideValue::Number(0.02))]).unwrap();
+        let crane = crane(&[("control.period".into(), OverrideValue::Number(0.02))]);
         for name in [LEVER, "tip", "heinze-pid"] {
-            assert_eq!(build(&machine, name).unwrap().period(), 0.02, "{name}");
+            assert_eq!(crane.controller(name).unwrap().period(), 0.02, "{name}");
         }
     }
 
@@ -247,9 +238,9 @@ mod tests {
         let settings = |name: &str, key: &str, value: f64| {
             let searched = ("control.heinze-pid.extension".to_string(), OverrideValue::Text("penalty".into()));
             let gain = (format!("control.{name}.{key}"), OverrideValue::Number(value));
-            let machine = load("rottne-f9-lab", &[searched, gain]).unwrap();
-            let nominal = nominal::<3>(&machine).unwrap();
-            format!("{:?} {:?}", tip_settings(&machine, &nominal), heinze_settings(&machine, &nominal))
+            let crane = crane(&[searched, gain]);
+            let (machine, nominal) = (crane.machine(), crane.nominal());
+            format!("{:?} {:?}", tip_settings(machine, &nominal), heinze_settings(machine, &nominal))
         };
         let weights = ["motion-weight.boom", "middle-weight.extension"].map(|key| ("heinze-pid", key));
         let gains = IN_FILES.iter().flat_map(|(name, keys)| keys.iter().map(move |(key, _)| (*name, *key)));

@@ -2,7 +2,7 @@
 
 use crate::batch::{self, Kernel};
 use crate::bordered::Bordered;
-use crate::controllers::nominal_cylinder;
+use crate::controllers::{self, nominal_cylinder};
 use crate::cylinder_unit::FrictionLaw;
 use crate::drawing::{self, Shape};
 use crate::equilibrium::EquilibriumMode;
@@ -15,7 +15,8 @@ use crate::limits::{Drivetrain, JointLimits};
 use crate::model::{Model, Passivity};
 use crate::outputs::{self, OutputInfo};
 use crate::plant::Plant;
-use crate::{reference, workspace};
+use crate::{monitored, reference, workspace};
+use hydrocrane_control::controller::Controller;
 use hydrocrane_control::drive::FRICTION_SPEED;
 use hydrocrane_control::feed_forward::{steady_speed, Mains};
 use hydrocrane_control::inverse_kinematics::{self, Printed, TooFewRevolute};
@@ -337,6 +338,13 @@ impl<const N: usize> Model for Crane<N> {
     fn equilibrium(&self, q: &[f64], mode: EquilibriumMode, payload: f64) -> Result<Vec<f64>, PoseError> {
         self.plant().rest(&self.machine, &self.layout, &array::<N>(q), mode, payload)
     }
+    fn controller(&self, name: &str) -> Result<Box<dyn Controller>, String> {
+        controllers::build(self, name)
+    }
+    fn monitored(&self, controller: Box<dyn Controller>, delay: f64) -> Box<dyn Controller> {
+        monitored::monitored(self, controller, delay)
+    }
+
     fn spool_strokes(&self) -> Vec<f64> {
         self.machine.cylinders.iter().map(|c| c.valve.stroke).collect()
     }

@@ -56,7 +56,7 @@ pub use layout::Layout;
 pub use ledger::{LEDGER_PER_CYLINDER, LEDGER_TERMS};
 pub use limits::{JointLimits, LimitReason};
 pub use model::{Model, Passivity};
-pub use monitored::{monitored, PLAUSIBILITY};
+pub use monitored::PLAUSIBILITY;
 pub use outcome::{Outcome, OutcomeKind};
 pub use outputs::OutputInfo;
 pub use payload::{PayloadChange, PayloadEvent, PAYLOAD_TERMS};

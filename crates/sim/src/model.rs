@@ -11,6 +11,7 @@ use crate::errors::{PoseError, StrokeError};
 use crate::layout::Layout;
 use crate::limits::JointLimits;
 use crate::outputs::OutputInfo;
+use hydrocrane_control::controller::Controller;
 use hydrocrane_control::inverse_kinematics::TooFewRevolute;
 use hydrocrane_control::keep_out::Region;
 use hydrocrane_machine::Machine;
@@ -112,4 +113,9 @@ pub trait Model: Send + Sync {
     fn equilibrium(&self, q: &[f64], mode: EquilibriumMode, payload: f64) -> Result<Vec<f64>, PoseError>;
     /// Largest spool displacement per cylinder, m.
     fn spool_strokes(&self) -> Vec<f64>;
+
+    /// The controller `name`, which believes this machine; the error says which there are.
+    fn controller(&self, name: &str) -> Result<Box<dyn Controller>, String>;
+    /// `controller` behind a monitor of the machine's sensors; its commands leave `delay` (s) after each sample.
+    fn monitored(&self, controller: Box<dyn Controller>, delay: f64) -> Box<dyn Controller>;
 }

@@ -1,6 +1,5 @@
 //! The monitor of a machine's sensors around any controller.       theory: docs/theory/control/plausibility.md
 
-use crate::controllers::nominal;
 use crate::crane::Crane;
 use crate::model::Model;
 use crate::valve_line::through;
@@ -24,37 +23,16 @@ pub const PLAUSIBILITY: [(&str, f64); 8] = [
 ];
 
 /// `controller` behind a monitor of the machine's sensors; its commands leave `delay` (s) after each sample.
-pub fn monitored(
-    machine: &Machine,
+pub(crate) fn monitored<const N: usize>(
+    crane: &Crane<N>,
     controller: Box<dyn Controller>,
     delay: f64,
-) -> Result<Box<dyn Controller>, String> {
-    match machine.joints.len() {
-        1 => sized::<1>(machine, controller, delay),
-        2 => sized::<2>(machine, controller, delay),
-        3 => sized::<3>(machine, controller, delay),
-        4 => sized::<4>(machine, controller, delay),
-        5 => sized::<5>(machine, controller, delay),
-        6 => sized::<6>(machine, controller, delay),
-        n => Err(format!("`{}` has {n} joints; a controller handles 1 to 6", machine.name)),
-    }
-}
-
-fn sized<const N: usize>(
-    machine: &Machine,
-    controller: Box<dyn Controller>,
-    delay: f64,
-) -> Result<Box<dyn Controller>, String> {
-    let monitor = Monitor::new(nominal::<N>(machine)?, settings(machine, delay)?);
+) -> Box<dyn Controller> {
+    let machine = crane.machine();
+    let monitor = Monitor::new(crane.nominal(), settings(crane, delay));
     let names = Names {
         joints: machine.joints.iter().map(|j| j.name.clone()).collect(),
-        revolute: Crane::<N>::new(machine)
-            .map_err(|e| e.to_string())?
-            .plant()
-            .mechanics
-            .joints
-            .map(|j| j.revolute)
-            .into(),
+        revolute: crane.plant().mechanics.joints.map(|j| j.revolute).into(),
         cylinders: machine.cylinders.iter().map(|c| c.name.clone()).collect(),
     };
     let valves: Vec<_> = machine.cylinders.iter().map(|c| (c.valve.command, c.valve.stroke)).collect();
@@ -62,7 +40,7 @@ fn sized<const N: usize>(
         let (chain, stroke) = &valves[c];
         through(chain, u.clamp(-stroke, *stroke)).clamp(-stroke, *stroke)
     };
-    Ok(Box::new(Guard::new(controller, monitor, Box::new(spool_of), names)))
+    Box::new(Guard::new(controller, monitor, Box::new(spool_of), names))
 }
 
 fn threshold(machine: &Machine, key: &str) -> f64 {
@@ -71,9 +49,9 @@ fn threshold(machine: &Machine, key: &str) -> f64 {
 }
 
 /// Thresholds of a machine's monitor.
-fn settings<const N: usize>(machine: &Machine, delay: f64) -> Result<Settings<N>, String> {
-    let crane = Crane::<N>::new(machine).map_err(|e| e.to_string())?;
-    let (plant, value) = (crane.plant(), |key: &str| threshold(machine, key));
+fn settings<const N: usize>(crane: &Crane<N>, delay: f64) -> Settings<N> {
+    let (machine, plant) = (crane.machine(), crane.plant());
+    let value = |key: &str| threshold(machine, key);
     let sensor = |signal: String| machine.sensors.iter().find(|sensor| sensor.measures == signal);
     let cylinders: [&Cylinder; N] = std::array::from_fn(|c| &machine.cylinders[c]);
     let pressure = |c: usize, side: usize| sensor(format!("cylinder.{}.p{}", cylinders[c].name, side + 1));
@@ -107,7 +85,7 @@ fn settings<const N: usize>(machine: &Machine, delay: f64) -> Result<Settings<N>
         let way = valve.velocity_limit.map_or(0.0, |limit| 2.0 * valve.stroke / limit);
         delay + valve.delay + valve.command.delay + slow + way
     };
-    Ok(Settings {
+    Settings {
         jump: value("jump"),
         frozen: value("frozen"),
         frozen_pressure: value("frozen-pressure"),
@@ -118,7 +96,7 @@ fn settings<const N: usize>(machine: &Machine, delay: f64) -> Result<Settings<N>
         scatter: std::array::from_fn(|i| sensor(format!("joint.{}.q", machine.joints[i].name)).map_or(0.0, scatter)),
         trust: std::array::from_fn(trust),
         memory: std::array::from_fn(memory),
-    })
+    }
 }
 
 /// Time constants after which a spool has arrived.

@@ -87,6 +87,7 @@ pub fn simulate_sampled(
         delay: plan.delay,
         failing: 0,
         last_fault: String::new(),
+        command: vec![0.0; model.layout().joints()],
         samples: Samples::default(),
         events: Vec::new(),
     };
@@ -130,6 +131,8 @@ struct ClosedLoop<'a> {
     /// Samples in a row that gave no usable command, and why the last of them did not.
     failing: u32,
     last_fault: String,
+    /// Room for the command of a sample.
+    command: Vec<f64>,
     samples: Samples,
     events: Vec<Event>,
 }
@@ -195,7 +198,8 @@ impl ClosedLoop<'_> {
             self.controller.reset(&measured);
         }
         self.hand.move_to(now);
-        let mut command = vec![0.0; driven.model.layout().joints()];
+        let mut command = std::mem::take(&mut self.command);
+        command.fill(0.0);
         let answer = self.controller.step(&measured, self.hand.stick(), &mut command);
         let notices = self.controller.notices().into_iter();
         self.events.extend(notices.map(|text| Event { time: now, text }));
@@ -212,6 +216,7 @@ impl ClosedLoop<'_> {
         }
         self.lines.send(now + self.delay, &command);
         self.keep(now, &command);
+        self.command = command;
     }
 
     /// Centres the spools where there is no usable command, and notes when that begins, changes or ends.

@@ -2,9 +2,7 @@
 
 use hydrocrane_machine::load;
 use hydrocrane_sim::integrator::Tolerances;
-use hydrocrane_sim::{
-    build, controllers, simulate, simulate_sampled, Commands, EquilibriumMode, Model, Run, RunOptions,
-};
+use hydrocrane_sim::{build, simulate, simulate_sampled, Commands, EquilibriumMode, Model, Run, RunOptions};
 use hydrocrane_sim::{SampledPlan, Sensors, StickKind, Sticks};
 use std::sync::Arc;
 
@@ -37,7 +35,7 @@ fn lift(method: &str, max_step: f64) -> Run {
 /// Two seconds of tip control at 100 Hz with ideal sensors: 200 samples.
 fn tip_control(method: &str, max_step: f64) -> Run {
     let (model, start) = crane();
-    let mut controller = controllers::build(model.machine(), "tip").expect("a controller");
+    let mut controller = model.controller("tip").expect("a controller");
     let (times, deflections) = (vec![0.2, 1.2], vec![0.0, 0.5, 0.0, 0.0]);
     let sticks = Sticks { times, deflections, ramp: 0.2, ..Sticks::centred(StickKind::Tip, 3) };
     let plan = SampledPlan { sticks, sensors: Sensors::ideal(model.as_ref()), delay: 0.0 };

@@ -5,11 +5,10 @@ use hydrocrane_control::keep_out::{KeepOut, Region};
 use hydrocrane_control::nominal::Nominal;
 use hydrocrane_machine::{load, Machine, OverrideValue};
 use hydrocrane_num::Draws;
-use hydrocrane_sim::controllers::{build as controller, nominal};
 use hydrocrane_sim::integrator::Tolerances;
 use hydrocrane_sim::{
-    build, simulate_sampled, EquilibriumMode, Model, OutcomeKind, RunOptions, SampledPlan, SampledRun, SensorMode,
-    Sensors, StickKind, Sticks,
+    build, simulate_sampled, Crane, EquilibriumMode, Model, OutcomeKind, RunOptions, SampledPlan, SampledRun,
+    SensorMode, Sensors, StickKind, Sticks,
 };
 use std::sync::Arc;
 use std::time::Instant;
@@ -51,7 +50,7 @@ impl Case {
 
     fn run(&self) -> Ride {
         let model = build(&self.machine).expect("a machine that can be built");
-        let mut controller = controller(&self.machine, self.name).expect("a controller");
+        let mut controller = model.controller(self.name).expect("a controller");
         let x0 = model.equilibrium(&self.start, EquilibriumMode::Hold, self.payload).expect("a pose to rest in");
         let sensors = Sensors::new(model.as_ref(), self.sensors.0, self.sensors.1, &[]).expect("known sensors");
         let plan = SampledPlan { sticks: self.sticks.clone(), sensors, delay: 0.0 };
@@ -69,7 +68,7 @@ impl Case {
             simulate_sampled(model.as_ref(), &x0, self.duration, controller, &plan, &record, &options, &mut |_| true);
         assert_eq!(done.run.outcome.kind, OutcomeKind::Completed, "{}", done.run.outcome.message);
         assert!(done.events.is_empty(), "{:?}", done.events);
-        Ride { believed: nominal::<3>(&self.machine).expect("a nominal model"), model, done }
+        Ride { believed: Crane::new(&self.machine).expect("a machine that can be built").nominal(), model, done }
     }
 
     fn keep_out(&self) -> KeepOut {
@@ -277,7 +276,8 @@ fn the_penalty_moves_the_telescope_when_boom_and_jib_do_not_reach() {
 #[ignore = "a benchmark: run it alone and optimised"]
 fn one_step_of_the_penalty_search_takes_less_than_a_period() {
     let case = thesis_controller(&[("extension", OverrideValue::Text("penalty".into()))], [1.0, 0.0]);
-    let mut thesis = controller(&case.machine, case.name).expect("a controller");
+    let crane = Crane::<3>::new(&case.machine).expect("a machine that can be built");
+    let mut thesis = crane.controller(case.name).expect("a controller");
     let (p, mut spool) = ([[40e5, 40e5]; 3], [0.0; 3]);
     let mut times: Vec<f64> = (0..20_000)
         .map(|k| {

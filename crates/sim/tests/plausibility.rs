@@ -4,8 +4,8 @@ use hydrocrane_machine::{load, OverrideValue};
 use hydrocrane_num::Draws;
 use hydrocrane_sim::integrator::Tolerances;
 use hydrocrane_sim::{
-    build, controllers, monitored, simulate_sampled, EquilibriumMode, FaultKind, Model, OutcomeKind, RunOptions,
-    SampledPlan, SampledRun, SensorFault, SensorMode, Sensors, StickKind, Sticks, PLAUSIBILITY,
+    build, simulate_sampled, EquilibriumMode, FaultKind, Model, OutcomeKind, RunOptions, SampledPlan, SampledRun,
+    SensorFault, SensorMode, Sensors, StickKind, Sticks, PLAUSIBILITY,
 };
 use std::sync::Arc;
 
@@ -55,9 +55,8 @@ impl Case {
         let model = self.model();
         let model = model.as_ref();
         let sampling: Vec<_> = self.changes.iter().filter(|(key, _)| key.starts_with("control")).cloned().collect();
-        let believed = load(self.machine, &sampling).expect("a bundled machine");
-        let inner = controllers::build(&believed, name).expect("a controller");
-        let mut controller = monitored(&believed, inner, self.delay).expect("a monitor");
+        let believed = build(&load(self.machine, &sampling).expect("a bundled machine")).expect("it can be built");
+        let mut controller = believed.monitored(believed.controller(name).expect("a controller"), self.delay);
         let x0 = model.equilibrium(self.pose, EquilibriumMode::Hold, self.payload).expect("a pose to rest in");
         let sensors = Sensors::new(model, self.mode, seed, faults).expect("known signals");
         let plan = SampledPlan { sticks, sensors, delay: self.delay };

@@ -5,8 +5,8 @@ use hydrocrane_machine::{load, OverrideValue};
 use hydrocrane_num::Draws;
 use hydrocrane_sim::integrator::Tolerances;
 use hydrocrane_sim::{
-    build, controllers, simulate, simulate_sampled, Commands, EquilibriumMode, FaultKind, Model, OutcomeKind,
-    RunOptions, SampledPlan, SampledRun, SensorFault, SensorMode, Sensors, StickKind, Sticks, FAILURES_IN_A_ROW,
+    build, simulate, simulate_sampled, Commands, EquilibriumMode, FaultKind, Model, OutcomeKind, RunOptions,
+    SampledPlan, SampledRun, SensorFault, SensorMode, Sensors, StickKind, Sticks, FAILURES_IN_A_ROW,
 };
 use std::sync::Arc;
 
@@ -278,7 +278,7 @@ fn random_plan(m: &dyn Model, seed: u64, seconds: f64, kind: StickKind) -> Sampl
 }
 
 fn named_run(m: &dyn Model, name: &str, plan: &SampledPlan, seconds: f64) -> SampledRun {
-    let mut controller = controllers::build(m.machine(), name).expect("a controller");
+    let mut controller = m.controller(name).expect("a controller");
     run(m, seconds, controller.as_mut(), plan)
 }
 

@@ -6,11 +6,11 @@ use hydrocrane_control::heinze_pid::{self, HeinzePid};
 use hydrocrane_control::nominal::Nominal;
 use hydrocrane_control::redundancy::{resolve, Preference, Task};
 use hydrocrane_control::tip::Tip;
-use hydrocrane_machine::{load, OverrideValue};
+use hydrocrane_machine::{load, Machine, OverrideValue};
 use hydrocrane_num::Draws;
-use hydrocrane_sim::controllers::{heinze_settings, nominal, tip_settings};
+use hydrocrane_sim::controllers::{heinze_settings, tip_settings};
 use hydrocrane_sim::integrator::Tolerances;
-use hydrocrane_sim::{build, controllers, EquilibriumMode, Model, OutcomeKind, RunOptions, Simulator};
+use hydrocrane_sim::{build, Crane, EquilibriumMode, Model, OutcomeKind, RunOptions, Simulator};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -36,6 +36,11 @@ struct Reality {
 
 const IDEAL: Reality =
     Reality { overrides: &[], payload: 0.0, counts: [0.0; 3], pressure_error: 0.0, late: false, period: 0.01 };
+
+/// What a controller believes of this machine.
+fn nominal(machine: &Machine) -> Nominal<3> {
+    Crane::new(machine).expect("a machine that can be built").nominal()
+}
 
 fn crane(overrides: &[(&str, f64)]) -> Arc<dyn Model> {
     let overrides: Vec<_> = overrides.iter().map(|(k, v)| (k.to_string(), OverrideValue::Number(*v))).collect();
@@ -78,7 +83,7 @@ impl Loop {
     /// `tip` on the laboratory crane at rest; 1 m/s at full stick.
     fn tip_control(reality: Reality) -> Self {
         let believed = crane(&[]);
-        let nominal = nominal::<3>(believed.machine()).expect("a nominal model");
+        let nominal = nominal(believed.machine());
         let mut settings = tip_settings(believed.machine(), &nominal);
         (settings.period, settings.full_speed) = (reality.period, 1.0);
         let controller = Box::new(Tip::new(nominal, settings));
@@ -189,7 +194,7 @@ fn drive_line(direction: [f64; 2], speed: f64, mut l: Loop) -> Deviation {
 }
 
 fn table(title: &str, reality: Reality) -> Vec<(f64, Deviation)> {
-    let n = nominal::<3>(crane(&[]).machine()).expect("a nominal model");
+    let n = nominal(crane(&[]).machine());
     let mut rows = Vec::new();
     for (name, direction) in SENSES {
         let full = full_stroke_speed(&n, direction);
@@ -243,7 +248,7 @@ fn keeps_its_path_although_the_controller_is_wrong_about_the_crane() {
 
 #[test]
 fn random_sticks_stay_within_the_limits() {
-    let believed = nominal::<3>(crane(&[]).machine()).expect("a nominal model");
+    let believed = nominal(crane(&[]).machine());
     for seed in 1..=4 {
         let mut l = Loop::tip_control(IDEAL);
         let mut dice = Draws::new(seed, "sticks");
@@ -277,7 +282,7 @@ fn random_sticks_stay_within_the_limits() {
 
 #[test]
 fn releasing_the_stick_stops_the_tip() {
-    let n = nominal::<3>(crane(&[]).machine()).expect("a nominal model");
+    let n = nominal(crane(&[]).machine());
     for (name, direction) in SENSES {
         let speed = 0.8 * full_stroke_speed(&n, direction);
         let mut l = Loop::tip_control(IDEAL);
@@ -304,7 +309,7 @@ fn releasing_the_stick_stops_the_tip() {
 /// Height and distance of the tip over time with the thesis's task: all pressures zero, one set-point for all 5 s.
 fn published_task(machine: &str, stick: [f64; 2], period: f64) -> [[f64; 2]; 2] {
     let model = build(&load(machine, &[]).expect("a bundled machine")).expect("a machine that can be built");
-    let nominal = nominal::<3>(model.machine()).expect("a nominal model");
+    let nominal = nominal(model.machine());
     let settings = heinze_settings(model.machine(), &nominal);
     let settings = heinze_pid::Settings { period, set_point_interval: 5.0, working_area: None, ..settings };
     let controller = Box::new(HeinzePid::new(nominal, settings));
@@ -340,9 +345,9 @@ fn the_thesis_controller_on_its_horizontal_task() {
 fn every_bundled_machine_gets_a_controller_that_moves_its_tip() {
     for name in ["rottne-f9-lab", "hiab-xs031", "single-cylinder"] {
         let machine = load(name, &[]).expect("a bundled machine");
-        let mut controller = controllers::build(&machine, "tip").expect("a controller");
         let n = machine.joints.len();
         let model = build(&machine).expect("a machine that can be built");
+        let mut controller = model.controller("tip").expect("a controller");
         let q: Vec<f64> = model.joint_limits().iter().map(|l| 0.5 * (l.lower + l.upper)).collect();
         let x0 = model.equilibrium(&q, EquilibriumMode::Hold, 0.0).expect("a pose to rest in");
         let layout = model.layout();
@@ -378,8 +383,7 @@ fn bad_input_is_a_fault_and_the_next_good_sample_is_not() {
     assert_eq!(l.controller.step(&good, Stick::Lever(&[0.0; 3]), &mut spool), Err(Fault::WrongStick("tip")));
     assert_eq!(spool, [0.0; 3]);
     l.step([0.0, 0.1]);
-    let machine = load("rottne-f9-lab", &[]).expect("a bundled machine");
-    let unknown = controllers::build(&machine, "tipp").err().expect("no such controller");
+    let unknown = crane(&[]).controller("tipp").err().expect("no such controller");
     assert!(unknown.contains("tip, heinze-pid"), "{unknown}");
 }
 

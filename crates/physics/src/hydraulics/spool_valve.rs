@@ -68,6 +68,17 @@ impl<T: Real> SpoolValve<T> {
         EdgeFlows { supply_to_a, a_to_tank, supply_to_b, b_to_tank }
     }
 
+    /// The same with the spool inside its overlap, where the edges only leak.
+    #[inline(always)]
+    pub fn closed(&self, p: &PortPressures<T>) -> EdgeFlows<T> {
+        EdgeFlows {
+            supply_to_a: self.leakage * (p.supply - p.a),
+            a_to_tank: self.leakage * (p.a - p.tank),
+            supply_to_b: self.leakage * (p.supply - p.b),
+            b_to_tank: self.leakage * (p.b - p.tank),
+        }
+    }
+
     /// Flows from the supply to port A and from there to the tank, m^3/s, at the pressure `a` of the port.
     #[inline(always)]
     pub fn flows_at_a(&self, spool: T, supply: T, tank: T, a: T) -> (T, T) {
