@@ -1,5 +1,5 @@
-"""The model as the thesis prints it, 18 states: with friction that jumps, where every solver chatters, and with the sign
-of that friction run through zero over the velocity that the machine file can state."""
+"""The model as the thesis prints it, 18 states: with friction that jumps, where every solver chatters, and with the
+sign of that friction run through zero over the velocity that the machine file can state."""
 
 from __future__ import annotations
 
