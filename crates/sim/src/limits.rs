@@ -90,16 +90,21 @@ impl Drivetrain<'_> {
         let (low, high, _) = self.stroke_limits();
         let middle = 0.5 * (low + high);
         let mut best: Option<(f64, f64)> = None;
-        for i in -count..=count {
-            let q = preferred + i as f64 * step;
-            let Some((x, slope)) = self.stroke(q) else { continue };
-            if x < low || x > high || slope.abs() < 1e-9 {
-                continue;
-            }
+        for i in 0..=count {
             // Far from mid-stroke counts more than far from the preferred coordinate within one branch.
-            let misfit = (x - middle).abs() / (high - low) + 0.1 * (q - preferred).abs() / reach;
-            if best.is_none_or(|(least, _)| misfit < least) {
-                best = Some((misfit, q));
+            let aside = 0.1 * i as f64 * step / reach;
+            if best.is_some_and(|(least, _)| aside >= least) {
+                break;
+            }
+            for q in [preferred - i as f64 * step, preferred + i as f64 * step] {
+                let Some((x, slope)) = self.stroke(q) else { continue };
+                if x < low || x > high || slope.abs() < 1e-9 {
+                    continue;
+                }
+                let misfit = (x - middle).abs() / (high - low) + aside;
+                if best.is_none_or(|(least, _)| misfit < least) {
+                    best = Some((misfit, q));
+                }
             }
         }
         best.map(|(_, q)| q).ok_or_else(|| BuildError::NoStroke(self.cylinder.name.clone()))
