@@ -4,7 +4,7 @@
 //! slopes by joint coordinates and rates. The blocks are joined by the chain rule through x(q), v = g(q) q' and
 //! q'' = M^-1 (g f - b).
 
-use crate::bordered::Bordered;
+use crate::bordered::{Bordered, Row};
 use crate::cylinder_group::{CylinderGroup, Member};
 use crate::cylinder_slopes::{Piston, RateSlopes};
 use crate::cylinder_unit::{LocalRates, LocalState};
@@ -158,7 +158,12 @@ impl<L: Real> CylinderGroup<L> {
             #[inline(always)]
             || {
                 let (moving, sloped) = self.lifted.sloped(local);
-                powers(oil, &moving, &sloped).map(|power| piston.row(&power))
+                let powers = powers(oil, &moving, &sloped);
+                let mut rows = [Row::default(); LEDGER_PER_CYLINDER];
+                for (row, power) in rows.iter_mut().zip(&powers) {
+                    *row = piston.row(power);
+                }
+                rows
             },
         );
         for (i, row) in rows.iter().enumerate() {

@@ -73,8 +73,8 @@ fn an_explicit_lift_takes_its_number_of_steps() {
 #[test]
 fn fixed_steps_divide_every_interval_between_commands() {
     // 0.3, 1 and 0.7 s.
-    assert_fixed(&lift("ros3p", 0.005), 60 + 200 + 140);
-    assert_fixed(&lift("ros3p", 0.04), 8 + 25 + 18);
+    assert_fixed(&lift("ros3l", 0.005), 60 + 200 + 140);
+    assert_fixed(&lift("ros3l", 0.04), 8 + 25 + 18);
 }
 
 #[test]
@@ -84,9 +84,9 @@ fn a_stiff_closed_loop_takes_two_steps_per_sample() {
 
 #[test]
 fn fixed_steps_divide_every_sample() {
-    assert_fixed(&tip_control("ros3p", 0.005), 400);
-    assert_fixed(&tip_control("ros3p", 0.004), 600);
-    assert_fixed(&tip_control("ros3p", 1.0), 200);
+    assert_fixed(&tip_control("ros3l", 0.005), 400);
+    assert_fixed(&tip_control("ros3l", 0.004), 600);
+    assert_fixed(&tip_control("ros3l", 1.0), 200);
 }
 
 #[test]
