@@ -99,13 +99,7 @@ pub fn sum<const J: usize>(weights: &[f64], rows: &[&[Block]; J], i: usize) -> B
 
 /// row = base + scale sum_j weight_j row_j
 #[inline(always)]
-pub fn set_sum<const J: usize>(
-    row: &mut [Block],
-    base: &[Block],
-    scale: f64,
-    weights: &[f64],
-    rows: [&[Block]; J],
-) {
+pub fn set_sum<const J: usize>(row: &mut [Block], base: &[Block], scale: f64, weights: &[f64], rows: [&[Block]; J]) {
     for (i, (out, base)) in row.iter_mut().zip(base).enumerate() {
         let sum = sum(weights, &rows, i);
         for lane in 0..LANES {
