@@ -10,7 +10,7 @@ import hydrocrane as hc
 from benches.problem import Problem, Solution, Solver, clocked
 
 METHODS = ("rodas5p", "tsit5")
-FIXED_STEPS = "ros3p"
+FIXED_STEPS = "ros3l"
 
 
 def step_at(rtol: float) -> float:

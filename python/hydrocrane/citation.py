@@ -47,19 +47,19 @@ ENTRIES = {
   year    = {2011},
   doi     = {10.1016/j.camwa.2011.06.002},
 }""",
-    "lang2001": """@article{lang2001,
-  author  = {Lang, Jens and Verwer, Jan},
-  title   = {{ROS3P} -- an accurate third-order {R}osenbrock solver designed for parabolic problems},
-  journal = {BIT Numerical Mathematics},
-  volume  = {41},
-  number  = {4},
-  pages   = {731--738},
-  year    = {2001},
-  doi     = {10.1023/A:1021900219772},
+    "sandu1997": """@article{sandu1997,
+  author  = {Sandu, A. and Verwer, J. G. and Blom, J. G. and Spee, E. J. and Carmichael, G. R. and Potra, F. A.},
+  title   = {Benchmarking stiff {ODE} solvers for atmospheric chemistry problems {II}: {R}osenbrock solvers},
+  journal = {Atmospheric Environment},
+  volume  = {31},
+  number  = {20},
+  pages   = {3459--3472},
+  year    = {1997},
+  doi     = {10.1016/S1352-2310(97)83212-8},
 }""",
 }
 
-_METHODS = {"rodas5p": "steinebach2023", "tsit5": "tsitouras2011", "ros3p": "lang2001"}
+_METHODS = {"rodas5p": "steinebach2023", "tsit5": "tsitouras2011", "ros3l": "sandu1997"}
 
 
 def cite(subject: Machine | Run) -> str:

@@ -27,8 +27,8 @@ from hydrocrane.joystick import TIP_AXES, Joystick
 from hydrocrane.machine import Machine, load_machine, plain_overrides
 from hydrocrane.payload import payload_changes
 
-METHODS = ("rodas5p", "tsit5", "ros3p")
-FIXED_STEPS = "ros3p"
+METHODS = ("rodas5p", "tsit5", "ros3l")
+FIXED_STEPS = "ros3l"
 INTERPOLATIONS = ("hold", "linear")
 
 
@@ -75,7 +75,7 @@ class Solver:
     """Integration method, and its tolerances or its step.
 
     ``rodas5p`` is the stiff method with the exact Jacobian, ``tsit5`` the explicit one: both choose their steps, up to
-    `max_step` (s). ``ros3p``, stiff as well, takes equal steps no longer than `step` (s) between changes of a command,
+    `max_step` (s). ``ros3l``, stiff as well, takes equal steps no longer than `step` (s) between changes of a command,
     whatever error they make: each step costs the same, for real time. `atol` scales the absolute tolerances of all
     states together; ``None`` leaves them in their fixed proportion to `rtol`.
     """

@@ -28,7 +28,7 @@ class Simulator:
     payload : float, optional
         kg at the tip at every reset; default is the machine's own. :meth:`set_payload` changes it on the way.
     method, rtol, step
-        As in :class:`~hydrocrane.Solver`: ``method="ros3p", step=1e-3`` for a bounded cost per sample.
+        As in :class:`~hydrocrane.Solver`: ``method="ros3l", step=1e-3`` for a bounded cost per sample.
     sensors : {"ideal", "data-sheet"}
         What ``obs.measured`` holds: the truth, or what the machine's sensors read.
     seed : int

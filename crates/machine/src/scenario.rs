@@ -95,7 +95,7 @@ const ROOT_KEYS: [&str; 9] =
 const SCENARIO_KEYS: [&str; 7] = ["name", "title", "machine", "duration", "record-interval", "payload", "seed"];
 const METHODS: [(&str, &str); 3] = [("rodas5p", "rodas5p"), ("tsit5", "tsit5"), (FIXED_STEPS, FIXED_STEPS)];
 /// The method that takes steps of the size it is given.
-const FIXED_STEPS: &str = "ros3p";
+const FIXED_STEPS: &str = "ros3l";
 const DEFAULT_RECORD_INTERVAL: f64 = 0.01;
 const DEFAULT_RTOL: f64 = 1e-4;
 /// Larger steps let a method miss a change of command, s.

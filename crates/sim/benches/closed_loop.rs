@@ -19,10 +19,10 @@ const PERIOD: f64 = 0.01;
 const SOLVERS: [(&str, f64, f64); 6] = [
     ("rodas5p", 1e-3, 0.05),
     ("rodas5p", 1e-4, 0.05),
-    ("ros3p", 1e-4, 0.01),
-    ("ros3p", 1e-4, 0.005),
-    ("ros3p", 1e-4, 0.0025),
-    ("ros3p", 1e-4, 0.001),
+    ("ros3l", 1e-4, 0.01),
+    ("ros3l", 1e-4, 0.005),
+    ("ros3l", 1e-4, 0.0025),
+    ("ros3l", 1e-4, 0.001),
 ];
 
 /// `cargo bench ... -- alone` runs the controllers alone.
@@ -105,7 +105,7 @@ impl<'a> Loop<'a> {
         };
         let worst = rows.map(deviation).fold(0.0, f64::max);
         let solver =
-            if method == "ros3p" { format!("{method} {} ms", step * 1e3) } else { format!("{method} {rtol:e}") };
+            if method == "ros3l" { format!("{method} {} ms", step * 1e3) } else { format!("{method} {rtol:e}") };
         println!(
             "{:10}{solver:22}{:>7.3} ms{:>10.0}{:>9}{:>8}{:>8}{:>7.1} um",
             self.name,

@@ -22,7 +22,7 @@ fn main() {
     let (mut times, mut worst, mut kept) = (Vec::new(), 0.0f64, 0);
     for seed in 0..MANOEUVRES {
         let mut exact = simulator(&model, "rodas5p", 1e-9, 0.05);
-        let mut fixed = simulator(&model, "ros3p", 1e-4, STEP);
+        let mut fixed = simulator(&model, "ros3l", 1e-4, STEP);
         // A random manoeuvre may end at a stop of the stroke; what was timed until then counts.
         let (found, deviation) = compare(model.as_ref(), seed, &mut fixed, &mut exact);
         kept += usize::from(found.len() == STEPS);

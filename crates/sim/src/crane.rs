@@ -32,6 +32,8 @@ pub struct Crane<const N: usize> {
     oil: OnceLock<OilTables>,
     layout: Layout,
     limits: Vec<JointLimits>,
+    /// Coordinates between which every state is admissible.
+    safe: [[f64; 2]; N],
     outputs: Vec<OutputInfo>,
 }
 
@@ -39,6 +41,8 @@ pub struct Crane<const N: usize> {
 const FASTEST_PISTON: f64 = 1.0;
 /// Share of a mass matrix entry that must be left after elimination: four digits beyond rounding.
 const LEAST_PIVOT: f64 = 1e-12;
+/// Share of a joint's range at either end where admissibility is looked at closely.
+const EDGE: f64 = 1e-3;
 
 impl<const N: usize> Crane<N> {
     pub fn new(machine: &Machine) -> Result<Self, BuildError> {
@@ -58,6 +62,7 @@ impl<const N: usize> Crane<N> {
             oil: OnceLock::new(),
             layout,
             limits: Vec::with_capacity(N),
+            safe: [[f64::INFINITY, f64::NEG_INFINITY]; N],
             outputs: outputs::info(machine),
             machine: machine.clone(),
         };
@@ -65,6 +70,7 @@ impl<const N: usize> Crane<N> {
             let limits = crane.drivetrain(i).limits()?;
             crane.limits.push(limits);
         }
+        crane.safe = crane.safe_ranges();
         crane.check_mass_matrix()?;
         crane.require_finite()?;
         Ok(crane)
@@ -119,6 +125,26 @@ impl<const N: usize> Crane<N> {
             description: &self.machine.joints[i],
             cylinder: &self.machine.cylinders[i],
         }
+    }
+
+    /// The joints' ranges but for their edges: on its branch a piston goes one way only, so that what is admissible at both
+    /// ends is so between them. Nothing is known where it is not.
+    fn safe_ranges(&self) -> [[f64; 2]; N] {
+        let inner = self.limit_pairs().map(|[lower, upper]| {
+            let edge = EDGE * (upper - lower);
+            [lower + edge, upper - edge]
+        });
+        let fits = |end: usize| self.fits(&inner.map(|range| range[end]));
+        if fits(0) && fits(1) {
+            inner
+        } else {
+            [[f64::INFINITY, f64::NEG_INFINITY]; N]
+        }
+    }
+
+    /// Whether every piston is inside its cylinder and every linkage closes.
+    fn fits(&self, q: &[f64; N]) -> bool {
+        self.plant().admissible(&self.plant().mechanics.pose(q))
     }
 
     fn limit_pairs(&self) -> [[f64; 2]; N] {
@@ -318,7 +344,7 @@ impl<const N: usize> Model for Crane<N> {
 
     fn admissible(&self, x: &[f64]) -> bool {
         let q: [f64; N] = std::array::from_fn(|i| x[self.layout.q(i)]);
-        self.plant().admissible(&self.plant().mechanics.pose(&q))
+        q.iter().zip(&self.safe).all(|(q, [lower, upper])| lower <= q && q <= upper) || self.fits(&q)
     }
 
     fn kernel(&self, wanted: Option<&str>) -> Box<dyn Kernel> {

@@ -2,7 +2,7 @@
 
 use crate::bordered::Bordered;
 use crate::elimination::Elimination;
-use crate::integrator::ros3p::{end, stages, Linearised, GAMMA, STAGES};
+use crate::integrator::ros3l::{end, stages, Linearised, GAMMA, STAGES};
 use crate::integrator::FLUSH;
 use crate::layout::Layout;
 use crate::rhs::Evaluator;
@@ -18,7 +18,7 @@ pub struct Scene<'a, T, const N: usize> {
     pub payload: T,
 }
 
-/// Room for steps by ROS3P: without allocation, and the same work for every step.
+/// Room for steps by ROS3L: without allocation, and the same work for every step.
 #[derive(Debug, Clone)]
 pub struct CraneStep<T> {
     k: [Vec<T>; STAGES],
@@ -71,7 +71,7 @@ struct Here<'a, T, const N: usize> {
 
 impl<T: Real, const N: usize> Linearised<T> for Here<'_, T, N> {
     #[inline(always)]
-    fn rate_at_end(&mut self, x: &[T], rate: &mut [T]) {
+    fn rate_ahead(&mut self, x: &[T], rate: &mut [T]) {
         let Scene { evaluator, layout, spools, payload, .. } = *self.scene;
         T::apart(
             #[inline(always)]
@@ -147,7 +147,7 @@ mod tests {
             let own = after::<f64>(&crane(friction), 200);
             let tolerances = Tolerances { relative: 1e-4, absolute: 1e-4, max_step: STEP };
             let options = RunOptions {
-                method: "ros3p".to_string(),
+                method: "ros3l".to_string(),
                 tolerances,
                 payload: 0.0,
                 payload_changes: Vec::new(),

@@ -158,8 +158,9 @@ impl<L: Real> CylinderGroup<L> {
             #[inline(always)]
             || {
                 let (moving, sloped) = self.lifted.sloped(local);
+                let powers = powers(oil, &moving, &sloped);
                 let mut rows = [Row::default(); LEDGER_PER_CYLINDER];
-                for (row, power) in rows.iter_mut().zip(&powers(oil, &moving, &sloped)) {
+                for (row, power) in rows.iter_mut().zip(&powers) {
                     *row = piston.row(power);
                 }
                 rows

@@ -117,8 +117,12 @@ impl System for Driven<'_> {
         let (rate, powers, slopes) = at.bordered(self.model.layout(), 0);
         self.model.linearise(x, &self.command(t), self.payload, rate, powers, &mut slopes[0]);
     }
-    fn time_derivative(&self, _t: f64, _x: &[f64], dfdt: &mut [f64]) {
-        self.model.command_slope(&self.slope, dfdt);
+    fn time_derivative(&self, _t: f64, _x: &[f64], dfdt: &mut [f64]) -> bool {
+        let driven = self.slope != [0.0; MAX_JOINTS];
+        if driven {
+            self.model.command_slope(&self.slope, dfdt);
+        }
+        driven
     }
     fn admissible(&self, x: &[f64]) -> bool {
         self.model.admissible(x)

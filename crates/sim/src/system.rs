@@ -16,8 +16,8 @@ pub trait System {
     /// Writes f, g, df/dx and dg/dx. With tangents these slopes are of the state alone, and df/dx is followed, tangent by
     /// tangent, by its derivative along it: what couples the tangent's equations to the state.
     fn linearise(&self, t: f64, x: &[f64], at: &mut Linearisation);
-    /// Writes df/dt; g does not depend on time directly.
-    fn time_derivative(&self, t: f64, x: &[f64], dfdt: &mut [f64]);
+    /// Writes df/dt, or says `false` where all of it is zero; g does not depend on time directly.
+    fn time_derivative(&self, t: f64, x: &[f64], dfdt: &mut [f64]) -> bool;
     /// Whether `x` lies where the equations mean something.
     fn admissible(&self, x: &[f64]) -> bool;
     /// Size below which each state is resolved absolutely; that of tangents may follow, where they are to be resolved too.

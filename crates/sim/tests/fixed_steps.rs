@@ -51,7 +51,7 @@ fn halving_the_step_divides_the_error_of_the_tip_by_eight() {
     let model = crane(&[]);
     let exact = run(model.as_ref(), &commands, 0.4, "rodas5p", 1e-12, 0.05);
     let errors = [4e-4, 2e-4, 1e-4].map(|step| {
-        let end = run(model.as_ref(), &commands, 0.4, "ros3p", 1e-4, step);
+        let end = run(model.as_ref(), &commands, 0.4, "ros3l", 1e-4, step);
         distance(model.as_ref(), &end, &exact)
     });
     let order = (errors[0] / errors[2]).log2() / 2.0;
@@ -64,7 +64,7 @@ fn long_steps_stay_stable_and_near_with_either_friction() {
         let model = crane(&changes);
         let exact = run(model.as_ref(), &to_and_fro(), 2.5, "rodas5p", 1e-7, 0.05);
         for (step, most) in [(0.01, 1e-3), (0.005, 6e-4), (0.001, 4e-4)] {
-            let fixed = run(model.as_ref(), &to_and_fro(), 2.5, "ros3p", 1e-4, step);
+            let fixed = run(model.as_ref(), &to_and_fro(), 2.5, "ros3l", 1e-4, step);
             let worst = distance(model.as_ref(), &fixed, &exact);
             assert!(worst < most, "{} at {step}: {worst}", model.layout().len());
         }
@@ -110,8 +110,8 @@ fn secants_replace_the_slope_of_static_friction_alone() {
 #[test]
 fn the_printed_jump_of_friction_is_crossed_without_chatter() {
     let model = build(&load("heinze-2007", &[]).expect("a bundled machine")).expect("it can be built");
-    let loose = run(model.as_ref(), &to_and_fro(), 1.0, "ros3p", 1e-4, 2e-3);
-    let fine = run(model.as_ref(), &to_and_fro(), 1.0, "ros3p", 1e-4, 5e-5);
+    let loose = run(model.as_ref(), &to_and_fro(), 1.0, "ros3l", 1e-4, 2e-3);
+    let fine = run(model.as_ref(), &to_and_fro(), 1.0, "ros3l", 1e-4, 5e-5);
     assert_eq!((loose.accepted, loose.outcome.kind), (500, OutcomeKind::Completed), "{}", loose.outcome.message);
     let apart = distance(model.as_ref(), &loose, &fine);
     assert!(apart < 2e-3, "{apart}");
@@ -121,7 +121,7 @@ fn the_printed_jump_of_friction_is_crossed_without_chatter() {
 fn a_run_that_cannot_go_on_says_so_and_keeps_what_it_has() {
     let model = crane(&[]);
     let out = Commands { times: vec![0.0], values: vec![0.05; 3], linear: false };
-    let long = run(model.as_ref(), &out, 60.0, "ros3p", 1e-4, 5.0);
+    let long = run(model.as_ref(), &out, 60.0, "ros3l", 1e-4, 5.0);
     assert!(long.outcome.kind != OutcomeKind::Completed && !long.times.is_empty());
     assert!(long.states.iter().all(|v| v.is_finite()), "{}", long.outcome.message);
     assert!(!long.outcome.message.is_empty() && long.rejected == 0);

@@ -3,10 +3,11 @@
 //! A method is a file with its coefficients and one attempt at a step; the [`Stepper`] controls the step size.
 
 pub mod rodas5p;
-pub mod ros3p;
+pub mod ros3l;
 pub mod tsit5;
 
 mod linear;
+mod rows;
 mod stepper;
 
 pub use linear::Linearisation;
@@ -25,11 +26,9 @@ pub trait Method: Send + Sync {
     /// Prepares whatever the step from `(t, x)` shares between attempts. Called once per accepted state.
     fn begin(&mut self, system: &dyn System, t: f64, x: &[f64]);
     /// Tries a step of size `h`. Writes the new state, the new quadratures and, unless steps are fixed, the error estimate;
-    /// `false` where the linear system cannot be solved.
+    /// `false` where the linear system cannot be solved. Keeps what the interpolant needs.
     fn attempt(&mut self, system: &dyn System, t: f64, h: f64, from: Point, to: &mut Target) -> bool;
-    /// Keeps what the interpolant needs of an accepted step.
-    fn accept(&mut self, from: Point, to: Point);
-    /// State and quadratures at the fraction `theta` of the last accepted step.
+    /// State and quadratures at the fraction `theta` of the last attempt, before the next state is begun.
     fn interpolate(&self, theta: f64, x: &mut [f64], w: &mut [f64]);
     /// Evaluations so far: right-hand sides, Jacobians, factorisations.
     fn effort(&self) -> Effort;
@@ -67,34 +66,14 @@ pub struct Effort {
 }
 
 /// The methods by name.
-pub const METHODS: [&str; 3] = ["rodas5p", "tsit5", "ros3p"];
+pub const METHODS: [&str; 3] = ["rodas5p", "tsit5", "ros3l"];
 
 /// A method by its name in [`METHODS`].
 pub fn method(name: &str, dimension: usize, quadratures: usize) -> Option<Box<dyn Method>> {
     match name {
         "rodas5p" => Some(Box::new(rodas5p::Rodas5p::new(dimension, quadratures))),
         "tsit5" => Some(Box::new(tsit5::Tsit5::new(dimension, quadratures))),
-        "ros3p" => Some(Box::new(ros3p::Ros3p::new(dimension, quadratures))),
+        "ros3l" => Some(Box::new(ros3l::Ros3l::new(dimension, quadratures))),
         _ => None,
-    }
-}
-
-/// y += scale sum_j weight_j term_j, in one pass over `y`.
-fn add_combination(y: &mut [f64], scale: f64, weights: &[f64], terms: &[Vec<f64>]) {
-    const LANES: usize = 4;
-    let whole = y.len() / LANES * LANES;
-    let mut at = 0;
-    while at < whole {
-        let mut sum = [0.0; LANES];
-        for (weight, term) in weights.iter().zip(terms) {
-            let term = &term[at..at + LANES];
-            (0..LANES).for_each(|lane| sum[lane] += weight * term[lane]);
-        }
-        let y = &mut y[at..at + LANES];
-        (0..LANES).for_each(|lane| y[lane] += scale * sum[lane]);
-        at += LANES;
-    }
-    for i in whole..y.len() {
-        y[i] += scale * weights.iter().zip(terms).map(|(weight, term)| weight * term[i]).sum::<f64>();
     }
 }

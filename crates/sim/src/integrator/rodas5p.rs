@@ -11,7 +11,8 @@
 //! Tangents of the state are carried along by the derivative of the very step: W k_i' = r' + J' k_i, where r' is the
 //! right-hand side of the stage with tangents in place of states. One factorisation serves all of them.
 
-use super::{add_combination, Effort, Linearisation, Method, Point, Target};
+use super::rows::{add_sum, set_sum, sum, wide, Block, Shape};
+use super::{Effort, Linearisation, Method, Point, Target};
 use crate::system::System;
 
 const STAGES: usize = 8;
@@ -121,73 +122,71 @@ const H: [[f64; STAGES]; 3] = [
     ],
 ];
 
-/// Weights of the increments in the new state: the last argument's, and one for each increment after it.
-const WEIGHTS: [f64; STAGES] = {
-    let mut weights = [1.0; STAGES];
-    let mut j = 0;
-    while j < A[5].len() {
-        weights[j] = A[5][j];
-        j += 1;
-    }
-    weights
-};
-
 pub struct Rodas5p {
+    shape: Shape,
     linearisation: Linearisation,
-    time_derivative: Vec<f64>,
-    /// Increments of states and quadratures, stage by stage.
-    k: [Vec<f64>; STAGES],
-    kappa: [Vec<f64>; STAGES],
-    argument: Vec<f64>,
-    /// Ends of the last accepted step, whose increments are kept until the next attempt.
-    start: Target,
-    end: Target,
+    /// df/dt, and whether any of it is not zero.
+    time_derivative: Vec<Block>,
+    driven: bool,
+    /// Increments, stage by stage.
+    k: Vec<Block>,
+    start: Vec<Block>,
+    /// Of a stage; in the end of the new state.
+    argument: Vec<Block>,
     effort: Effort,
 }
 
 impl Rodas5p {
     pub fn new(n: usize, m: usize) -> Self {
+        let shape = Shape::new(n, m);
         Rodas5p {
+            shape,
             linearisation: Linearisation::new(n, m),
-            time_derivative: vec![0.0; n],
-            k: std::array::from_fn(|_| vec![0.0; n]),
-            kappa: std::array::from_fn(|_| vec![0.0; m]),
-            argument: vec![0.0; n],
-            start: Target::new(n, m),
-            end: Target::new(n, m),
+            time_derivative: shape.rows(1),
+            driven: false,
+            k: shape.rows(STAGES),
+            start: shape.rows(1),
+            argument: shape.rows(1),
             effort: Effort::default(),
         }
     }
 
-    /// The argument of stage `i` into `self.argument`.
-    fn set_argument(&mut self, i: usize, x: &[f64]) {
-        if i < A.len() {
-            self.argument.copy_from_slice(x);
-            add_combination(&mut self.argument, 1.0, A[i], &self.k);
+    /// Increment `I`, at its argument, which leads on from the one before.
+    #[inline(always)]
+    fn stage<const I: usize>(&mut self, system: &dyn System, t: f64, h: f64) {
+        let (done, k) = self.shape.split::<I>(&mut self.k);
+        if I == 0 {
+            self.argument.copy_from_slice(&self.start);
+            self.shape.set(k, &self.linearisation.rate, &self.linearisation.quadrature_rate);
         } else {
-            add_combination(&mut self.argument, 1.0, &[1.0], &self.k[i - 1..]);
+            if I < A.len() {
+                set_sum(&mut self.argument, &self.start, 1.0, A[I], done);
+            } else {
+                add_sum(&mut self.argument, 1.0, &[1.0], [done[I - 1]]);
+            }
+            let (dx, dw) = self.shape.parts_mut(k);
+            system.derivative(t + NODES[I] * h, self.shape.parts(&self.argument).0, dx, dw);
         }
-    }
-
-    fn stage(&mut self, system: &dyn System, i: usize, t: f64, h: f64) {
-        let (done, rest) = self.k.split_at_mut(i);
-        let (quadratures_done, quadratures_rest) = self.kappa.split_at_mut(i);
-        let (k, kappa) = (&mut rest[0], &mut quadratures_rest[0]);
-        if i == 0 {
-            k.copy_from_slice(&self.linearisation.rate);
-            kappa.copy_from_slice(&self.linearisation.quadrature_rate);
-        } else {
-            system.derivative(t + NODES[i] * h, &self.argument, k, kappa);
-            self.effort.derivatives += 1;
+        add_sum(k, 1.0 / h, C[I], done);
+        if self.driven && D[I] != 0.0 {
+            add_sum(k, h, &[D[I]], [&self.time_derivative]);
         }
-        add_combination(k, 1.0 / h, C[i], done);
-        add_combination(kappa, 1.0 / h, C[i], quadratures_done);
-        if D[i] != 0.0 {
-            add_combination(k, h, &D[i..=i], std::slice::from_ref(&self.time_derivative));
-        }
+        let (k, kappa) = self.shape.parts_mut(k);
         self.linearisation.solve(k);
         self.linearisation.add_quadrature_slopes(k, kappa);
         kappa.iter_mut().for_each(|value| *value *= h * GAMMA);
+    }
+
+    #[inline(always)]
+    fn stages(&mut self, system: &dyn System, t: f64, h: f64) {
+        self.stage::<0>(system, t, h);
+        self.stage::<1>(system, t, h);
+        self.stage::<2>(system, t, h);
+        self.stage::<3>(system, t, h);
+        self.stage::<4>(system, t, h);
+        self.stage::<5>(system, t, h);
+        self.stage::<6>(system, t, h);
+        self.stage::<7>(system, t, h);
     }
 }
 
@@ -198,7 +197,7 @@ impl Method for Rodas5p {
 
     fn begin(&mut self, system: &dyn System, t: f64, x: &[f64]) {
         system.linearise(t, x, &mut self.linearisation);
-        system.time_derivative(t, x, &mut self.time_derivative);
+        self.driven = system.time_derivative(t, x, self.shape.parts_mut(&mut self.time_derivative).0);
         self.effort.jacobians += 1;
     }
 
@@ -207,34 +206,42 @@ impl Method for Rodas5p {
         if !self.linearisation.factor(1.0 / (h * GAMMA)) {
             return false;
         }
-        for i in 0..STAGES {
-            self.set_argument(i, from.x);
-            self.stage(system, i, t, h);
-        }
-        to.x.copy_from_slice(&self.argument);
-        add_combination(&mut to.x, 1.0, &[1.0], &self.k[STAGES - 1..]);
-        to.error.copy_from_slice(&self.k[STAGES - 1]);
-        to.w.copy_from_slice(from.w);
-        add_combination(&mut to.w, 1.0, &WEIGHTS, &self.kappa);
+        self.shape.set(&mut self.start, from.x, from.w);
+        wide(
+            #[inline(always)]
+            || {
+                self.stages(system, t, h);
+                let (_, last) = self.shape.split::<{ STAGES - 1 }>(&mut self.k);
+                add_sum(&mut self.argument, 1.0, &[1.0], [last]);
+            },
+        );
+        self.effort.derivatives += STAGES as u64 - 1;
+        let (_, last) = self.shape.split::<{ STAGES - 1 }>(&mut self.k);
+        to.error.copy_from_slice(self.shape.parts(last).0);
+        let (x, w) = self.shape.parts(&self.argument);
+        to.x.copy_from_slice(x);
+        to.w.copy_from_slice(w);
         true
-    }
-
-    fn accept(&mut self, from: Point, to: Point) {
-        for (end, p) in [(&mut self.start, from), (&mut self.end, to)] {
-            end.x.copy_from_slice(p.x);
-            end.w.copy_from_slice(p.w);
-        }
     }
 
     fn interpolate(&self, theta: f64, x: &mut [f64], w: &mut [f64]) {
         let rest = 1.0 - theta;
         let weights: [f64; STAGES] = std::array::from_fn(|i| H[0][i] + theta * (H[1][i] + theta * H[2][i]));
-        for (out, start, end, k) in
-            [(x, &self.start.x, &self.end.x, &self.k), (w, &self.start.w, &self.end.w, &self.kappa)]
-        {
-            out.iter_mut().zip(start.iter().zip(end)).for_each(|(out, (a, b))| *out = rest * a + theta * b);
-            add_combination(out, theta * rest, &weights, k);
-        }
+        let increments = self.shape.all::<STAGES>(&self.k);
+        wide(
+            #[inline(always)]
+            || {
+                self.shape.write(
+                    x,
+                    w,
+                    #[inline(always)]
+                    |i: usize| {
+                        let (bend, start, end) = (sum(&weights, &increments, i), &self.start[i], &self.argument[i]);
+                        std::array::from_fn(|lane| rest * start[lane] + theta * end[lane] + theta * rest * bend[lane])
+                    },
+                );
+            },
+        );
     }
 
     fn effort(&self) -> Effort {

@@ -61,6 +61,10 @@ pub struct Stepper {
     begun: bool,
     /// Size and error norm of the last accepted step under the same right-hand side.
     last: Option<(f64, f64)>,
+    /// Size of the first step after the last restart.
+    first: Option<f64>,
+    /// Whether the next step is the first after a restart.
+    restarted: bool,
     pub accepted: u64,
     pub rejected: u64,
 }
@@ -78,6 +82,8 @@ impl Stepper {
             target: Target::new(x.len(), quadratures),
             begun: false,
             last: None,
+            first: None,
+            restarted: true,
             accepted: 0,
             rejected: 0,
         }
@@ -86,7 +92,8 @@ impl Stepper {
     /// Tells that the right-hand side has changed, as at a command step.
     pub fn restart(&mut self) {
         self.begun = false;
-        self.h = 0.0;
+        self.h = self.first.unwrap_or(0.0);
+        self.restarted = true;
         self.last = None;
     }
 
@@ -123,6 +130,9 @@ impl Stepper {
                 let most = if rejected_before { 1.0 } else { GROW };
                 let next = h * self.growth(h, norm).clamp(SHRINK, most);
                 self.last = Some((h, norm));
+                if std::mem::take(&mut self.restarted) {
+                    self.first = Some(h);
+                }
                 self.take(h, limit);
                 // A step cut short by the limit does not disprove the size that was wanted.
                 self.h = if h < wanted { next.max(wanted) } else { next };
@@ -158,12 +168,11 @@ impl Stepper {
     /// steps: errors that swing with the crane would have every other step rejected if each were answered at once.
     /// An error so small that it asks for twice the step is answered at once.
     fn growth(&self, h: f64, norm: f64) -> f64 {
-        let direct = SAFETY * norm.powf(-1.0 / self.order());
         match self.last {
-            Some((last_h, last_norm)) if direct < DOUBLE => {
-                SAFETY * ((norm * last_norm).powf(-1.0 / self.order()) * last_h / h).powf(0.25)
+            Some((last_h, last_norm)) if norm > (SAFETY / DOUBLE).powi(self.method.order() as i32) => {
+                SAFETY * (norm * last_norm).powf(-0.25 / self.order()) * (last_h / h).sqrt().sqrt()
             }
-            _ => direct,
+            _ => SAFETY * norm.powf(-1.0 / self.order()),
         }
     }
 
@@ -187,7 +196,9 @@ impl Stepper {
         if !self.method.attempt(system, self.t, h, from, &mut self.target) {
             return Err(StepFailure::TooSmall);
         }
-        if self.target.x.iter().chain(&self.target.w).any(|v| !v.is_finite()) {
+        // Without a way out on the way, so that it is done several at a time.
+        let finite = |numbers: &[f64]| numbers.iter().fold(true, |so_far, v| so_far & v.is_finite());
+        if !(finite(&self.target.x) && finite(&self.target.w)) {
             return Err(StepFailure::TooSmall);
         }
         if !system.admissible(&self.target.x) {
@@ -212,8 +223,6 @@ impl Stepper {
     }
 
     fn take(&mut self, h: f64, limit: f64) {
-        let from = Point { x: &self.x, w: &self.w };
-        self.method.accept(from, Point { x: &self.target.x, w: &self.target.w });
         self.from = self.t;
         self.t = if h >= limit - self.t { limit } else { self.t + h };
         std::mem::swap(&mut self.x, &mut self.target.x);

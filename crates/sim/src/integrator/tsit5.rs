@@ -5,7 +5,8 @@
 
 #![allow(clippy::excessive_precision)] // coefficients as published
 
-use super::{add_combination, Effort, Method, Point, Target};
+use super::rows::{set_sum, sum, wide, Block, Shape};
+use super::{Effort, Method, Point, Target};
 use crate::system::System;
 
 const STAGES: usize = 7;
@@ -46,32 +47,30 @@ const ERROR: [f64; STAGES] = [
 ];
 
 pub struct Tsit5 {
-    n: usize,
-    m: usize,
-    /// Slopes of states and quadratures, stage by stage.
-    k: [Vec<f64>; STAGES],
-    kappa: [Vec<f64>; STAGES],
-    argument: Vec<f64>,
-    /// Start of the last accepted step, its size and its slopes over states then quadratures.
-    start: Vec<f64>,
+    shape: Shape,
+    /// Slopes, stage by stage.
+    k: Vec<Block>,
+    start: Vec<Block>,
+    argument: Vec<Block>,
+    /// Size of the last attempt.
     step: f64,
-    slopes: [Vec<f64>; STAGES],
     effort: Effort,
 }
 
 impl Tsit5 {
     pub fn new(n: usize, m: usize) -> Self {
-        Tsit5 {
-            n,
-            m,
-            k: std::array::from_fn(|_| vec![0.0; n]),
-            kappa: std::array::from_fn(|_| vec![0.0; m]),
-            argument: vec![0.0; n],
-            start: vec![0.0; n + m],
-            step: 0.0,
-            slopes: std::array::from_fn(|_| vec![0.0; n + m]),
-            effort: Effort::default(),
-        }
+        let shape = Shape::new(n, m);
+        let (k, start, argument) = (shape.rows(STAGES), shape.rows(1), shape.rows(1));
+        Tsit5 { shape, k, start, argument, step: 0.0, effort: Effort::default() }
+    }
+
+    /// Slope `I`; the last one is at the new state.
+    #[inline(always)]
+    fn stage<const I: usize>(&mut self, system: &dyn System, t: f64, h: f64) {
+        let (done, k) = self.shape.split::<I>(&mut self.k);
+        set_sum(&mut self.argument, &self.start, h, A[I], done);
+        let (dx, dw) = self.shape.parts_mut(k);
+        system.derivative(t + NODES[I] * h, self.shape.parts(&self.argument).0, dx, dw);
     }
 }
 
@@ -81,43 +80,51 @@ impl Method for Tsit5 {
     }
 
     fn begin(&mut self, system: &dyn System, t: f64, x: &[f64]) {
-        system.derivative(t, x, &mut self.k[0], &mut self.kappa[0]);
+        let (_, first) = self.shape.split::<0>(&mut self.k);
+        let (dx, dw) = self.shape.parts_mut(first);
+        system.derivative(t, x, dx, dw);
         self.effort.derivatives += 1;
     }
 
     fn attempt(&mut self, system: &dyn System, t: f64, h: f64, from: Point, to: &mut Target) -> bool {
-        for i in 1..STAGES {
-            self.argument.copy_from_slice(from.x);
-            add_combination(&mut self.argument, h, A[i], &self.k);
-            system.derivative(t + NODES[i] * h, &self.argument, &mut self.k[i], &mut self.kappa[i]);
-        }
+        self.shape.set(&mut self.start, from.x, from.w);
+        wide(
+            #[inline(always)]
+            || {
+                self.stage::<1>(system, t, h);
+                self.stage::<2>(system, t, h);
+                self.stage::<3>(system, t, h);
+                self.stage::<4>(system, t, h);
+                self.stage::<5>(system, t, h);
+                self.stage::<6>(system, t, h);
+            },
+        );
         self.effort.derivatives += STAGES as u64 - 1;
-        to.x.copy_from_slice(&self.argument);
-        to.w.copy_from_slice(from.w);
-        add_combination(&mut to.w, h, A[STAGES - 1], &self.kappa);
-        to.error.fill(0.0);
-        add_combination(&mut to.error, h, &ERROR, &self.k);
         self.step = h;
+        let (x, w) = self.shape.parts(&self.argument);
+        to.x.copy_from_slice(x);
+        to.w.copy_from_slice(w);
+        let slopes = self.shape.all::<STAGES>(&self.k);
+        self.shape.write(&mut to.error, &mut [], |i| sum(&ERROR, &slopes, i).map(|error| h * error));
         true
     }
 
-    fn accept(&mut self, from: Point, _to: Point) {
-        self.start[..self.n].copy_from_slice(from.x);
-        self.start[self.n..].copy_from_slice(from.w);
-        for (i, slopes) in self.slopes.iter_mut().enumerate() {
-            slopes[..self.n].copy_from_slice(&self.k[i]);
-            slopes[self.n..].copy_from_slice(&self.kappa[i]);
-        }
-    }
-
     fn interpolate(&self, theta: f64, x: &mut [f64], w: &mut [f64]) {
-        let b = interpolant(theta);
-        let at = |i: usize| {
-            let sum: f64 = b.iter().zip(&self.slopes).map(|(b, slopes)| b * slopes[i]).sum();
-            self.start[i] + self.step * sum
-        };
-        (0..self.n).for_each(|i| x[i] = at(i));
-        (0..self.m).for_each(|i| w[i] = at(self.n + i));
+        let (b, slopes) = (interpolant(theta), self.shape.all::<STAGES>(&self.k));
+        wide(
+            #[inline(always)]
+            || {
+                self.shape.write(
+                    x,
+                    w,
+                    #[inline(always)]
+                    |i: usize| {
+                        let (sum, start) = (sum(&b, &slopes, i), &self.start[i]);
+                        std::array::from_fn(|lane| start[lane] + self.step * sum[lane])
+                    },
+                );
+            },
+        );
     }
 
     fn effort(&self) -> Effort {

@@ -128,7 +128,10 @@ impl<const N: usize> System for TangentSystem<'_, N> {
         }
     }
 
-    fn time_derivative(&self, _t: f64, _x: &[f64], dfdt: &mut [f64]) {
+    fn time_derivative(&self, _t: f64, _x: &[f64], dfdt: &mut [f64]) -> bool {
+        if self.driven.slope == [0.0; MAX_JOINTS] {
+            return false;
+        }
         let layout = self.layout();
         let Scratch { rate, .. } = &mut *self.scratch.borrow_mut();
         for group in self.groups {
@@ -138,6 +141,7 @@ impl<const N: usize> System for TangentSystem<'_, N> {
             }
             group.write(rate, dfdt);
         }
+        true
     }
 
     fn admissible(&self, x: &[f64]) -> bool {

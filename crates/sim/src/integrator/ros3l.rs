@@ -1,34 +1,37 @@
-//! ROS3P: linearly implicit method of order three in three stages, A-stable, for fixed steps.
+//! ROS3L: linearly implicit method of order three in three stages, L-stable, for fixed steps.
 //!                                                              theory: docs/theory/integration.md
-//!
-//! Coefficients: J. Lang, J. Verwer, ROS3P - an accurate third-order Rosenbrock solver designed for parabolic problems,
-//! BIT 41 (2001) 731-738, doi 10.1023/A:1021900219772.
 //!
 //! With W = I/(h gamma) - J:
 //!     W k_1 = f(t, x) + h d_1 f_t
-//!     W k_2 = f(t + h, x + a k_1) + C_21/h k_1 + h d_2 f_t
-//!     W k_3 = f(t + h, x + a k_1) + (C_31 k_1 + C_32 k_2)/h + h d_3 f_t
+//!     W k_2 = f(t + alpha h, x + 2 k_1) + C_21/h k_1 + h d_2 f_t
+//!     W k_3 = f(t + alpha h, x + 2 k_1) + (C_31 k_1 + C_32 k_2)/h + h d_3 f_t
 //! and x_new = x + sum_j m_j k_j. The last two stages share their right-hand side: a step costs two of them, a Jacobian and
-//! a factorisation.
+//! a factorisation. Of this family (A. Sandu et al., Benchmarking stiff ODE solvers for atmospheric chemistry problems II:
+//! Rosenbrock solvers, Atmos. Environ. 31 (1997) 3459-3472, doi 10.1016/S1352-2310(97)83212-8, whose ROS3 has
+//! alpha = gamma) the conditions of order three and L-stability leave alpha free, which is twice gamma: then a mass that
+//! constant friction would turn round within the step comes to a stand.
 
+use super::rows::wide;
 use super::{Effort, Linearisation, Method, Point, Target};
 use crate::system::System;
 use hydrocrane_num::Real;
 
 pub const STAGES: usize = 3;
-/// 1/2 + sqrt(3)/6
-pub const GAMMA: f64 = 0.788_675_134_594_812_9;
-const A: f64 = 1.267_949_192_431_122_8;
-const C21: f64 = -1.607_695_154_586_736;
-const C31: f64 = -3.464_101_615_137_754_4;
-const C32: f64 = -1.732_050_807_568_877_2;
-const D: [f64; STAGES] = [GAMMA, -0.211_324_865_405_187_1, -1.077_350_269_189_625_8];
-const WEIGHTS: [f64; STAGES] = [2.0, 0.577_350_269_189_625_8, 0.422_649_730_810_374_2];
+/// The root of gamma^3 - 3 gamma^2 + 3/2 gamma - 1/6 between 1/3 and 1/2.
+pub const GAMMA: f64 = 0.435_866_521_508_459;
+/// Where the last two stages are, as a share of the step.
+const NODE: f64 = 2.0 * GAMMA;
+const A: f64 = 2.0;
+const C21: f64 = 0.675_161_651_004_046_04;
+const C31: f64 = -5.852_283_092_120_213;
+const C32: f64 = -1.901_285_526_477_801_1;
+const D: [f64; STAGES] = [GAMMA, 0.564_133_478_491_541, -1.143_449_221_516_972_1];
+const WEIGHTS: [f64; STAGES] = [2.423_364_536_605_054_7, 0.920_178_917_478_537_4, 0.503_185_619_126_517_3];
 
 /// Equations x' = f(t, x), linearised where a step starts.
 pub trait Linearised<T> {
-    /// Writes f at the end of the step for the state `x`.
-    fn rate_at_end(&mut self, x: &[T], rate: &mut [T]);
+    /// Writes f at the time of the last two stages for the state `x`.
+    fn rate_ahead(&mut self, x: &[T], rate: &mut [T]);
     /// Replaces `r` by the solution of `(I/(h gamma) - J) k = r`.
     fn solve(&self, r: &mut [T]);
 }
@@ -56,7 +59,7 @@ pub fn stages<T: Real>(
     for (argument, (x, k)) in argument.iter_mut().zip(x.iter().zip(&*first)) {
         *argument = *x + *k * A;
     }
-    equations.rate_at_end(argument, second);
+    equations.rate_ahead(argument, second);
     third.copy_from_slice(second);
     for (second, first) in second.iter_mut().zip(&*first) {
         *second += inverse * *first * C21;
@@ -77,24 +80,27 @@ pub fn end<T: Real>(x: T, k: &[Vec<T>; STAGES], i: usize) -> T {
 }
 
 /// The method for a [`System`]; quadratures lie behind the states.
-pub struct Ros3p {
+pub struct Ros3l {
     /// Number of states.
     n: usize,
     linearisation: Linearisation,
+    /// df/dt, and whether any of it is not zero.
     time_derivative: Vec<f64>,
+    driven: bool,
     k: [Vec<f64>; STAGES],
     argument: Vec<f64>,
-    /// Start of the last accepted step, whose increments are kept until the next attempt.
+    /// Start of the last attempt.
     start: Vec<f64>,
     effort: Effort,
 }
 
-impl Ros3p {
+impl Ros3l {
     pub fn new(n: usize, m: usize) -> Self {
-        Ros3p {
+        Ros3l {
             n,
             linearisation: Linearisation::new(n, m).with_secants(),
             time_derivative: vec![0.0; n],
+            driven: false,
             k: std::array::from_fn(|_| vec![0.0; n + m]),
             argument: vec![0.0; n],
             start: vec![0.0; n + m],
@@ -113,9 +119,9 @@ struct Start<'a> {
 }
 
 impl Linearised<f64> for Start<'_> {
-    fn rate_at_end(&mut self, x: &[f64], rate: &mut [f64]) {
+    fn rate_ahead(&mut self, x: &[f64], rate: &mut [f64]) {
         let (dx, dw) = rate.split_at_mut(self.n);
-        self.system.derivative(self.t + self.h, x, dx, dw);
+        self.system.derivative(self.t + NODE * self.h, x, dx, dw);
     }
 
     /// A quadrature's row needs no solve: nothing depends on it.
@@ -127,7 +133,7 @@ impl Linearised<f64> for Start<'_> {
     }
 }
 
-impl Method for Ros3p {
+impl Method for Ros3l {
     fn order(&self) -> u32 {
         3
     }
@@ -138,7 +144,7 @@ impl Method for Ros3p {
 
     fn begin(&mut self, system: &dyn System, t: f64, x: &[f64]) {
         system.linearise(t, x, &mut self.linearisation);
-        system.time_derivative(t, x, &mut self.time_derivative);
+        self.driven = system.time_derivative(t, x, &mut self.time_derivative);
         self.effort.jacobians += 1;
     }
 
@@ -147,21 +153,22 @@ impl Method for Ros3p {
         if !self.linearisation.factor(1.0 / (h * GAMMA)) {
             return false;
         }
-        let Ros3p { n, linearisation, time_derivative, k, argument, .. } = self;
+        self.start[..self.n].copy_from_slice(from.x);
+        self.start[self.n..].copy_from_slice(from.w);
+        let Ros3l { n, linearisation, time_derivative, driven, k, argument, .. } = self;
         let (k_of_states, k_of_quadratures) = k[0].split_at_mut(*n);
         k_of_states.copy_from_slice(&linearisation.rate);
         k_of_quadratures.copy_from_slice(&linearisation.quadrature_rate);
         let mut start = Start { system, linearisation, n: *n, t, h };
-        stages(&mut start, h, from.x, Some(time_derivative), k, argument);
+        let drift = driven.then_some(time_derivative.as_slice());
+        wide(
+            #[inline(always)]
+            || stages(&mut start, h, from.x, drift, k, argument),
+        );
         self.effort.derivatives += 1;
         to.x.iter_mut().zip(from.x).enumerate().for_each(|(i, (to, from))| *to = end(*from, k, i));
         to.w.iter_mut().zip(from.w).enumerate().for_each(|(i, (to, from))| *to = end(*from, k, *n + i));
         true
-    }
-
-    fn accept(&mut self, from: Point, _to: Point) {
-        self.start[..self.n].copy_from_slice(from.x);
-        self.start[self.n..].copy_from_slice(from.w);
     }
 
     fn interpolate(&self, theta: f64, x: &mut [f64], w: &mut [f64]) {
@@ -180,9 +187,10 @@ impl Method for Ros3p {
 /// itself at the end. No slope at the end of the step enters, so that stiff states stay as damped as in the stages.
 fn interpolant(theta: f64) -> [f64; STAGES] {
     // sum b = theta,   sum b_i (alpha_i + gamma_i) = theta^2/2,   sum b_i alpha_i^2 = theta^3/3
-    let third = (GAMMA * theta - 0.5 * theta * theta) / (GAMMA - 1.0 - D[2]);
-    let outer = theta.powi(3) / 3.0;
-    let b = [theta - outer, outer - third, third];
+    let ahead = theta.powi(3) / (3.0 * NODE * NODE);
+    let first = theta - ahead;
+    let third = (0.5 * theta * theta - GAMMA * first - (NODE + D[1]) * ahead) / (D[2] - D[1]);
+    let b = [first, ahead - third, third];
     // b times the inverse of the matrix gamma, which is I/gamma - C.
     [b[0] / GAMMA - C21 * b[1] - C31 * b[2], b[1] / GAMMA - C32 * b[2], b[2] / GAMMA]
 }
@@ -227,7 +235,46 @@ mod tests {
         let whole = interpolant(1.0);
         assert!((0..3).all(|i| (whole[i] - WEIGHTS[i]).abs() < 1e-14), "{whole:?}");
         // Nodes and time weights are the row sums.
-        assert!((0..3).all(|i| (a[i] - [0.0, 1.0, 1.0][i]).abs() < 1e-14));
+        assert!((0..3).all(|i| (a[i] - [0.0, NODE, NODE][i]).abs() < 1e-14));
         assert!((0..3).all(|i| (sums(gamma)[i] - D[i]).abs() < 1e-14), "{:?}", sums(gamma));
+    }
+
+    /// One step of size 1 of x' = f(x) with the slope `j`, from 1.
+    fn step(j: f64, f: fn(f64) -> f64) -> f64 {
+        struct Scalar(f64, fn(f64) -> f64);
+        impl Linearised<f64> for Scalar {
+            fn rate_ahead(&mut self, x: &[f64], rate: &mut [f64]) {
+                rate[0] = self.0.abs() * self.1(x[0]);
+            }
+            fn solve(&self, r: &mut [f64]) {
+                r[0] /= 1.0 / GAMMA - self.0;
+            }
+        }
+        let mut k = [vec![j.abs() * f(1.0)], vec![0.0], vec![0.0]];
+        stages(&mut Scalar(j, f), 1.0, &[1.0], None, &mut k, &mut [0.0]);
+        end(1.0, &k, 0)
+    }
+
+    #[test]
+    fn it_is_l_stable() {
+        // On the imaginary axis |R| <= 1 where gamma^3 - 3 gamma^2 + 3/2 gamma - 1/6 = 0 lies between these bounds
+        // (Hairer, Wanner: Solving Ordinary Differential Equations II, table IV.6.4).
+        assert!(GAMMA.powi(3) - 3.0 * GAMMA * GAMMA + 1.5 * GAMMA - 1.0 / 6.0 < 1e-15);
+        assert!((0.223_647_8..0.572_816_06).contains(&GAMMA));
+        for (fast, left) in [(1e1, 0.2), (1e2, 0.05), (1e4, 1e-3), (1e8, 1e-7)] {
+            let end = step(-fast, |x| -x);
+            assert!(end.abs() < left, "{fast}: {end}");
+        }
+    }
+
+    #[test]
+    fn friction_by_its_secant_brings_a_mass_to_a_stand() {
+        for strong in [1e2, 1e4, 1e6] {
+            let end = step(-strong, |x| -x.signum());
+            assert!(end.abs() < 4.0 / strong, "{strong}: {end}");
+        }
+        for strong in [0.1, 0.5, 1.0, 2.0, 3.0, 10.0] {
+            assert!(step(-strong, |x| -x.signum()).abs() < 1.0);
+        }
     }
 }

@@ -1,0 +1,131 @@
+//! States with their quadratures in whole blocks of numbers, and sums of them in one pass.
+
+#[cfg(target_arch = "x86_64")]
+use hydrocrane_num::{register::Register, register_x86::Avx2};
+
+/// Numbers that sums take at once.
+const LANES: usize = 4;
+
+/// A row is made of these: the states, then the quadratures, either filled up with zeros.
+pub type Block = [f64; LANES];
+
+/// What a row holds.
+#[derive(Debug, Clone, Copy)]
+pub struct Shape {
+    states: usize,
+    quadratures: usize,
+}
+
+impl Shape {
+    pub fn new(states: usize, quadratures: usize) -> Self {
+        Shape { states, quadratures }
+    }
+
+    /// `count` rows of zeros, one behind the other.
+    pub fn rows(&self, count: usize) -> Vec<Block> {
+        vec![[0.0; LANES]; count * self.blocks()]
+    }
+
+    /// Blocks of the states.
+    fn first(&self) -> usize {
+        self.states.div_ceil(LANES)
+    }
+
+    /// Blocks of a row.
+    fn blocks(&self) -> usize {
+        self.first() + self.quadratures.div_ceil(LANES)
+    }
+
+    /// States and quadratures of a row.
+    #[inline(always)]
+    pub fn parts<'a>(&self, row: &'a [Block]) -> (&'a [f64], &'a [f64]) {
+        let (states, quadratures) = row.split_at(self.first());
+        (&states.as_flattened()[..self.states], &quadratures.as_flattened()[..self.quadratures])
+    }
+
+    #[inline(always)]
+    pub fn parts_mut<'a>(&self, row: &'a mut [Block]) -> (&'a mut [f64], &'a mut [f64]) {
+        let (states, quadratures) = row.split_at_mut(self.first());
+        (&mut states.as_flattened_mut()[..self.states], &mut quadratures.as_flattened_mut()[..self.quadratures])
+    }
+
+    #[inline(always)]
+    pub fn set(&self, row: &mut [Block], states: &[f64], quadratures: &[f64]) {
+        let (x, w) = self.parts_mut(row);
+        x.copy_from_slice(states);
+        w.copy_from_slice(quadratures);
+    }
+
+    /// The first `J` of `rows`, and the one behind them.
+    #[inline(always)]
+    pub fn split<'a, const J: usize>(&self, rows: &'a mut [Block]) -> ([&'a [Block]; J], &'a mut [Block]) {
+        let blocks = self.blocks();
+        let (done, rest) = rows.split_at_mut(J * blocks);
+        let done: &[Block] = done;
+        (std::array::from_fn(|j| &done[j * blocks..][..blocks]), &mut rest[..blocks])
+    }
+
+    /// All of `J` rows.
+    #[inline(always)]
+    pub fn all<'a, const J: usize>(&self, rows: &'a [Block]) -> [&'a [Block]; J] {
+        let blocks = self.blocks();
+        std::array::from_fn(|j| &rows[j * blocks..][..blocks])
+    }
+
+    /// Writes the row whose blocks are `of` their numbers to where its states and quadratures are wanted.
+    #[inline(always)]
+    pub fn write(&self, x: &mut [f64], w: &mut [f64], of: impl Fn(usize) -> Block) {
+        for (out, first) in [(x, 0), (w, self.first())] {
+            for (i, out) in out.chunks_mut(LANES).enumerate() {
+                let block = of(first + i);
+                out.iter_mut().zip(block).for_each(|(out, number)| *out = number);
+            }
+        }
+    }
+}
+
+/// The sum of block `i` of `rows` with `weights`.
+#[inline(always)]
+pub fn sum<const J: usize>(weights: &[f64], rows: &[&[Block]; J], i: usize) -> Block {
+    let mut sum = [0.0; LANES];
+    for j in 0..J {
+        let term = &rows[j][i];
+        for lane in 0..LANES {
+            sum[lane] += weights[j] * term[lane];
+        }
+    }
+    sum
+}
+
+/// row = base + scale sum_j weight_j row_j
+#[inline(always)]
+pub fn set_sum<const J: usize>(row: &mut [Block], base: &[Block], scale: f64, weights: &[f64], rows: [&[Block]; J]) {
+    for (i, (out, base)) in row.iter_mut().zip(base).enumerate() {
+        let sum = sum(weights, &rows, i);
+        for lane in 0..LANES {
+            out[lane] = base[lane] + scale * sum[lane];
+        }
+    }
+}
+
+/// row += scale sum_j weight_j row_j
+#[inline(always)]
+pub fn add_sum<const J: usize>(row: &mut [Block], scale: f64, weights: &[f64], rows: [&[Block]; J]) {
+    for (i, out) in row.iter_mut().enumerate() {
+        let sum = sum(weights, &rows, i);
+        for lane in 0..LANES {
+            out[lane] += scale * sum[lane];
+        }
+    }
+}
+
+/// Runs `f`, which is to be inlined, with a register for each block where the processor has such. The bits are the same
+/// either way.
+#[inline(always)]
+pub fn wide<O>(mut f: impl FnMut() -> O) -> O {
+    #[cfg(target_arch = "x86_64")]
+    if Avx2::is_available() {
+        return Avx2::run(f);
+    }
+    f()
+}
