@@ -68,14 +68,14 @@ export const dark = (): boolean => {
 
 export const palette = (): Palette => (dark() ? DARK : LIGHT);
 
-/** Stops of a scale that grows in lightness for every eye (cividis): low to high. */
+/** Stops of a scale that grows in lightness for every eye (viridis): low to high. */
 const SCALE: [number, number, number][] = [
-  [0, 46, 108],
-  [66, 78, 107],
-  [112, 113, 115],
-  [158, 150, 118],
-  [210, 190, 98],
-  [254, 231, 60],
+  [68, 1, 84],
+  [65, 68, 135],
+  [42, 120, 142],
+  [34, 168, 132],
+  [122, 209, 81],
+  [253, 231, 37],
 ];
 
 /** Colour of a share from 0 to 1, for example a pressure of the supply's. */

@@ -5,11 +5,13 @@ import { palette, scaleColour, type Palette } from "./palette";
 import { View } from "./view";
 
 /** Length of the velocity arrows: metres per metre per second. */
-const ARROW = 1.2;
+const ARROW = 2.5;
 /** Points of the trail. */
 const TRAIL = 1500;
 /** Width of links, m. */
 const BEAM = 0.13;
+/** Room around the foot of the crane and below what it reaches, m. */
+const ROOM = 0.5;
 /** Share of the stroke at which a piston counts as at its end. */
 const NEAR = 0.01;
 
@@ -41,7 +43,7 @@ export class Picture {
       this.reach.closePath();
     }
     if (!keep) this.trail = [];
-    if (other) this.view.frame([...description.workspace.flat(), [0, -0.6], [-0.6, 0]]);
+    if (other) this.view.frame(worthSeeing(description));
   }
 
   follow(tip: Point): void {
@@ -294,6 +296,19 @@ export class Picture {
     c.fillText(text, x, z);
     c.restore();
   }
+}
+
+/** What the tip can reach outside of keep-out regions, and the foot of the crane. */
+function worthSeeing(description: Description): Point[] {
+  const boxes = description["keep-out"].map(({ corners }) => {
+    const [xs, zs] = [corners.map((p) => p[0]), corners.map((p) => p[1])];
+    return { x: [Math.min(...xs), Math.max(...xs)], z: [Math.min(...zs), Math.max(...zs)] } as const;
+  });
+  const inside = ([x, z]: Point): boolean =>
+    boxes.some((box) => x > box.x[0]! && x < box.x[1]! && z > box.z[0]! && z < box.z[1]!);
+  const free = description.workspace.flat().filter((point) => !inside(point));
+  const depth = Math.min(...free.map((point) => point[1])) - ROOM;
+  return [...free, [-ROOM, 0], [0, depth]];
 }
 
 function polygon(corners: Point[]): Path2D {

@@ -51,6 +51,23 @@ export class Sticks {
     this.touched = names.map(() => 0);
     this.room.replaceChildren();
     this.knobs = tip ? [this.addPad()] : names.map((_, i) => this.addLever(i));
+    this.room.append(this.help(tip));
+  }
+
+  private help(tip: boolean): HTMLElement {
+    const lines = [
+      tip ? "Drag the stick: the tip goes where it points." : "Drag the levers: up moves a piston out.",
+      `Keys: ${tip ? "the arrows" : "Q W E up, A S D down"}; with Shift a third as fast.`,
+      "Let go, and the valves close. 1 tip, 2 lever, P pause, 0 reset.",
+    ];
+    const help = document.createElement("div");
+    help.className = "help";
+    lines.forEach((line) => {
+      const row = document.createElement("p");
+      row.textContent = line;
+      help.append(row);
+    });
+    return help;
   }
 
   letGo(): void {
