@@ -95,7 +95,7 @@ export class Charts {
         scales: { x: { time: false } },
         axes: [
           { ...axis, size: 24, values: (_, ticks) => ticks.map((t) => `${Math.round(t * 100) / 100} s`) },
-          { ...axis, size: 46 },
+          { ...axis, size: 46, space: 18 },
         ],
         series: [
           { label: "t", value: (_, t) => (t == null ? "" : `${t.toFixed(2)} s`) },
@@ -133,7 +133,7 @@ export class Charts {
   }
 
   private size(chart: Chart): { width: number; height: number } {
-    const legend = 26;
+    const legend = 38;
     return { width: Math.max(chart.room.clientWidth, 120), height: Math.max(chart.room.clientHeight - legend, 80) };
   }
 

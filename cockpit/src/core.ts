@@ -1,6 +1,6 @@
 /** The compiled core: numbers and texts in and out of its memory. */
 
-import type { Description, Ended, Occurrence, Problem, Request } from "./messages";
+import type { Description, News, Problem, Request } from "./messages";
 
 interface Exports extends WebAssembly.Exports {
   memory: WebAssembly.Memory;
@@ -59,7 +59,7 @@ export class Core {
     return new Float64Array(this.wasm.memory.buffer, this.wasm.frame_at(), length).slice();
   }
 
-  events(): { events: Occurrence[]; ended: Ended | null } {
+  events(): News {
     this.wasm.events();
     return this.json();
   }

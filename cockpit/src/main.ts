@@ -4,6 +4,7 @@ import "./style.css";
 import { Charts } from "./charts";
 import { button, download, make } from "./elements";
 import { History } from "./history";
+import { linkOf, scenarioOf } from "./link";
 import type { Description, Ended, FromWorker, Occurrence, Pace, Request, ToWorker } from "./messages";
 import { palette, scaleColour } from "./palette";
 import { Panel } from "./panel";
@@ -33,10 +34,10 @@ class CockpitPage {
   private readonly panel: Panel;
   private description: Description | null = null;
   private request: Request = USUAL;
-  private asked: Request = USUAL;
   private row: Float64Array | null = null;
   private speed = 1;
   private paused = false;
+  private replaying = false;
   private drawnCharts = 0;
   private sinceTrail = 0;
   private sentSticks = "";
@@ -47,7 +48,9 @@ class CockpitPage {
       change: (changes) => this.change(changes),
       open: (request) => this.open({ ...COMFORT, controller: this.request.controller ?? "tip", ...request }),
       carry: (mass) => this.send({ do: "carry", mass }),
-      save: () => this.send({ do: "save" }),
+      save: () => this.send({ do: "save", share: false }),
+      share: () => this.send({ do: "save", share: true }),
+      replay: (scenario) => this.open({ scenario }),
       data: () => download("drive.csv", this.history.csv(), "text/csv"),
     });
     this.worker.onmessage = (event: MessageEvent<FromWorker>) => this.hear(event.data);
@@ -71,14 +74,12 @@ class CockpitPage {
   }
 
   private open(request: Request): void {
-    this.asked = { ...request, "keep-state": false };
-    this.send({ do: "open", request: this.asked });
+    this.send({ do: "open", request: { ...request, "keep-state": false } });
   }
 
   /** Other settings for the crane as it moves. */
   private change(changes: Partial<Request>): void {
-    this.asked = { ...this.request, ...changes, "keep-state": true };
-    this.send({ do: "open", request: this.asked });
+    this.send({ do: "open", request: { ...this.request, ...changes, "keep-state": true } });
   }
 
   private reset(): void {
@@ -99,14 +100,18 @@ class CockpitPage {
       case "opened":
         return this.begin(message.description, message.fresh);
       case "rows":
+        this.replaying = message.replaying;
         return this.take(message.latest, message.history, message.width, message.pace);
       case "refused":
-        this.panel.show(this.description!, this.request);
-        return this.notice(message.problem.message, "error", 0);
+        this.notice(message.problem.message, "error", 0);
+        // Where the very first wish fails, the usual crane takes its place.
+        if (this.description) this.panel.show(this.description, this.request);
+        else this.open(USUAL);
+        return;
       case "happened":
         return this.happened(message.events, message.ended);
       case "saved":
-        return this.saved(message.text);
+        return message.share ? void this.shared(message.text) : this.saved(message.text);
       case "broken":
         return this.notice(`The simulation has stopped: ${message.message}. Reload the page to begin anew.`, "error", 0);
       case "ready":
@@ -115,10 +120,13 @@ class CockpitPage {
   }
 
   private begin(description: Description, fresh: boolean): void {
+    const hadOne = this.description !== null;
     const axes = this.description?.axes.join();
     this.description = description;
-    this.request = this.asked;
-    part("notices").replaceChildren();
+    const { scenario: _, ...request } = description.request;
+    this.request = request;
+    if (hadOne) part("notices").replaceChildren();
+    this.warnOfVersion(description);
     this.history.begin(description.signals, !fresh);
     this.picture.show(description, !fresh);
     if (axes !== description.axes.join()) this.sticks.show(description.axes);
@@ -130,6 +138,13 @@ class CockpitPage {
     });
     part("machine-name").textContent = description.machine.name;
     document.title = `${description.machine.name} · hydrocrane cockpit`;
+  }
+
+  private warnOfVersion(description: Description): void {
+    const from = description["recorded-by"];
+    if (from && from !== description.version) {
+      this.notice(`Recorded with version ${from}, replayed with ${description.version}: the drive may differ.`, "info", 0);
+    }
   }
 
   private take(latest: Float64Array, history: Float64Array, width: number, pace: Pace): void {
@@ -146,7 +161,9 @@ class CockpitPage {
 
   private showPace(pace: Pace): void {
     const slow = !this.paused && pace.factor < 0.95 * this.speed && (this.row?.[0] ?? 0) > 2;
-    const text = this.paused ? "paused" : `${pace.factor.toFixed(2)} × real time`;
+    const until = this.description?.["replay-until"]?.toFixed(1);
+    const doing = this.replaying ? `replay until ${until} s, any stick takes over · ` : "";
+    const text = doing + (this.paused ? "paused" : `${pace.factor.toFixed(2)} × real time`);
     const lost = pace.lost >= 0.1 ? ` · ${pace.lost.toFixed(1)} s given up` : "";
     const badge = part("pace");
     badge.textContent = text + lost;
@@ -161,11 +178,23 @@ class CockpitPage {
 
   private saved(text: string): void {
     download("drive.toml", text, "application/toml");
-    const own = this.request.text === undefined ? "" : ` Keep it beside ${this.request.machine}.`;
+    const own = this.request.text ? ` Keep it beside ${this.request.machine}.` : "";
     this.notice(`Saved. \`hydrocrane simulate drive.toml\` repeats the drive.${own}`, "info", 8000);
   }
 
-  private notice(text: string, kind: "info" | "error", life: number): void {
+  private async shared(text: string): Promise<void> {
+    if (this.request.text) return this.notice("A link cannot carry a machine file: save the scenario and send both.", "error", 0);
+    const address = await linkOf(text);
+    if (!address) return this.notice("The drive is too long for a link: save the scenario and send the file.", "error", 0);
+    const copied = await navigator.clipboard?.writeText(address).then(
+      () => true,
+      () => false,
+    );
+    history.replaceState(null, "", address);
+    this.notice(`${copied ? "Copied" : "In the address bar"}: an address that replays the drive.`, "info", 8000);
+  }
+
+  notice(text: string, kind: "info" | "error", life: number): void {
     const room = part("notices");
     const box = make("div", { className: `notice ${kind}` }, make("pre", {}, text));
     box.append(button("×", "Close this message", () => box.remove()));
@@ -298,6 +327,8 @@ class CockpitPage {
 
 /** What the address asks for: `?machine=NAME`, or `?chosen` for what `hydrocrane live` lays beside the page. */
 async function firstRequest(): Promise<Request> {
+  const scenario = await scenarioOf(location.hash);
+  if (scenario !== null) return { scenario };
   const asked = new URLSearchParams(location.search);
   if (asked.has("chosen")) {
     const answer = await fetch("chosen.json");
@@ -307,4 +338,7 @@ async function firstRequest(): Promise<Request> {
   return machine ? { ...USUAL, machine } : USUAL;
 }
 
-void firstRequest().then((request) => new CockpitPage(request));
+void firstRequest().then(
+  (request) => new CockpitPage(request),
+  (error: Error) => new CockpitPage(USUAL).notice(error.message, "error", 0),
+);

@@ -54,6 +54,12 @@ export interface Description {
   gains: Gain[];
   sensors: boolean;
   continued: number | null;
+  /** When a replay ends, s. */
+  "replay-until": number | null;
+  /** Version of the cockpit that recorded what is replayed. */
+  "recorded-by": string | null;
+  /** What the drive was made of, whole. */
+  request: Request;
   joints: Joint[];
   cylinders: Cylinder[];
   signals: Signal[];
@@ -65,8 +71,8 @@ export interface Description {
 
 /** What makes a drive, as the core takes it. */
 export interface Request {
-  machine: string;
-  text?: string;
+  machine?: string;
+  text?: string | null;
   overrides?: Record<string, number | string | boolean>;
   friction?: number;
   joints?: Record<string, number>;
@@ -78,6 +84,8 @@ export interface Request {
   "dead-zone"?: number;
   ramp?: number;
   delay?: number;
+  /** A scenario to be replayed; it stands for everything else. */
+  scenario?: string;
   "keep-state"?: boolean;
 }
 
@@ -91,6 +99,13 @@ export interface Occurrence {
   text: string;
 }
 
+/** What has happened since it was last asked for. */
+export interface News {
+  events: Occurrence[];
+  ended: Ended | null;
+  replaying: boolean;
+}
+
 export interface Ended {
   kind: string;
   time: number;
@@ -102,7 +117,8 @@ export type ToWorker =
   | { do: "steer"; axes: number[] }
   | { do: "carry"; mass: number }
   | { do: "pace"; speed: number; paused: boolean }
-  | { do: "save" };
+  /** `share`: for a link, not a file. */
+  | { do: "save"; share: boolean };
 
 /** How the simulation keeps up with the clock on the wall. */
 export interface Pace {
@@ -118,7 +134,7 @@ export type FromWorker =
   | { tell: "ready" }
   | { tell: "opened"; description: Description; fresh: boolean }
   | { tell: "refused"; problem: Problem }
-  | { tell: "rows"; latest: Float64Array; history: Float64Array; width: number; pace: Pace }
+  | { tell: "rows"; latest: Float64Array; history: Float64Array; width: number; pace: Pace; replaying: boolean }
   | { tell: "happened"; events: Occurrence[]; ended: Ended | null }
-  | { tell: "saved"; text: string }
+  | { tell: "saved"; text: string; share: boolean }
   | { tell: "broken"; message: string };

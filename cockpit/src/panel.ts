@@ -11,6 +11,8 @@ export interface Actions {
   open: (request: Request) => void;
   carry: (mass: number) => void;
   save: () => void;
+  share: () => void;
+  replay: (scenario: string) => void;
   data: () => void;
 }
 
@@ -43,16 +45,12 @@ export class Panel {
 
   private machine(description: Description, request: Request): HTMLElement {
     const bundled = description.machines.map(({ name }): [string, string] => [name, name]);
-    const own: [string, string][] = request.text === undefined ? [] : [[request.machine, request.machine]];
-    const file = make("input", { type: "file", accept: ".toml", id: "machine-file", hidden: true });
-    file.addEventListener("change", () => {
-      const chosen = file.files?.[0];
-      file.value = "";
-      if (chosen) void chosen.text().then((text) => this.act.open({ machine: chosen.name, text }));
-    });
+    const name = description.machine.source;
+    const own: [string, string][] = request.text ? [[name, name]] : [];
+    const file = fileInput("machine-file", (name, text) => this.act.open({ machine: name, text }));
     return section(
       "Machine",
-      choice("Crane", [...own, ...bundled], request.machine, (machine) => this.act.open({ machine })),
+      choice("Crane", [...own, ...bundled], name, (machine) => this.act.open({ machine })),
       make("p", { className: "hint" }, description.machine.title),
       button("Open a machine file …", "Open a machine file from this computer", () => file.click()),
       file,
@@ -147,16 +145,35 @@ export class Panel {
   }
 
   private files(): HTMLElement {
+    const file = fileInput("drive-file", (_, text) => this.act.replay(text));
     return section(
       "Keep this drive",
+      file,
       make(
         "div",
         { className: "row" },
         button("Scenario", "Save what you did since the last reset as a scenario for hydrocrane simulate", this.act.save),
         button("Data", "Save the last two minutes as CSV", this.act.data),
       ),
+      make(
+        "div",
+        { className: "row" },
+        button("Link", "Copy an address that opens this page and replays the drive", this.act.share),
+        button("Replay …", "Replay a saved drive, or another scenario with a joystick", () => file.click()),
+      ),
     );
   }
+}
+
+/** A hidden input that hands on the name and text of the file that somebody chooses. */
+function fileInput(id: string, act: (name: string, text: string) => void): HTMLInputElement {
+  const file = make("input", { type: "file", accept: ".toml", id, hidden: true });
+  file.addEventListener("change", () => {
+    const chosen = file.files?.[0];
+    file.value = "";
+    if (chosen) void chosen.text().then((text) => act(chosen.name, text));
+  });
+  return file;
 }
 
 function section(title: string, ...children: (Node | string)[]): HTMLElement {

@@ -67,7 +67,7 @@ class Clockwork {
       case "save": {
         const answer = this.core.save();
         if ("error" in answer) return post({ tell: "refused", problem: answer.error });
-        return post({ tell: "saved", text: answer.saved });
+        return post({ tell: "saved", text: answer.saved, share: message.share });
       }
     }
   }
@@ -112,8 +112,9 @@ class Clockwork {
 
   private end(): void {
     this.paused = true;
+    const { events, ended } = this.core.events();
     this.report(performance.now());
-    post({ tell: "happened", ...this.core.events() });
+    post({ tell: "happened", events, ended });
   }
 
   private report(now: number): void {
@@ -125,8 +126,8 @@ class Clockwork {
     this.rows = [];
     const { factor, load } = this.measurePace(now);
     const pace = { factor, load, lost: this.lost };
-    post({ tell: "rows", latest, history, width, pace }, [latest.buffer, history.buffer]);
-    const { events, ended } = this.core.events();
+    const { events, ended, replaying } = this.core.events();
+    post({ tell: "rows", latest, history, width, pace, replaying }, [latest.buffer, history.buffer]);
     if (events.length) post({ tell: "happened", events, ended });
   }
 

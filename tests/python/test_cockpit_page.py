@@ -15,6 +15,19 @@ import hydrocrane as hc
 from hydrocrane.errors import InputError
 
 STARTS = 20_000
+DRIVE = """
+[scenario]
+name = "up"
+machine = "rottne-f9-lab"
+duration = "30 s"
+[initial.joint]
+boom = "100 deg"
+jib = "100 deg"
+[joystick]
+time = ["0.1 s"]
+z = [1]
+full-speed = "0.1 m/s"
+"""
 # What a gamepad is to a page: first stick half to the right, second axis up (negative).
 GAMEPAD = """
 window.pad = { id: "emulated", index: 0, connected: true, axes: [0, 0, 0, 0], buttons: [], mapping: "standard" };
@@ -52,6 +65,7 @@ class Page:
     """One tab with a cockpit."""
 
     def __init__(self, browser, address, script=""):
+        self.browser = browser
         self.context = browser.new_context(viewport={"width": 1400, "height": 850})
         self.tab = self.context.new_page()
         self.complaints: list[str] = []
@@ -218,6 +232,47 @@ def test_a_recorded_drive_is_repeated_by_the_native_core(cockpit, tmp_path):
         recorded = run.data[name].values[1:]
         assert np.abs(driven[name][rows[1:]] - recorded).max() < 1e-9
         assert np.ptp(recorded) > 0.05
+
+
+def test_a_drive_is_shared_as_a_link_and_replayed(cockpit, address):
+    cockpit.button("Reset").click()
+    cockpit.tab.keyboard.down("ArrowUp")
+    cockpit.wait(1)
+    cockpit.tab.keyboard.up("ArrowUp")
+    cockpit.comes_to_rest()
+    reached = cockpit.tip
+    cockpit.button("Link").click()
+    cockpit.until(lambda: "#drive=" in cockpit.tab.url)
+    with Page(cockpit.browser, cockpit.tab.url) as other:
+        assert "replay" in other.tab.locator("#pace").inner_text()
+        other.until(lambda: "replay" not in other.tab.locator("#pace").inner_text())
+        other.comes_to_rest()
+        assert np.abs(other.tip - reached).max() < 0.0015, "to the digits shown"
+        assert not other.complaints
+
+
+def test_a_saved_drive_is_replayed_until_a_stick_is_moved(cockpit, tmp_path):
+    path = tmp_path / "drive.toml"
+    path.write_text(DRIVE, encoding="utf-8")
+    cockpit.tab.locator("#drive-file").set_input_files(path)
+    cockpit.until(lambda: "replay until 30.0 s" in cockpit.tab.locator("#pace").inner_text())
+    start = cockpit.tip
+    cockpit.wait(1.5)
+    assert cockpit.tip[1] > start[1] + 0.05
+    cockpit.tab.keyboard.down("ArrowDown")
+    cockpit.until(lambda: "replay" not in cockpit.tab.locator("#pace").inner_text())
+    cockpit.tab.keyboard.up("ArrowDown")
+    cockpit.comes_to_rest()
+
+
+@pytest.mark.parametrize("nonsense", ["AAAA", "%%%", "eJw", "S8zLAQA"])
+def test_nonsense_in_a_link_is_one_clear_message(browser, address, nonsense):
+    with Page(browser, f"{address.split('?')[0]}#drive={nonsense}") as page:
+        page.tab.locator(".notice.error").wait_for(timeout=STARTS)
+        assert len(page.notices()) < 400 and "undefined" not in page.notices()
+        page.wait(0.3)
+        assert page.shown("time")[0] > 0, "the usual crane stands in"
+        assert not page.complaints
 
 
 def table(text):

@@ -28,12 +28,15 @@ pub struct Live {
     deflections: Vec<f64>,
     set_point: Option<[f64; 2]>,
     sampled_until: f64,
+    /// Sticks and loads are those of the plan; nobody drives.
+    replaying: bool,
     ended: Option<Outcome>,
 }
 
 impl Live {
     /// Begins at rest at time zero in state `x0`; the error says why that is impossible. The sticks of `plan` tell their
-    /// kind, dead zone and ramp.
+    /// kind, dead zone and ramp. If they move there, the drive is a replay, with the loads of `options`, until somebody
+    /// [takes over](Self::take_over).
     pub fn new(
         model: Arc<dyn Model>,
         controller: Box<dyn Controller>,
@@ -51,7 +54,8 @@ impl Live {
         Ok(Live {
             closed,
             controller,
-            loads: Loads::default(),
+            loads: Loads::new(&options.payload_changes),
+            replaying: !plan.sticks.times.is_empty(),
             payload: options.payload,
             wanted_payload: options.payload,
             deflections: vec![0.0; plan.sticks.axes],
@@ -70,6 +74,20 @@ impl Live {
             let wanted = deflections.get(axis).copied().unwrap_or(0.0);
             *held = if wanted.is_nan() { 0.0 } else { wanted.clamp(-1.0, 1.0) };
         }
+    }
+
+    /// Ends a replay: from the next sample on the sticks are those of [`Self::steer`].
+    pub fn take_over(&mut self) {
+        if self.replaying {
+            self.replaying = false;
+            self.closed.hand.forget_after(self.sampled_until);
+            self.loads.forget();
+            self.wanted_payload = self.payload;
+        }
+    }
+
+    pub fn replaying(&self) -> bool {
+        self.replaying
     }
 
     /// From the next sample on the tip carries `mass` (kg); a mass that none can be changes nothing.
@@ -107,12 +125,15 @@ impl Live {
     /// Notes at a sample what the operator does from there on.
     fn write_down(&mut self, driven: &mut Driven) {
         let Some(now) = self.closed.sample_due(self.controller.period()) else { return };
+        self.sampled_until = now;
+        if self.replaying {
+            return;
+        }
         self.closed.hand.hold(now, &self.deflections);
         // The payload at the start is that of the pressures at the start, so that a change waits for the second sample.
         if self.wanted_payload != driven.payload && now > 0.0 {
             driven.loads.add(PayloadChange { time: now, mass: self.wanted_payload });
         }
-        self.sampled_until = now;
     }
 
     /// Time of the last sample, s: until then the drive is written down.

@@ -57,6 +57,11 @@ impl Loads {
         self.changes.push(change);
     }
 
+    /// Forgets the changes to come.
+    pub fn forget(&mut self) {
+        self.changes.truncate(self.next);
+    }
+
     /// When the payload changes next.
     pub fn next_time(&self) -> Option<f64> {
         self.changes.get(self.next).map(|change| change.time)

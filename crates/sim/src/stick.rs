@@ -70,6 +70,13 @@ impl Hand {
         &self.sticks
     }
 
+    /// Forgets what the operator would have done after time `t`.
+    pub fn forget_after(&mut self, t: f64) {
+        let kept = self.sticks.times.partition_point(|&time| time <= t);
+        self.sticks.times.truncate(kept);
+        self.sticks.deflections.truncate(kept * self.sticks.axes);
+    }
+
     /// From time `t` on the operator holds `deflections`. Times must grow.
     pub fn hold(&mut self, t: f64, deflections: &[f64]) {
         let axes = self.sticks.axes;

@@ -3,6 +3,7 @@
 use crate::description;
 use crate::frame::Frame;
 use crate::problem::Problem;
+use crate::replay::{self, Replay};
 use crate::request::Request;
 use crate::saved;
 use hydrocrane_machine::OverrideValue;
@@ -34,6 +35,8 @@ pub struct Drive {
     pub pose: Vec<f64>,
     /// Where it went on from another drive, the time shown when it began, s; else it began at rest in its start pose.
     pub continued: Option<f64>,
+    /// When a replay ends, s.
+    pub replay_until: Option<f64>,
     ticks: u64,
     loads_told: usize,
 }
@@ -50,7 +53,10 @@ impl Cockpit {
     /// After an error the drive at hand goes on.
     pub fn open(&mut self, request: &str) -> Result<Value, Problem> {
         let request = Request::read(request)?;
-        let drive = begin(request, self.drive.as_ref())?;
+        let drive = match request.scenario.as_deref().map(replay::of).transpose()? {
+            Some((request, again)) => begin(request, None, Some(&again))?,
+            None => begin(request, self.drive.as_ref(), None)?,
+        };
         let described = description::of(&drive);
         self.frame.measure(&drive);
         self.drive = Some(drive);
@@ -60,6 +66,10 @@ impl Cockpit {
     /// Deflections from -1 to 1: x and z of the tip, or one per cylinder.
     pub fn steer(&mut self, deflections: &[f64]) {
         if let Some(drive) = &mut self.drive {
+            // Whoever moves a stick drives.
+            if deflections.iter().any(|deflection| *deflection != 0.0) {
+                drive.live.take_over();
+            }
             drive.live.steer(deflections);
         }
     }
@@ -67,6 +77,7 @@ impl Cockpit {
     /// Takes up a load or lets one go: the payload from the next sample on, kg.
     pub fn carry(&mut self, mass: f64) {
         if let Some(drive) = &mut self.drive {
+            drive.live.take_over();
             drive.live.carry(mass);
         }
     }
@@ -75,7 +86,11 @@ impl Cockpit {
     pub fn advance(&mut self, ticks: u32) -> bool {
         let Some(drive) = &mut self.drive else { return false };
         drive.ticks += u64::from(ticks);
-        drive.live.advance(drive.ticks as f64 * TICK).is_ok()
+        let goes_on = drive.live.advance(drive.ticks as f64 * TICK).is_ok();
+        if drive.replay_until.is_some_and(|end| drive.live.time() > end) {
+            drive.live.take_over();
+        }
+        goes_on
     }
 
     /// The numbers of the instant; the description says which is which.
@@ -88,7 +103,7 @@ impl Cockpit {
 
     /// What has happened since the last call, and how the drive ended if it has.
     pub fn events(&mut self) -> Value {
-        let Some(drive) = &mut self.drive else { return json!({ "events": [], "ended": null }) };
+        let Some(drive) = &mut self.drive else { return json!({ "events": [], "ended": null, "replaying": false }) };
         let from = drive.continued.unwrap_or(0.0);
         let mut events: Vec<Value> = Vec::new();
         for event in drive.live.events() {
@@ -102,7 +117,7 @@ impl Cockpit {
         drive.loads_told = loads.len();
         let ended =
             drive.live.outcome().map(|o| json!({ "kind": o.kind.name(), "time": from + o.time, "message": o.message }));
-        json!({ "events": events, "ended": ended })
+        json!({ "events": events, "ended": ended, "replaying": drive.live.replaying() })
     }
 
     /// The drive as a scenario file that `hydrocrane simulate` repeats.
@@ -112,7 +127,7 @@ impl Cockpit {
     }
 }
 
-fn begin(request: Request, before: Option<&Drive>) -> Result<Drive, Problem> {
+fn begin(request: Request, before: Option<&Drive>, again: Option<&Replay>) -> Result<Drive, Problem> {
     let (machine, overrides) = request.machine()?;
     let model =
         build(&machine).map_err(|error| Problem::plain(format!("{}: [cannot-build] {error}", request.machine)))?;
@@ -128,13 +143,20 @@ fn begin(request: Request, before: Option<&Drive>) -> Result<Drive, Problem> {
             (at_rest.map_err(|error| Problem::plain(error.to_string()))?, payload)
         }
     };
-    let live = live(&request, &model, &x0, payload)?;
+    let live = live(&request, &model, &x0, payload, again)?;
     let continued = going.map(Drive::time);
-    Ok(Drive { request, overrides, live, model, pose, continued, ticks: 0, loads_told: 0 })
+    let replay_until = again.map(|replay| replay.duration);
+    Ok(Drive { request, overrides, live, model, pose, continued, replay_until, ticks: 0, loads_told: 0 })
 }
 
 /// The loop of plant, sensors and controller, as a scenario with the same settings has it.
-fn live(request: &Request, model: &Arc<dyn Model>, x0: &[f64], payload: f64) -> Result<Live, Problem> {
+fn live(
+    request: &Request,
+    model: &Arc<dyn Model>,
+    x0: &[f64],
+    payload: f64,
+    again: Option<&Replay>,
+) -> Result<Live, Problem> {
     let machine = model.machine();
     let mut controller = controllers::build(machine, &request.controller).map_err(Problem::plain)?;
     if !request.lever() {
@@ -142,9 +164,10 @@ fn live(request: &Request, model: &Arc<dyn Model>, x0: &[f64], payload: f64) -> 
     }
     let kind = if request.lever() { StickKind::Lever } else { StickKind::Tip };
     let centred = Sticks::centred(kind, machine.cylinders.len());
+    let sticks = again.map_or_else(|| centred.clone(), |replay| replay.sticks(centred.clone()));
     let mode = if request.real_sensors { SensorMode::DataSheet } else { SensorMode::Ideal };
     let plan = SampledPlan {
-        sticks: Sticks { dead_zone: request.dead_zone, ramp: request.ramp, ..centred },
+        sticks: Sticks { dead_zone: request.dead_zone, ramp: request.ramp, ..sticks },
         sensors: Sensors::new(model.as_ref(), mode, request.seed, &[]).map_err(Problem::plain)?,
         delay: request.delay,
     };
@@ -152,7 +175,7 @@ fn live(request: &Request, model: &Arc<dyn Model>, x0: &[f64], payload: f64) -> 
         method: "ros3p".into(),
         tolerances: Tolerances { relative: 1e-4, absolute: 1e-4, max_step: TICK },
         payload,
-        payload_changes: Vec::new(),
+        payload_changes: again.map(|replay| replay.loads.clone()).unwrap_or_default(),
         ledger: true,
         max_steps: u64::MAX,
     };

@@ -2,6 +2,7 @@
 
 use crate::cockpit::{Drive, TICK};
 use crate::frame::signals;
+use crate::replay::recorded_by;
 use hydrocrane_machine::bundled_machines;
 use hydrocrane_sim::controllers::{tip_gain, tip_gain_unit, CONTROLLERS, LEVER, TIP_GAINS};
 use hydrocrane_sim::{LEDGER_TERMS, PAYLOAD_TERMS};
@@ -25,6 +26,9 @@ pub fn of(drive: &Drive) -> Value {
         "gains": gains(drive),
         "sensors": !machine.sensors.is_empty(),
         "continued": drive.continued,
+        "replay-until": drive.replay_until,
+        "recorded-by": request.scenario.as_deref().and_then(recorded_by),
+        "request": request,
         "joints": joints(drive),
         "cylinders": cylinders(drive),
         "signals": signals(drive),

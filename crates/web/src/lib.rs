@@ -7,6 +7,7 @@ mod description;
 pub mod face;
 mod frame;
 mod problem;
+mod replay;
 mod request;
 mod saved;
 

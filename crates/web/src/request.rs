@@ -2,14 +2,15 @@
 
 use crate::problem::Problem;
 use hydrocrane_machine::{bundled_scenarios, load, parse, parse_scenario, Machine, OverrideValue};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 /// Everything that makes a drive; SI units.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Request {
     /// Bundled name, or the name of the file whose `text` is given.
+    #[serde(default)]
     pub machine: String,
     pub text: Option<String>,
     /// Machine keys to change.
@@ -38,6 +39,8 @@ pub struct Request {
     pub dead_zone: f64,
     #[serde(default)]
     pub ramp: f64,
+    /// A scenario whose sticks and loads are repeated; it stands for everything above.
+    pub scenario: Option<String>,
     /// Go on from the state at hand where the machine still has the same states.
     #[serde(default)]
     pub keep_state: bool,

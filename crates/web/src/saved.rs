@@ -12,6 +12,11 @@ pub fn scenario(drive: &Drive) -> Result<String, Problem> {
             "this drive went on from another one at {from:.3} s, which no scenario can begin with; reset, then drive"
         )));
     }
+    if drive.live.sticks().linear {
+        return Err(Problem::plain(
+            "this drive began as a replay of sticks that move in straight lines; reset, then drive",
+        ));
+    }
     let end = drive.live.sampled_until();
     if end <= 0.0 {
         return Err(Problem::plain("nothing has been driven yet"));

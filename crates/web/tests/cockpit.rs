@@ -122,6 +122,55 @@ fn a_saved_drive_with_levers_real_sensors_and_changed_laws_is_repeated_too() {
 }
 
 #[test]
+fn a_saved_drive_is_replayed_until_somebody_takes_over() {
+    let (mut cockpit, description) =
+        opened(json!({ "machine": "rottne-f9-lab", "full-speed": 0.3, "dead-zone": 0.05, "ramp": 0.2 }));
+    let driven = drive(&mut cockpit, &description, 2);
+    let text = cockpit.save().expect("a drive from a fresh start");
+    let (mut again, told) = opened(json!({ "scenario": text }));
+    assert_eq!(told["recorded-by"], told["version"]);
+    let length = (1000.0 * parse_scenario(&text, "drive.toml", &[]).expect("a scenario").duration).round() as u32;
+    // Hands that do not touch the sticks change nothing.
+    again.steer(&[0.0, 0.0]);
+    assert!(again.advance(length));
+    assert_eq!(tip(&mut again, &description), driven);
+    assert!(again.advance(1), "the sample at the end");
+    let (kept, mut saved) = (stick_of(&text), stick_of(&again.save().expect("the same drive")));
+    // It goes on with the sticks let go.
+    saved.time.truncate(kept.time.len());
+    assert_eq!(saved.time, kept.time);
+
+    let (mut other, _) = opened(json!({ "scenario": text }));
+    other.advance(2000);
+    assert_eq!(other.events()["replaying"], true);
+    other.steer(&[0.0, -1.0]);
+    other.advance(2000);
+    assert_eq!(other.events()["replaying"], false);
+    let changed = parse_scenario(&other.save().expect("a drive"), "drive.toml", &[]).expect("a scenario");
+    assert_eq!(changed.joystick.expect("one").axes[1].last(), Some(&-1.0));
+    assert!(changed.payload_changes.is_empty(), "the log of the replay was still to come");
+}
+
+fn stick_of(text: &str) -> hydrocrane_machine::scenario::Joystick {
+    parse_scenario(text, "drive.toml", &[]).expect("a scenario").joystick.expect("with a joystick")
+}
+
+#[test]
+fn scenarios_beyond_a_drive_are_refused_with_the_reason() {
+    let (mut cockpit, _) = opened(json!({ "machine": "single-cylinder" }));
+    for (name, part) in
+        [("vertical-lift-open-loop", "spool commands"), ("tip-log-pick-and-place", "a believed machine")]
+    {
+        let mut bundled = hydrocrane_machine::bundled_scenarios().iter();
+        let (_, text) = bundled.find(|(known, _)| *known == name).expect("a bundled scenario");
+        let problem = cockpit.open(&json!({ "scenario": text }).to_string()).expect_err("no drive");
+        assert!(problem.message().contains(part), "{name}: {}", problem.message());
+    }
+    let problem = cockpit.open(&json!({ "scenario": "[scenario]\nname = 1\n" }).to_string()).expect_err("a slip");
+    assert!(problem.message().starts_with("drive.toml:"), "{}", problem.message());
+}
+
+#[test]
 fn a_change_on_the_way_goes_on_from_the_state_at_hand_and_says_that_it_cannot_be_saved() {
     let (mut cockpit, description) = opened(json!({ "machine": "rottne-f9-lab", "full-speed": 0.3 }));
     cockpit.steer(&[1.0, 0.5]);
