@@ -5,17 +5,20 @@ import { Charts } from "./charts";
 import { button, download, make } from "./elements";
 import { History } from "./history";
 import { linkOf, scenarioOf } from "./link";
-import type { Description, Ended, FromWorker, Occurrence, Pace, Request, ToWorker } from "./messages";
+import type { Description, Ended, FromWorker, Occurrence, Pace, Point, Request, ToWorker } from "./messages";
 import { palette, scaleColour } from "./palette";
 import { Panel } from "./panel";
 import { Picture } from "./picture";
 import { Sticks } from "./sticks";
+import { Task, type TaskName } from "./tasks";
 import { steerView } from "./view";
 
 /** Time between two drawings of the charts, ms. */
 const CHARTS = 100;
 /** Rows of the charts between two points of the trail. */
 const TRAIL = 4;
+/** Size of tasks as a share of the reach. */
+const TASK_SIZE = 0.15;
 /** Speeds of the clock. */
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
 /** Where a drive begins unless the address says otherwise: comfortable sticks. */
@@ -38,6 +41,7 @@ class CockpitPage {
   private speed = 1;
   private paused = false;
   private replaying = false;
+  private task: TaskName | null = null;
   private drawnCharts = 0;
   private sinceTrail = 0;
   private sentSticks = "";
@@ -51,6 +55,7 @@ class CockpitPage {
       save: () => this.send({ do: "save", share: false }),
       share: () => this.send({ do: "save", share: true }),
       replay: (scenario) => this.open({ scenario }),
+      task: (task) => this.setTask(task),
       data: () => download("drive.csv", this.history.csv(), "text/csv"),
     });
     this.worker.onmessage = (event: MessageEvent<FromWorker>) => this.hear(event.data);
@@ -129,6 +134,8 @@ class CockpitPage {
     this.warnOfVersion(description);
     this.history.begin(description.signals, !fresh);
     this.picture.show(description, !fresh);
+    // The pump's work is counted anew by every drive.
+    this.picture.task = null;
     if (axes !== description.axes.join()) this.sticks.show(description.axes);
     this.sentSticks = "";
     this.panel.show(description, this.request);
@@ -138,6 +145,30 @@ class CockpitPage {
     });
     part("machine-name").textContent = description.machine.name;
     document.title = `${description.machine.name} · hydrocrane cockpit`;
+  }
+
+  private setTask(task: TaskName | null): void {
+    this.task = task;
+    this.picture.task = null;
+    if (task) this.reset();
+  }
+
+  /** The path begins where the tip is at rest after a fresh start. */
+  private followTask(row: Float64Array): void {
+    if (!this.task || !this.description) return;
+    const read = (name: string): number => row[this.history.at(name)]!;
+    const tip: Point = [read("tip.x"), read("tip.z")];
+    if (!this.picture.task) {
+      const reach = Math.max(...this.description.workspace.flat().map(([x]) => x));
+      this.picture.task = new Task(this.task, tip, TASK_SIZE * reach);
+    }
+    const task = this.picture.task as Task;
+    const mode = this.description.controller;
+    const score = task.done < task.path.length - 2 ? task.follow(read("time"), tip, read("ledger.supply"), mode) : null;
+    if (score) {
+      this.panel.score(score);
+      this.notice("Done. Reset begins the task again, key 2 first tries it with levers.", "info", 8000);
+    }
   }
 
   private warnOfVersion(description: Description): void {
@@ -154,6 +185,7 @@ class CockpitPage {
     this.history.add(history, width);
     const [x, z] = [this.history.at("tip.x"), this.history.at("tip.z")];
     for (let at = 0; at < history.length; at += width) {
+      this.followTask(history.subarray(at, at + width));
       if (this.sinceTrail++ % TRAIL === 0) this.picture.follow([history[at + x]!, history[at + z]!]);
     }
     this.showPace(pace);

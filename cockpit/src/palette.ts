@@ -17,6 +17,7 @@ export interface Palette {
   wanted: string;
   limit: string;
   trail: string;
+  task: string;
   /** Lines of charts, in order. */
   lines: string[];
 }
@@ -38,6 +39,7 @@ const LIGHT: Palette = {
   wanted: "#e69f00",
   limit: "#d55e00",
   trail: "#0072b2",
+  task: "#cc79a7",
   lines: ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#5b5b5b"],
 };
 
@@ -58,6 +60,7 @@ const DARK: Palette = {
   wanted: "#f0b429",
   limit: "#ff7a33",
   trail: "#56b4e9",
+  task: "#dd93ba",
   lines: ["#56b4e9", "#ff7a33", "#1fc79a", "#dd93ba", "#f0b429", "#7d9cff", "#b8b8b8"],
 };
 

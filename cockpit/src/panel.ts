@@ -3,6 +3,7 @@
 import { button, choice, make, slider } from "./elements";
 import { device, keepMapping, mapping } from "./gamepad";
 import type { Description, Request } from "./messages";
+import { TASKS, type Score, type TaskName } from "./tasks";
 
 export interface Actions {
   /** Changes the drive at hand, which goes on from its state. */
@@ -14,6 +15,8 @@ export interface Actions {
   share: () => void;
   replay: (scenario: string) => void;
   data: () => void;
+  /** Back to the start with something to do, or nothing. */
+  task: (task: TaskName | null) => void;
 }
 
 const MODES: Record<string, string> = {
@@ -25,6 +28,9 @@ const MODES: Record<string, string> = {
 export class Panel {
   /** Load that the button picks up, kg. */
   private load = 80;
+  private task = "";
+  private readonly scores: Score[] = [];
+  private readonly board = make("div", { id: "scores" });
 
   constructor(
     private readonly room: HTMLElement,
@@ -36,6 +42,7 @@ export class Panel {
     this.room.replaceChildren(
       this.machine(description, request),
       this.cargo(),
+      this.tasks(),
       this.plant(description, request),
       this.control(description, request, open),
       this.device(description, open),
@@ -69,6 +76,38 @@ export class Panel {
         button("Drop", "The tip lets the log go", () => this.act.carry(0)),
       ),
     );
+  }
+
+  private tasks(): HTMLElement {
+    const tasks: [string, string][] = [["", "none"], ...Object.entries(TASKS)];
+    return section(
+      "Task",
+      choice("Lead the tip along a", tasks, this.task, (task) => {
+        this.task = task;
+        this.act.task(task ? (task as TaskName) : null);
+      }),
+      this.board,
+    );
+  }
+
+  /** Shows how a task was done beside how it was done in the other modes: the latest of each. */
+  score(score: Score): void {
+    const others = this.scores.filter(({ task, mode }) => task !== score.task || mode !== score.mode);
+    this.scores.splice(0, this.scores.length, score, ...others);
+    const cell = (text: string): HTMLElement => make("td", {}, text);
+    const rows = this.scores.map(({ task, mode, time, worst, mean, work }) =>
+      make(
+        "tr",
+        {},
+        make("th", {}, `${task}, ${mode}`),
+        cell(`${time.toFixed(1)} s`),
+        cell(`${(1000 * worst).toFixed(0)} mm`),
+        cell(`${(1000 * mean).toFixed(0)} mm`),
+        cell(`${(work / 1000).toFixed(1)} kJ`),
+      ),
+    );
+    const head = make("tr", {}, ...["", "time", "worst", "mean", "work"].map((text) => make("th", {}, text)));
+    this.board.replaceChildren(make("table", {}, head, ...rows));
   }
 
   private plant(description: Description, request: Request): HTMLElement {

@@ -28,6 +28,8 @@ export class Picture {
   private description: Description | null = null;
   private reach = new Path2D();
   private trail: Point[] = [];
+  /** A path to be followed, and how many of its points are behind. */
+  task: { path: Point[]; done: number } | null = null;
 
   constructor(private readonly canvas: HTMLCanvasElement) {
     this.context = canvas.getContext("2d")!;
@@ -74,6 +76,7 @@ export class Picture {
     this.drawGrid(colours);
     this.drawSurroundings(description, colours);
     const figures = figuresOf(description, row);
+    this.drawTask(colours);
     this.drawTrail(colours);
     this.drawCrane(description, figures, read, colours);
     const tip = figures.find((figure) => figure.kind === "tip")?.line[0];
@@ -140,6 +143,27 @@ export class Picture {
     c.lineWidth = this.pixels(1.4);
     c.strokeStyle = colour;
     c.stroke(path);
+  }
+
+  private drawTask(colours: Palette): void {
+    if (!this.task) return;
+    const c = this.context;
+    const line = (points: Point[], width: number, dash: number[]): void => {
+      c.lineWidth = this.pixels(width);
+      c.setLineDash(dash.map((length) => this.pixels(length)));
+      c.beginPath();
+      points.forEach(([x, z], i) => (i ? c.lineTo(x, z) : c.moveTo(x, z)));
+      c.stroke();
+      c.setLineDash([]);
+    };
+    c.strokeStyle = colours.task;
+    line(this.task.path, 2.5, [9, 8]);
+    line(this.task.path.slice(0, this.task.done + 1), 5, []);
+    const [x, z] = this.task.path.at(-1)!;
+    c.beginPath();
+    c.arc(x, z, this.pixels(9), 0, 2 * Math.PI);
+    c.lineWidth = this.pixels(2.5);
+    c.stroke();
   }
 
   private drawTrail(colours: Palette): void {

@@ -265,6 +265,25 @@ def test_a_saved_drive_is_replayed_until_a_stick_is_moved(cockpit, tmp_path):
     cockpit.comes_to_rest()
 
 
+def test_a_task_is_scored_in_each_mode(cockpit):
+    task = cockpit.tab.locator("label", has_text="Lead the tip").locator("select")
+    task.select_option("line")
+    cockpit.until(lambda: cockpit.shown("time")[0] < 1)
+    cockpit.tab.keyboard.down("ArrowUp")
+    row = cockpit.tab.locator("#scores tr", has_text="line, tip")
+    row.wait_for(timeout=STARTS)
+    cockpit.tab.keyboard.up("ArrowUp")
+    seconds, worst, mean, work = (float(cell.split()[0]) for cell in row.locator("td").all_inner_texts())
+    assert 2 < seconds < 15 and 0 <= mean <= worst < 15 and 1 < work < 50, (seconds, worst, mean, work)
+    cockpit.button("Reset").click()
+    cockpit.tab.keyboard.press("2")
+    cockpit.tab.locator(".lever").first.wait_for()
+    cockpit.tab.keyboard.down("KeyQ")
+    cockpit.wait(2.5)
+    cockpit.tab.keyboard.up("KeyQ")
+    assert cockpit.tab.locator("#scores tr").count() == 2, "the lift alone leads past the end of the line"
+
+
 @pytest.mark.parametrize("nonsense", ["AAAA", "%%%", "eJw", "S8zLAQA"])
 def test_nonsense_in_a_link_is_one_clear_message(browser, address, nonsense):
     with Page(browser, f"{address.split('?')[0]}#drive={nonsense}") as page:
