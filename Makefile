@@ -8,7 +8,7 @@ CARGO  ?= cargo
 # Everything that goes into the compiled module.
 SOURCES := $(shell find crates machines scenarios -name '*.rs' -o -name '*.toml') Cargo.toml Cargo.lock pyproject.toml
 
-.PHONY: demo test test-rust test-python cockpit bench docs lint clean
+.PHONY: demo test test-rust test-python cockpit soak bench docs lint clean
 
 demo: $(VENV)/.built
 	$(BIN)/hydrocrane simulate vertical-lift-open-loop --output results
@@ -18,14 +18,19 @@ test: test-rust test-python
 test-rust:
 	$(CARGO) test --workspace --exclude hydrocrane-python --quiet
 
-test-python: $(VENV)/.tested
+# The cockpit is tested where its page can be built.
+test-python: $(VENV)/.tested $(if $(and $(shell command -v npm),$(shell command -v rustup)),cockpit)
 	$(BIN)/python -m pytest
 
 # The cockpit's page, carried by every wheel that is built after it.
 PAGE := python/hydrocrane/app/cockpit_page
-COCKPIT := $(shell find cockpit -name node_modules -prune -o -name core.wasm -prune -o -type f -print)
+COCKPIT := $(shell find cockpit -name node_modules -prune -o -name tests -prune -o -name core.wasm -prune -o -type f -print)
 
 cockpit: $(PAGE)/index.html
+
+# Half an hour of driving without a browser: speed, memory, jumps.
+soak: cockpit
+	node cockpit/tests/soak.mjs cockpit/src/core.wasm
 
 $(PAGE)/index.html: cockpit/node_modules/.package-lock.json cockpit/src/core.wasm $(COCKPIT)
 	cd cockpit && npm run --silent build
@@ -83,6 +88,7 @@ $(VENV)/.built: $(BIN)/python $(SOURCES)
 
 $(VENV)/.tested: $(BIN)/python $(SOURCES)
 	$(BIN)/python -m pip install --quiet --editable '.[test]'
+	@for name in chromium chromium-browser google-chrome; do command -v $$name && exit; done >/dev/null || $(BIN)/python -m playwright install chromium || echo "no browser: the tests that need one are skipped"
 	@touch $(VENV)/.built $@
 
 clean:

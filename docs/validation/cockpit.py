@@ -1,6 +1,6 @@
 """How the cockpit keeps time, in a headless browser; writes docs/validation/cockpit.md.
 
-Needs the built page (`make cockpit`), playwright and Chromium. Takes as long as it drives: 300 s, or as many as the
+Needs the built page (`make cockpit`), playwright, Chromium and Node.js. Takes as long as it drives: 300 s, or as many as the
 first argument says.
 """
 
@@ -10,6 +10,7 @@ import gzip
 import os
 import platform
 import re
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -104,6 +105,21 @@ def measure(seconds: float) -> dict[str, Any]:
         return {"loading": loading, "latencies": np.array(latencies), "browser": browser.version, **found}
 
 
+def soaked() -> dict[str, str]:
+    """Half an hour of driving the core in Node: speed, memory, jumps."""
+    core = next((BUILT / "assets").glob("core-*.wasm"))
+    done = subprocess.run(
+        ["node", ROOT / "cockpit/tests/soak.mjs", core, "30"], capture_output=True, text=True, check=True
+    )
+    speed, memory, way = (line.partition(": ")[2] for line in done.stdout.splitlines())
+    sizes = memory.split()
+    return {
+        "30 min of driving in Node, without a page": speed,
+        "memory of the core after 1, 10 and 30 min": f"{sizes[0]}, {sizes[9]}, {sizes[-1]} MiB",
+        "largest way of the tip in 1 ms": way.replace(" per ms", ""),
+    }
+
+
 def page(found: dict[str, Any]) -> str:
     plain, packed = weight()
     low, mid, high = np.nanpercentile(found["latencies"], [0, 50, 100])
@@ -116,6 +132,7 @@ def page(found: dict[str, Any]) -> str:
         "key to first changed picture": f"{mid:.0f} ms in the middle, {low:.0f} to {high:.0f} ms",
         "load time, address to first picture": f"{found['loading']:.2f} s",
         "weight of the page": f"{plain / 1e6:.2f} MB, compressed {packed / 1e6:.2f} MB",
+        **soaked(),
     }
     browser = f"headless Chromium {found['browser'].split('.')[0]}"
     machine = f"{os.cpu_count()} cores of a shared {platform.machine()} machine"
