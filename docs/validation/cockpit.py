@@ -1,7 +1,7 @@
 """How the cockpit keeps time, in a headless browser; writes docs/validation/cockpit.md.
 
-Needs the built page (`make cockpit`), playwright, Chromium and Node.js. Takes as long as it drives: 300 s, or as many as the
-first argument says.
+Needs the built page (`make cockpit`), playwright, Chromium and Node.js. Takes as long as it drives: 300 s, or as many
+as the first argument says.
 """
 
 from __future__ import annotations

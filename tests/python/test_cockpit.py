@@ -102,6 +102,14 @@ def test_a_machine_file_goes_to_the_page_as_text(tmp_path):
     assert drive_request("hiab-xs031", {}) == {"machine": "hiab-xs031", "overrides": {}}
 
 
+def test_a_machine_in_several_files_is_one_clear_error(tmp_path):
+    (tmp_path / "base.toml").write_text('extends = "rottne-f9-lab"\n', encoding="utf-8")
+    path = tmp_path / "mine.toml"
+    path.write_text('extends = "base.toml"\n', encoding="utf-8")
+    with pytest.raises(InputError, match="mine.toml needs `base.toml`.*one file"):
+        drive_request(str(path), {})
+
+
 def test_a_scenario_gives_start_controller_and_sensors():
     request = drive_request("tip-vertical-line", {})
     assert request["machine"] == "rottne-f9-lab" and request["controller"] == "tip" and request["real-sensors"]

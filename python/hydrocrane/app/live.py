@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hydrocrane.app.console import say
+from hydrocrane.errors import InputError
 
 if TYPE_CHECKING:
     from hydrocrane.app.live_server import Server
@@ -34,8 +36,21 @@ def _machine_request(crane: Machine) -> dict[str, Any]:
     path = Path(crane.source)
     request: dict[str, Any] = {"machine": crane.source, "overrides": dict(crane.overrides)}
     if path.suffix == ".toml":
-        request |= {"machine": path.name, "text": path.read_text(encoding="utf-8")}
+        text = path.read_text(encoding="utf-8")
+        _check_alone(path, tomllib.loads(text))
+        request |= {"machine": path.name, "text": text}
     return request
+
+
+def _check_alone(path: Path, tree: Mapping[str, Any]) -> None:
+    """The page has no folder to look for other files in."""
+    others = [*tree.get("include", []), *([tree["extends"]] if "extends" in tree else [])]
+    for other in others:
+        if "/" in other or "\\" in other or other.endswith(".toml"):
+            raise InputError(
+                f"{path} needs `{other}`, and the cockpit takes a machine in one file: extend a bundled machine by its "
+                "name, and copy what is included into the file"
+            )
 
 
 def _scenario_request(plan: Scenario) -> dict[str, Any]:
