@@ -1,4 +1,5 @@
-# Two commands do everything: `make demo` and `make test`. Both install what they need into .venv.
+# Two commands do everything: `make demo` and `make test`. Both install what they need into .venv. `make cockpit` builds the page that
+# `hydrocrane live` serves; it alone needs Node.js.
 
 PYTHON ?= python3
 VENV   := .venv
@@ -7,7 +8,7 @@ CARGO  ?= cargo
 # Everything that goes into the compiled module.
 SOURCES := $(shell find crates machines scenarios -name '*.rs' -o -name '*.toml') Cargo.toml Cargo.lock pyproject.toml
 
-.PHONY: demo test test-rust test-python bench docs lint clean
+.PHONY: demo test test-rust test-python cockpit soak bench docs lint clean
 
 demo: $(VENV)/.built
 	$(BIN)/hydrocrane simulate vertical-lift-open-loop --output results
@@ -17,8 +18,33 @@ test: test-rust test-python
 test-rust:
 	$(CARGO) test --workspace --exclude hydrocrane-python --quiet
 
-test-python: $(VENV)/.tested
+# The cockpit is tested where its page can be built.
+test-python: $(VENV)/.tested $(if $(and $(shell command -v npm),$(shell command -v rustup)),cockpit)
 	$(BIN)/python -m pytest
+
+# The cockpit's page, carried by every wheel that is built after it.
+PAGE := python/hydrocrane/app/cockpit_page
+COCKPIT := $(shell find cockpit -name node_modules -prune -o -name tests -prune -o -name core.wasm -prune -o -type f -print)
+
+cockpit: $(PAGE)/index.html
+
+# Half an hour of driving without a browser: speed, memory, jumps.
+soak: cockpit
+	node cockpit/tests/soak.mjs cockpit/src/core.wasm
+
+$(PAGE)/index.html: cockpit/node_modules/.package-lock.json cockpit/src/core.wasm $(COCKPIT)
+	cd cockpit && npm run --silent build
+	@touch $@
+
+cockpit/src/core.wasm: $(SOURCES)
+	-rustup target add wasm32-unknown-unknown
+	$(CARGO) build --quiet --profile cockpit --target wasm32-unknown-unknown --package hydrocrane-web
+	cp target/wasm32-unknown-unknown/cockpit/hydrocrane_web.wasm $@
+
+cockpit/node_modules/.package-lock.json: cockpit/package.json cockpit/package-lock.json
+	@command -v npm >/dev/null || { echo "the cockpit's page needs Node.js 20 or newer to be built: install it, then run make cockpit again"; exit 1; }
+	cd cockpit && npm ci --silent
+	@touch $@
 
 # Everything in the documentation that is generated: validation pages and their figures, reference, front page, pictures.
 docs: $(VENV)/.tested
@@ -62,7 +88,8 @@ $(VENV)/.built: $(BIN)/python $(SOURCES)
 
 $(VENV)/.tested: $(BIN)/python $(SOURCES)
 	$(BIN)/python -m pip install --quiet --editable '.[test]'
+	@for name in chromium chromium-browser google-chrome; do command -v $$name && exit; done >/dev/null || $(BIN)/python -m playwright install chromium || echo "no browser: the tests that need one are skipped"
 	@touch $(VENV)/.built $@
 
 clean:
-	rm -rf $(VENV) target results
+	rm -rf $(VENV) target results cockpit/node_modules cockpit/src/core.wasm $(PAGE)

@@ -23,6 +23,7 @@ MAY_USE = {
     "physics": {"num"},
     "control": {"num", "physics"},
     "sim": {"num", "machine", "physics", "control"},
+    "web": {"machine", "sim"},
     "python": {"machine", "sim"},
 }
 

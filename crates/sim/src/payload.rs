@@ -52,6 +52,16 @@ impl Loads {
         Loads { changes: changes.to_vec(), ..Loads::default() }
     }
 
+    /// Adds a change after all others.
+    pub fn add(&mut self, change: PayloadChange) {
+        self.changes.push(change);
+    }
+
+    /// Forgets the changes to come.
+    pub fn forget(&mut self) {
+        self.changes.truncate(self.next);
+    }
+
     /// When the payload changes next.
     pub fn next_time(&self) -> Option<f64> {
         self.changes.get(self.next).map(|change| change.time)

@@ -48,6 +48,17 @@ pub struct Samples {
     pub commands: Vec<f64>,
 }
 
+impl Samples {
+    /// Forgets all rows.
+    pub(crate) fn clear(&mut self) {
+        self.times.clear();
+        self.measured.clear();
+        self.sticks.clear();
+        self.set_points.clear();
+        self.commands.clear();
+    }
+}
+
 /// A run with its samples.
 #[derive(Debug, Clone)]
 pub struct SampledRun {
@@ -78,20 +89,8 @@ pub fn simulate_sampled(
     let Some(stepper) = stepper(x0, &driven, options) else {
         return bad_start(recorder, format!("no method `{}`", options.method));
     };
-    let mut closed = ClosedLoop {
-        stepper,
-        controller,
-        sensors: plan.sensors.clone(),
-        hand: Hand::new(&plan.sticks),
-        lines: ValveLines::new(model.machine()),
-        delay: plan.delay,
-        failing: 0,
-        last_fault: String::new(),
-        command: vec![0.0; model.layout().joints()],
-        samples: Samples::default(),
-        events: Vec::new(),
-    };
-    let outcome = closed.run(&mut driven, &mut recorder, period, end, options, keep_going);
+    let mut closed = ClosedLoop::new(stepper, model, plan);
+    let outcome = closed.run(&mut driven, controller, &mut recorder, end, options, keep_going);
     SampledRun {
         run: recorder.finish(outcome, Some((&closed.stepper, &driven))),
         samples: closed.samples,
@@ -105,7 +104,7 @@ fn bad_start(recorder: Recorder, message: String) -> SampledRun {
 }
 
 /// Why a plan cannot be carried out, if it cannot.
-fn plan_fault(plan: &SampledPlan, period: f64) -> Option<String> {
+pub(crate) fn plan_fault(plan: &SampledPlan, period: f64) -> Option<String> {
     if !(period.is_finite() && period > 0.0) {
         return Some(format!("the controller's period is {period} s; it must be greater than zero"));
     }
@@ -121,64 +120,102 @@ fn plan_fault(plan: &SampledPlan, period: f64) -> Option<String> {
     beyond.map(|d| format!("a stick's deflection is {d}; it must lie between -1 and 1"))
 }
 
-struct ClosedLoop<'a> {
-    stepper: Stepper,
-    controller: &'a mut dyn Controller,
-    sensors: Sensors,
-    hand: Hand<'a>,
-    lines: ValveLines,
+/// Crane, sensors and sticks between the samples of a controller.
+pub(crate) struct ClosedLoop {
+    pub stepper: Stepper,
+    pub sensors: Sensors,
+    pub hand: Hand,
+    pub lines: ValveLines,
     delay: f64,
+    /// Samples taken so far.
+    sample: u64,
+    /// End of the stretch under constant commands, s.
+    limit: f64,
     /// Samples in a row that gave no usable command, and why the last of them did not.
     failing: u32,
     last_fault: String,
     /// Room for the command of a sample.
     command: Vec<f64>,
-    samples: Samples,
-    events: Vec<Event>,
+    pub samples: Samples,
+    pub events: Vec<Event>,
 }
 
-impl ClosedLoop<'_> {
+impl ClosedLoop {
+    /// At rest in the state of `stepper`, at time zero.
+    pub fn new(stepper: Stepper, model: &dyn Model, plan: &SampledPlan) -> Self {
+        let mut sensors = plan.sensors.clone();
+        sensors.settle(0.0, &stepper.x);
+        ClosedLoop {
+            stepper,
+            sensors,
+            hand: Hand::new(plan.sticks.clone()),
+            lines: ValveLines::new(model.machine()),
+            delay: plan.delay,
+            sample: 0,
+            limit: 0.0,
+            failing: 0,
+            last_fault: String::new(),
+            command: vec![0.0; model.layout().joints()],
+            samples: Samples::default(),
+            events: Vec::new(),
+        }
+    }
+
     fn run(
         &mut self,
         driven: &mut Driven,
+        controller: &mut dyn Controller,
         recorder: &mut Recorder,
-        period: f64,
         end: f64,
         options: &RunOptions,
         keep_going: &mut dyn FnMut(f64) -> bool,
     ) -> Outcome {
-        self.sensors.settle(0.0, &self.stepper.x);
         recorder.take(&self.stepper, driven);
-        let mut sample: u64 = 0;
-        let mut limit: f64 = 0.0;
-        while limit < end {
-            if limit >= sample as f64 * period {
-                self.sample(driven, limit);
-                if self.failing >= FAILURES_IN_A_ROW {
-                    let message =
-                        format!("{FAILURES_IN_A_ROW} samples in a row without a command: {}", self.last_fault);
-                    return Outcome { kind: OutcomeKind::ControllerFailed, time: limit, message };
-                }
-                sample += 1;
+        while self.stepper.t < end {
+            if let Err(outcome) = self.step(driven, controller, end) {
+                return outcome;
             }
-            self.receive(driven, limit);
-            driven.change_payload(&mut self.stepper);
-            // The next sample counts its times anew, so that no rounding piles up.
-            let next = (sample as f64 * period).min(end);
-            let interruptions = self.lines.next_arrival().into_iter().chain(driven.loads.next_time());
-            limit = interruptions.fold(next, f64::min);
-            while self.stepper.t < limit {
-                if let Err(failure) = self.stepper.step(driven, limit) {
-                    return failed(driven.model, &self.stepper, failure);
-                }
-                self.sensors.follow(&self.stepper);
-                recorder.take(&self.stepper, driven);
-                if let Some(outcome) = given_up(&self.stepper, options, keep_going) {
-                    return outcome;
-                }
+            recorder.take(&self.stepper, driven);
+            if let Some(outcome) = given_up(&self.stepper, options, keep_going) {
+                return outcome;
             }
         }
         Outcome { kind: OutcomeKind::Completed, time: self.stepper.t, message: "reached the end".to_string() }
+    }
+
+    /// One step of the integrator on the way to `end`, after all that happens where it begins.
+    pub fn step(&mut self, driven: &mut Driven, controller: &mut dyn Controller, end: f64) -> Result<(), Outcome> {
+        while self.stepper.t >= self.limit {
+            self.interrupt(driven, controller, end)?;
+        }
+        self.stepper.step(driven, self.limit).map_err(|failure| failed(driven.model, &self.stepper, failure))?;
+        self.sensors.follow(&self.stepper);
+        Ok(())
+    }
+
+    /// When the next sample is taken, if that is before the next step.
+    pub fn sample_due(&self, period: f64) -> Option<f64> {
+        (self.stepper.t >= self.limit && self.limit >= self.sample as f64 * period).then_some(self.limit)
+    }
+
+    /// A sample if it is due, commands that arrive, loads that come and go; then on to the next of these.
+    fn interrupt(&mut self, driven: &mut Driven, controller: &mut dyn Controller, end: f64) -> Result<(), Outcome> {
+        let (now, period) = (self.limit, controller.period());
+        if now >= self.sample as f64 * period {
+            self.take_sample(driven, controller, now);
+            if self.failing >= FAILURES_IN_A_ROW {
+                let message = format!("{FAILURES_IN_A_ROW} samples in a row without a command: {}", self.last_fault);
+                return Err(Outcome { kind: OutcomeKind::ControllerFailed, time: now, message });
+            }
+            self.sample += 1;
+        }
+        self.receive(driven, now);
+        driven.change_payload(&mut self.stepper);
+        // The next sample counts its times anew, so that no rounding piles up.
+        let next = (self.sample as f64 * period).min(end);
+        let interruptions = self.lines.next_arrival().into_iter().chain(driven.loads.next_time());
+        self.limit = interruptions.fold(next, f64::min);
+        Ok(())
     }
 
     /// Delivers commands to the spools.
@@ -191,17 +228,17 @@ impl ClosedLoop<'_> {
     }
 
     /// One sample: measure, move the sticks, compute, send.
-    fn sample(&mut self, driven: &Driven, now: f64) {
+    fn take_sample(&mut self, driven: &Driven, controller: &mut dyn Controller, now: f64) {
         self.sensors.read(driven.model, now, &self.stepper.x, driven.payload);
         let measured = self.sensors.measurement(now);
-        if self.samples.times.is_empty() {
-            self.controller.reset(&measured);
+        if self.sample == 0 {
+            controller.reset(&measured);
         }
         self.hand.move_to(now);
         let mut command = std::mem::take(&mut self.command);
         command.fill(0.0);
-        let answer = self.controller.step(&measured, self.hand.stick(), &mut command);
-        let notices = self.controller.notices().into_iter();
+        let answer = controller.step(&measured, self.hand.stick(), &mut command);
+        let notices = controller.notices().into_iter();
         self.events.extend(notices.map(|text| Event { time: now, text }));
         let fault = match answer {
             Err(fault) => Some(fault.to_string()),
@@ -215,7 +252,7 @@ impl ClosedLoop<'_> {
             *u = u.clamp(-c.valve.stroke, c.valve.stroke);
         }
         self.lines.send(now + self.delay, &command);
-        self.keep(now, &command);
+        self.keep(now, controller.set_point(), &command);
         self.command = command;
     }
 
@@ -237,11 +274,11 @@ impl ClosedLoop<'_> {
         self.last_fault = text;
     }
 
-    fn keep(&mut self, now: f64, command: &[f64]) {
+    fn keep(&mut self, now: f64, set_point: Option<[f64; 2]>, command: &[f64]) {
         self.samples.times.push(now);
         self.samples.measured.extend_from_slice(self.sensors.readings());
         self.samples.sticks.extend_from_slice(self.hand.at());
-        self.samples.set_points.push(self.controller.set_point().unwrap_or([f64::NAN; 2]));
+        self.samples.set_points.push(set_point.unwrap_or([f64::NAN; 2]));
         self.samples.commands.extend_from_slice(command);
     }
 }

@@ -54,15 +54,37 @@ impl Sticks {
 }
 
 /// The sticks on their way through time.
-pub(crate) struct Hand<'a> {
-    sticks: &'a Sticks,
+pub(crate) struct Hand {
+    sticks: Sticks,
     at: Vec<f64>,
     since: f64,
 }
 
-impl<'a> Hand<'a> {
-    pub fn new(sticks: &'a Sticks) -> Self {
-        Hand { sticks, at: vec![0.0; sticks.axes], since: 0.0 }
+impl Hand {
+    pub fn new(sticks: Sticks) -> Self {
+        Hand { at: vec![0.0; sticks.axes], sticks, since: 0.0 }
+    }
+
+    /// What the operator has done so far.
+    pub fn sticks(&self) -> &Sticks {
+        &self.sticks
+    }
+
+    /// Forgets what the operator would have done after time `t`.
+    pub fn forget_after(&mut self, t: f64) {
+        let kept = self.sticks.times.partition_point(|&time| time <= t);
+        self.sticks.times.truncate(kept);
+        self.sticks.deflections.truncate(kept * self.sticks.axes);
+    }
+
+    /// From time `t` on the operator holds `deflections`. Times must grow.
+    pub fn hold(&mut self, t: f64, deflections: &[f64]) {
+        let axes = self.sticks.axes;
+        let last = self.sticks.deflections.len().saturating_sub(axes);
+        if self.sticks.deflections[last..] != *deflections {
+            self.sticks.times.push(t);
+            self.sticks.deflections.extend_from_slice(deflections);
+        }
     }
 
     /// Goes on to time `t` and tells the deflections there.
@@ -100,7 +122,7 @@ mod tests {
 
     #[test]
     fn held_and_straight_between_the_rows() {
-        let at = |linear, t| Hand::new(&sticks(linear, 0.0, 0.0)).move_to(t).to_vec();
+        let at = |linear, t| Hand::new(sticks(linear, 0.0, 0.0)).move_to(t).to_vec();
         assert_eq!(at(false, 0.5), [0.0, 0.0]);
         assert_eq!(at(false, 1.5), [0.0, 1.0]);
         assert_eq!(at(true, 1.5), [0.5, 0.0]);
@@ -110,17 +132,27 @@ mod tests {
     #[test]
     fn the_dead_zone_leaves_full_deflection_full() {
         let zoned = sticks(true, 0.2, 0.0);
-        assert_eq!(Hand::new(&zoned).move_to(2.0), [1.0, -1.0]);
-        assert!((Hand::new(&zoned).move_to(1.6)[0] - 0.5).abs() < 1e-12);
-        assert_eq!(Hand::new(&zoned).move_to(1.58)[1], 0.0, "0.16 backwards is inside the zone");
+        assert_eq!(Hand::new(zoned.clone()).move_to(2.0), [1.0, -1.0]);
+        assert!((Hand::new(zoned.clone()).move_to(1.6)[0] - 0.5).abs() < 1e-12);
+        assert_eq!(Hand::new(zoned.clone()).move_to(1.58)[1], 0.0, "0.16 backwards is inside the zone");
     }
 
     #[test]
     fn a_ramp_limits_the_speed_of_the_stick() {
         let ramped = sticks(false, 0.0, 0.2);
-        let mut hand = Hand::new(&ramped);
+        let mut hand = Hand::new(ramped);
         hand.move_to(0.99);
         assert!((hand.move_to(1.04)[1] - 0.25).abs() < 1e-12);
         assert_eq!(hand.move_to(1.5)[1], 1.0);
+    }
+
+    #[test]
+    fn what_a_hand_holds_is_written_down_where_it_changes() {
+        let mut hand = Hand::new(Sticks::centred(StickKind::Tip, 3));
+        for (t, z) in [(0.0, 0.5), (0.1, 0.5), (0.2, -0.5)] {
+            hand.hold(t, &[0.0, z]);
+            assert_eq!(hand.move_to(t), [0.0, z]);
+        }
+        assert_eq!(hand.sticks().times, [0.0, 0.2]);
     }
 }

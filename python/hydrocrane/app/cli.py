@@ -15,6 +15,7 @@ import typer
 from hydrocrane.app.console import bar, complain, say, waiting
 from hydrocrane.app.control import control
 from hydrocrane.app.identify import identify
+from hydrocrane.app.live import live
 from hydrocrane.app.rig import rig
 from hydrocrane.app.sweep import sweep
 
@@ -34,6 +35,7 @@ app = typer.Typer(
 app.add_typer(control)
 app.add_typer(identify)
 app.add_typer(rig)
+app.command(epilog="Example:  hydrocrane live rottne-f9-lab")(live)
 app.command(epilog="Example:  hydrocrane sweep study.toml --store results/study.zarr --picture study.png")(sweep)
 
 
@@ -246,10 +248,10 @@ def check(
 ) -> None:
     """Check a machine or scenario file and say what it describes."""
     import hydrocrane as hc
-    from hydrocrane.app.options import overrides
+    from hydrocrane.app.options import is_scenario, overrides
     from hydrocrane.app.report import machine_report, scenario_report
 
-    if _is_scenario(file):
+    if is_scenario(file):
         plan = hc.load_scenario(file).changed(overrides=overrides(settings))
         crane = plan.load_machine()
         plan.initial_state(crane)
@@ -315,20 +317,6 @@ def _run(source: str, settings: list[str]) -> Run:
         return hc.load_run(source)
     with waiting("simulating"):
         return hc.simulate(source, overrides=overrides(settings))
-
-
-def _is_scenario(source: str) -> bool:
-    """Whether a name or file is a scenario; a file that cannot be read as TOML goes to the machine check."""
-    import tomllib
-
-    import hydrocrane as hc
-
-    if source in hc.bundled_scenarios():
-        return True
-    try:
-        return "scenario" in tomllib.loads(Path(source).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
-        return False
 
 
 def _headless() -> None:

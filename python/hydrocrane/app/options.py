@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import tomllib
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydrocrane.errors import InputError, unknown
@@ -52,3 +53,15 @@ def pose(crane: Machine, settings: list[str]) -> Array:
             raise InputError(f"--at takes JOINT=VALUE with a unit of {', '.join(units)} or none (SI); got `{setting}`")
         q[index] = float(match[1]) * units.get(match[2], 1.0)
     return q
+
+
+def is_scenario(source: str) -> bool:
+    """Whether a name or file is a scenario; a file that cannot be read as TOML goes to the machine check."""
+    import hydrocrane as hc
+
+    if source in hc.bundled_scenarios():
+        return True
+    try:
+        return "scenario" in tomllib.loads(Path(source).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return False

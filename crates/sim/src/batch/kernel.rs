@@ -7,7 +7,6 @@ use crate::crane_step::{CraneStep, Scene};
 use crate::layout::Layout;
 use crate::plant::Plant;
 use crate::rhs::Evaluator;
-#[cfg(target_arch = "x86_64")]
 use hydrocrane_num::register::Register;
 #[cfg(target_arch = "x86_64")]
 use hydrocrane_num::register_x86::{Avx2, Avx512, Sse2};

@@ -1,0 +1,84 @@
+/** The compiled core: numbers and texts in and out of its memory. */
+
+import type { Description, News, Problem, Request } from "./messages";
+
+interface Exports extends WebAssembly.Exports {
+  memory: WebAssembly.Memory;
+  start(): void;
+  input(length: number): number;
+  text_at(): number;
+  text_length(): number;
+  panic_at(): number;
+  panic_length(): number;
+  open(): void;
+  steer(axis: number, deflection: number): void;
+  carry(mass: number): void;
+  advance(ticks: number): number;
+  frame(): number;
+  frame_at(): number;
+  events(): void;
+  save(): void;
+}
+
+export class Core {
+  private constructor(private readonly wasm: Exports) {
+    wasm.start();
+  }
+
+  static async load(url: string): Promise<Core> {
+    const answer = await fetch(url);
+    if (!answer.ok) throw new Error(`the core cannot be loaded: ${answer.status} ${answer.statusText}`);
+    const { instance } = await WebAssembly.instantiate(await answer.arrayBuffer(), {});
+    return new Core(instance.exports as Exports);
+  }
+
+  open(request: Request): Description | { error: Problem } {
+    const bytes = new TextEncoder().encode(JSON.stringify(request));
+    const at = this.wasm.input(bytes.length);
+    new Uint8Array(this.wasm.memory.buffer, at, bytes.length).set(bytes);
+    this.wasm.open();
+    return this.json();
+  }
+
+  steer(axes: number[]): void {
+    axes.forEach((deflection, axis) => this.wasm.steer(axis, deflection));
+  }
+
+  carry(mass: number): void {
+    this.wasm.carry(mass);
+  }
+
+  /** Whether the drive goes on after so many milliseconds. */
+  advance(ticks: number): boolean {
+    return this.wasm.advance(ticks) === 1;
+  }
+
+  /** A copy of the row of numbers of this instant. */
+  frame(): Float64Array {
+    const length = this.wasm.frame();
+    return new Float64Array(this.wasm.memory.buffer, this.wasm.frame_at(), length).slice();
+  }
+
+  events(): News {
+    this.wasm.events();
+    return this.json();
+  }
+
+  save(): { saved: string } | { error: Problem } {
+    this.wasm.save();
+    return this.json();
+  }
+
+  /** Why the core stopped, where it says so. */
+  panic(): string {
+    return this.text(this.wasm.panic_at(), this.wasm.panic_length());
+  }
+
+  private json<T>(): T {
+    return JSON.parse(this.text(this.wasm.text_at(), this.wasm.text_length())) as T;
+  }
+
+  private text(at: number, length: number): string {
+    return new TextDecoder().decode(new Uint8Array(this.wasm.memory.buffer, at, length));
+  }
+}

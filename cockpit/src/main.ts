@@ -1,0 +1,376 @@
+/** The cockpit: joins worker, picture, sticks, charts and knobs. */
+
+import "./style.css";
+import { Charts } from "./charts";
+import { button, download, make } from "./elements";
+import { History } from "./history";
+import { linkOf, scenarioOf } from "./link";
+import type { Description, Ended, FromWorker, Occurrence, Pace, Point, Request, ToWorker } from "./messages";
+import { palette, scaleColour } from "./palette";
+import { Panel } from "./panel";
+import { Picture } from "./picture";
+import { Sticks } from "./sticks";
+import { Task, type TaskName } from "./tasks";
+import { steerView } from "./view";
+
+/** Time between two drawings of the charts, ms. */
+const CHARTS = 100;
+/** Rows of the charts between two points of the trail. */
+const TRAIL = 4;
+/** Size of tasks as a share of the reach. */
+const TASK_SIZE = 0.15;
+/** Speeds of the clock. */
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
+/** Where a drive begins unless the address says otherwise: comfortable sticks. */
+const COMFORT: Partial<Request> = { "full-speed": 0.3, "dead-zone": 0.02, ramp: 0.15 };
+const USUAL: Request = { machine: "rottne-f9-lab", controller: "tip", ...COMFORT };
+
+const part = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
+
+class CockpitPage {
+  private readonly worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
+  private readonly history = new History();
+  private readonly canvas = part<HTMLCanvasElement>("picture");
+  private readonly picture = new Picture(this.canvas);
+  private readonly sticks = new Sticks(part("sticks"));
+  private readonly charts = new Charts(part("charts"), this.history);
+  private readonly panel: Panel;
+  private description: Description | null = null;
+  private request: Request = USUAL;
+  private row: Float64Array | null = null;
+  private speed = 1;
+  private paused = false;
+  private replaying = false;
+  private task: TaskName | null = null;
+  private drawnCharts = 0;
+  private sinceTrail = 0;
+  private sentSticks = "";
+  private sentAt = 0;
+
+  constructor(first: Request) {
+    this.panel = new Panel(part("panel"), {
+      change: (changes) => this.change(changes),
+      open: (request) => this.open({ ...COMFORT, controller: this.request.controller ?? "tip", ...request }),
+      carry: (mass) => this.send({ do: "carry", mass }),
+      save: () => this.send({ do: "save", share: false }),
+      share: () => this.send({ do: "save", share: true }),
+      replay: (scenario) => this.open({ scenario }),
+      task: (task) => this.setTask(task),
+      data: () => download("drive.csv", this.history.csv(), "text/csv"),
+    });
+    this.worker.onmessage = (event: MessageEvent<FromWorker>) => this.hear(event.data);
+    this.worker.onerror = (event) => this.notice(`The simulation cannot run here: ${event.message}`, "error", 0);
+    steerView(this.canvas, this.picture.view);
+    this.addViewButtons();
+    this.addBar();
+    this.addLegend();
+    window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recolour());
+    window.addEventListener("keydown", (event) => this.shortcut(event));
+    this.open(first);
+    const frame = (now: number): void => {
+      this.frame(now);
+      requestAnimationFrame(frame);
+    };
+    requestAnimationFrame(frame);
+  }
+
+  private send(message: ToWorker): void {
+    this.worker.postMessage(message);
+  }
+
+  private open(request: Request): void {
+    this.send({ do: "open", request: { ...request, "keep-state": false } });
+  }
+
+  /** Other settings for the crane as it moves. */
+  private change(changes: Partial<Request>): void {
+    this.send({ do: "open", request: { ...this.request, ...changes, "keep-state": true } });
+  }
+
+  private reset(): void {
+    if (this.paused) this.pause(false);
+    this.open(this.request);
+  }
+
+  private pause(paused: boolean): void {
+    this.paused = paused;
+    this.send({ do: "pace", speed: this.speed, paused });
+    const pauseButton = part("pause");
+    pauseButton.textContent = paused ? "▶ Go on" : "❚❚ Pause";
+    document.body.classList.toggle("paused", paused);
+  }
+
+  private hear(message: FromWorker): void {
+    switch (message.tell) {
+      case "opened":
+        return this.begin(message.description, message.fresh);
+      case "rows":
+        this.replaying = message.replaying;
+        return this.take(message.latest, message.history, message.width, message.pace);
+      case "refused":
+        this.notice(message.problem.message, "error", 0);
+        // Where the very first wish fails, the usual crane takes its place.
+        if (this.description) this.panel.show(this.description, this.request);
+        else this.open(USUAL);
+        return;
+      case "happened":
+        return this.happened(message.events, message.ended);
+      case "saved":
+        return message.share ? void this.shared(message.text) : this.saved(message.text);
+      case "broken":
+        return this.notice(`The simulation has stopped: ${message.message}. Reload the page to begin anew.`, "error", 0);
+      case "ready":
+        return;
+    }
+  }
+
+  private begin(description: Description, fresh: boolean): void {
+    const hadOne = this.description !== null;
+    const axes = this.description?.axes.join();
+    this.description = description;
+    const { scenario: _, ...request } = description.request;
+    this.request = request;
+    if (hadOne) part("notices").replaceChildren();
+    this.warnOfVersion(description);
+    this.history.begin(description.signals, !fresh);
+    this.picture.show(description, !fresh);
+    // The pump's work is counted anew by every drive.
+    this.picture.task = null;
+    if (axes !== description.axes.join()) this.sticks.show(description.axes);
+    this.sentSticks = "";
+    this.panel.show(description, this.request);
+    this.charts.rebuild();
+    document.querySelectorAll<HTMLButtonElement>("#modes button").forEach((made) => {
+      made.setAttribute("aria-pressed", String(made.value === description.controller));
+    });
+    part("machine-name").textContent = description.machine.name;
+    document.title = `${description.machine.name} · hydrocrane cockpit`;
+  }
+
+  private setTask(task: TaskName | null): void {
+    this.task = task;
+    this.picture.task = null;
+    if (task) this.reset();
+  }
+
+  /** The path begins where the tip is at rest after a fresh start. */
+  private followTask(row: Float64Array): void {
+    if (!this.task || !this.description) return;
+    const read = (name: string): number => row[this.history.at(name)]!;
+    const tip: Point = [read("tip.x"), read("tip.z")];
+    if (!this.picture.task) {
+      const reach = Math.max(...this.description.workspace.flat().map(([x]) => x));
+      this.picture.task = new Task(this.task, tip, TASK_SIZE * reach);
+    }
+    const task = this.picture.task as Task;
+    const mode = this.description.controller;
+    const score = task.done < task.path.length - 2 ? task.follow(read("time"), tip, read("ledger.supply"), mode) : null;
+    if (score) {
+      this.panel.score(score);
+      this.notice("Done. Reset begins the task again, key 2 first tries it with levers.", "info", 8000);
+    }
+  }
+
+  private warnOfVersion(description: Description): void {
+    const from = description["recorded-by"];
+    if (from && from !== description.version) {
+      this.notice(`Recorded with version ${from}, replayed with ${description.version}: the drive may differ.`, "info", 0);
+    }
+  }
+
+  private take(latest: Float64Array, history: Float64Array, width: number, pace: Pace): void {
+    // Rows of the drive before, still on their way.
+    if (!this.description || width < this.description.signals.length) return;
+    this.row = latest;
+    this.history.add(history, width);
+    const [x, z] = [this.history.at("tip.x"), this.history.at("tip.z")];
+    for (let at = 0; at < history.length; at += width) {
+      this.followTask(history.subarray(at, at + width));
+      if (this.sinceTrail++ % TRAIL === 0) this.picture.follow([history[at + x]!, history[at + z]!]);
+    }
+    this.showPace(pace);
+  }
+
+  private showPace(pace: Pace): void {
+    const slow = !this.paused && pace.factor < 0.95 * this.speed && (this.row?.[0] ?? 0) > 2;
+    const until = this.description?.["replay-until"]?.toFixed(1);
+    const doing = this.replaying ? `replay until ${until} s, any stick takes over · ` : "";
+    const text = doing + (this.paused ? "paused" : `${pace.factor.toFixed(2)} × real time`);
+    const lost = pace.lost >= 0.1 ? ` · ${pace.lost.toFixed(1)} s given up` : "";
+    const badge = part("pace");
+    badge.textContent = text + lost;
+    badge.classList.toggle("slow", slow);
+    badge.title = `Computing takes ${(100 * pace.load).toFixed(0)} % of the time. Time is given up where the computer is too slow or the page asleep.`;
+  }
+
+  private happened(events: Occurrence[], ended: Ended | null): void {
+    for (const { time, text } of events) this.notice(`${time.toFixed(2)} s: ${text}`, "info", 6000);
+    if (ended) this.notice(`The drive ended at ${ended.time.toFixed(2)} s (${ended.kind}): ${ended.message}. Reset begins anew.`, "error", 0);
+  }
+
+  private saved(text: string): void {
+    download("drive.toml", text, "application/toml");
+    const own = this.request.text ? ` Keep it beside ${this.request.machine}.` : "";
+    this.notice(`Saved. \`hydrocrane simulate drive.toml\` repeats the drive.${own}`, "info", 8000);
+  }
+
+  private async shared(text: string): Promise<void> {
+    if (this.request.text) return this.notice("A link cannot carry a machine file: save the scenario and send both.", "error", 0);
+    const address = await linkOf(text);
+    if (!address) return this.notice("The drive is too long for a link: save the scenario and send the file.", "error", 0);
+    const copied = await navigator.clipboard?.writeText(address).then(
+      () => true,
+      () => false,
+    );
+    history.replaceState(null, "", address);
+    this.notice(`${copied ? "Copied" : "In the address bar"}: an address that replays the drive.`, "info", 8000);
+  }
+
+  notice(text: string, kind: "info" | "error", life: number): void {
+    const room = part("notices");
+    const box = make("div", { className: `notice ${kind}` }, make("pre", {}, text));
+    box.append(button("×", "Close this message", () => box.remove()));
+    room.append(box);
+    while (room.childElementCount > 4) room.firstElementChild?.remove();
+    if (life) setTimeout(() => box.remove(), life);
+  }
+
+  private frame(now: number): void {
+    const axes = this.sticks.read();
+    const text = axes.join();
+    // Told again now and then, so that the simulation knows that somebody is there.
+    if (this.description && (text !== this.sentSticks || now - this.sentAt > 100)) {
+      this.send({ do: "steer", axes });
+      this.sentSticks = text;
+      this.sentAt = now;
+    }
+    if (!this.row) return;
+    const row = this.row;
+    const read = (name: string): number => row[this.history.at(name)] ?? NaN;
+    this.picture.draw(row, read);
+    if (now - this.drawnCharts > CHARTS) {
+      this.drawnCharts = now;
+      this.charts.draw(!this.paused);
+      this.showReadout(read);
+    }
+  }
+
+  private showReadout(read: (name: string) => number): void {
+    const speed = Math.hypot(read("tip.vx"), read("tip.vz"));
+    const entries: [string, string][] = [
+      ["time", `${read("time").toFixed(1)} s`],
+      ["tip", `${read("tip.x").toFixed(3)}, ${read("tip.z").toFixed(3)} m`],
+      ["speed", `${speed.toFixed(2)} m/s`],
+      ["pump", `${(read("supply.power") / 1000).toFixed(2)} kW`],
+      ["work", `${(read("ledger.supply") / 1000).toFixed(1)} kJ`],
+    ];
+    const pad = this.sticks.pad;
+    if (pad) entries.push(["gamepad", pad.id.slice(0, 24)]);
+    part("readout").replaceChildren(
+      ...entries.map(([name, value]) => make("span", {}, make("small", {}, name), make("b", {}, value))),
+    );
+  }
+
+  private addBar(): void {
+    const modes = make("div", { id: "modes" });
+    modes.setAttribute("role", "group");
+    modes.setAttribute("aria-label", "Mode");
+    for (const [mode, title] of [
+      ["tip", "One stick moves the tip (key 1)"],
+      ["lever", "One lever per cylinder (key 2)"],
+    ] as const) {
+      const made = button(mode, title, () => this.change({ controller: mode }));
+      made.value = mode;
+      modes.append(made);
+    }
+    const speed = make("select", { id: "speed", title: "Speed of the clock" });
+    SPEEDS.forEach((s) => speed.add(new Option(`${s} ×`, String(s), s === 1, s === 1)));
+    speed.addEventListener("change", () => {
+      this.speed = Number(speed.value);
+      this.pause(this.paused);
+    });
+    const pauseButton = button("❚❚ Pause", "Stop the clock (key P)", () => this.pause(!this.paused));
+    pauseButton.id = "pause";
+    const resetButton = button("↺ Reset", "Back to the start, at rest (key 0)", () => this.reset());
+    resetButton.id = "reset";
+    part("bar").append(
+      make("h1", {}, "hydrocrane", make("small", { id: "machine-name" })),
+      modes,
+      pauseButton,
+      resetButton,
+      speed,
+      make("span", { id: "pace" }),
+      button("◐", "Light or dark", () => this.switchTheme(), "theme"),
+    );
+  }
+
+  private addViewButtons(): void {
+    const view = this.picture.view;
+    part("view-buttons").append(
+      button("+", "Zoom in", () => view.zoom(1.25)),
+      button("−", "Zoom out", () => view.zoom(0.8)),
+      button("⤢", "Show everything", () => view.fit()),
+    );
+  }
+
+  private addLegend(): void {
+    const colours = palette();
+    const bar = make("span", { className: "scale" });
+    for (let i = 0; i <= 10; i++) {
+      const step = make("i");
+      step.style.background = scaleColour(i / 10);
+      bar.append(step);
+    }
+    const key = (colour: string, text: string): HTMLElement => {
+      const mark = make("i", { className: "mark" });
+      mark.style.background = colour;
+      return make("span", {}, mark, text);
+    };
+    part("legend").replaceChildren(
+      make("span", {}, "oil 0", bar, "supply pressure"),
+      key(colours.actual, "tip moves"),
+      key(colours.wanted, "stick asks"),
+      key(colours.limit, "limit reached"),
+      key(colours.reachEdge, "within reach"),
+    );
+  }
+
+  private switchTheme(): void {
+    const root = document.documentElement;
+    const isDark = getComputedStyle(root).getPropertyValue("--dark").trim() === "1";
+    root.dataset["theme"] = isDark ? "light" : "dark";
+    this.recolour();
+  }
+
+  private recolour(): void {
+    this.charts.rebuild();
+    this.addLegend();
+  }
+
+  private shortcut(event: KeyboardEvent): void {
+    const target = event.target as HTMLElement;
+    if (event.repeat || event.ctrlKey || event.metaKey || event.altKey || /^(INPUT|SELECT|TEXTAREA)$/.test(target.tagName)) return;
+    if (event.code === "Digit1") this.change({ controller: "tip" });
+    else if (event.code === "Digit2") this.change({ controller: "lever" });
+    else if (event.code === "KeyP") this.pause(!this.paused);
+    else if (event.code === "Digit0") this.reset();
+  }
+}
+
+/** What the address asks for: `?machine=NAME`, or `?chosen` for what `hydrocrane live` lays beside the page. */
+async function firstRequest(): Promise<Request> {
+  const scenario = await scenarioOf(location.hash);
+  if (scenario !== null) return { scenario };
+  const asked = new URLSearchParams(location.search);
+  if (asked.has("chosen")) {
+    const answer = await fetch("chosen.json");
+    if (answer.ok) return { ...USUAL, ...((await answer.json()) as Request) };
+  }
+  const machine = asked.get("machine");
+  return machine ? { ...USUAL, machine } : USUAL;
+}
+
+void firstRequest().then(
+  (request) => new CockpitPage(request),
+  (error: Error) => new CockpitPage(USUAL).notice(error.message, "error", 0),
+);

@@ -1,0 +1,140 @@
+/** What page and worker tell each other, and what the core tells of a drive. SI units throughout. */
+
+export interface Signal {
+  name: string;
+  unit: string;
+  long: string;
+}
+
+export interface Joint {
+  name: string;
+  unit: string;
+  limits: [number, number];
+  reasons: [string, string];
+  start: number;
+}
+
+export interface Cylinder {
+  name: string;
+  bore: number;
+  rod: number;
+  stroke: number;
+  limits: [number, number];
+  stop: number;
+  spool: number;
+}
+
+export interface Gain {
+  name: string;
+  key: string;
+  unit: string;
+  value: number;
+}
+
+export interface Shape {
+  kind: "link" | "cylinder-barrel" | "cylinder-rod" | "torque-link" | "joint" | "tip";
+  name: string;
+  points: number;
+}
+
+export type Point = [number, number];
+
+/** What there is to see and steer. */
+export interface Description {
+  version: string;
+  machine: { name: string; title: string; source: string };
+  machines: { name: string; title: string }[];
+  controllers: string[];
+  controller: string;
+  axes: string[];
+  tick: number;
+  payload: number;
+  supply: number;
+  "full-speed": number | null;
+  gains: Gain[];
+  sensors: boolean;
+  continued: number | null;
+  /** When a replay ends, s. */
+  "replay-until": number | null;
+  /** Version of the cockpit that recorded what is replayed. */
+  "recorded-by": string | null;
+  /** What the drive was made of, whole. */
+  request: Request;
+  joints: Joint[];
+  cylinders: Cylinder[];
+  signals: Signal[];
+  ledger: [string, number][];
+  shapes: Shape[];
+  "keep-out": { name: string; corners: Point[] }[];
+  workspace: Point[][];
+}
+
+/** What makes a drive, as the core takes it. */
+export interface Request {
+  machine?: string;
+  text?: string | null;
+  overrides?: Record<string, number | string | boolean>;
+  friction?: number;
+  joints?: Record<string, number>;
+  payload?: number;
+  controller?: string;
+  "full-speed"?: number;
+  "real-sensors"?: boolean;
+  seed?: number;
+  "dead-zone"?: number;
+  ramp?: number;
+  delay?: number;
+  /** A scenario to be replayed; it stands for everything else. */
+  scenario?: string;
+  "keep-state"?: boolean;
+}
+
+export interface Problem {
+  message: string;
+  line?: number | null;
+}
+
+export interface Occurrence {
+  time: number;
+  text: string;
+}
+
+/** What has happened since it was last asked for. */
+export interface News {
+  events: Occurrence[];
+  ended: Ended | null;
+  replaying: boolean;
+}
+
+export interface Ended {
+  kind: string;
+  time: number;
+  message: string;
+}
+
+export type ToWorker =
+  | { do: "open"; request: Request }
+  | { do: "steer"; axes: number[] }
+  | { do: "carry"; mass: number }
+  | { do: "pace"; speed: number; paused: boolean }
+  /** `share`: for a link, not a file. */
+  | { do: "save"; share: boolean };
+
+/** How the simulation keeps up with the clock on the wall. */
+export interface Pace {
+  /** Simulated seconds per second of the wall, over the last while. */
+  factor: number;
+  /** Time given up since the start because the computer was too slow or the page asleep, s. */
+  lost: number;
+  /** Share of the time that computing takes. */
+  load: number;
+}
+
+export type FromWorker =
+  | { tell: "ready" }
+  | { tell: "opened"; description: Description; fresh: boolean }
+  | { tell: "refused"; problem: Problem }
+  | { tell: "rows"; latest: Float64Array; history: Float64Array; width: number; pace: Pace; replaying: boolean }
+  | { tell: "happened"; events: Occurrence[]; ended: Ended | null }
+  | { tell: "saved"; text: string; share: boolean }
+  | { tell: "broken"; message: string };

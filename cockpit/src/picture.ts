@@ -1,0 +1,353 @@
+/** The crane to scale: ground, reach, links, cylinders with their oil, load, trail, velocities. */
+
+import type { Cylinder, Description, Point, Shape } from "./messages";
+import { palette, scaleColour, type Palette } from "./palette";
+import { View } from "./view";
+
+/** Length of the velocity arrows: metres per metre per second. */
+const ARROW = 2.5;
+/** Points of the trail. */
+const TRAIL = 1500;
+/** Width of links, m. */
+const BEAM = 0.13;
+/** Room around the foot of the crane and below what it reaches, m. */
+const ROOM = 0.5;
+/** Share of the stroke at which a piston counts as at its end. */
+const NEAR = 0.01;
+
+interface Figure extends Shape {
+  line: Point[];
+}
+
+/** Numbers of a row by their names. */
+export type Reader = (name: string) => number;
+
+export class Picture {
+  readonly view = new View();
+  private readonly context: CanvasRenderingContext2D;
+  private description: Description | null = null;
+  private reach = new Path2D();
+  private trail: Point[] = [];
+  /** A path to be followed, and how many of its points are behind. */
+  task: { path: Point[]; done: number } | null = null;
+
+  constructor(private readonly canvas: HTMLCanvasElement) {
+    this.context = canvas.getContext("2d")!;
+    new ResizeObserver(() => this.resize()).observe(canvas);
+  }
+
+  show(description: Description, keep: boolean): void {
+    const other = this.description?.machine.name !== description.machine.name;
+    this.description = description;
+    this.reach = new Path2D();
+    for (const curve of description.workspace) {
+      curve.forEach(([x, z], i) => (i ? this.reach.lineTo(x, z) : this.reach.moveTo(x, z)));
+      this.reach.closePath();
+    }
+    if (!keep) this.trail = [];
+    if (other) this.view.frame(worthSeeing(description));
+  }
+
+  follow(tip: Point): void {
+    this.trail.push(tip);
+    if (this.trail.length > TRAIL) this.trail.splice(0, this.trail.length - TRAIL);
+  }
+
+  private resize(): void {
+    const ratio = window.devicePixelRatio || 1;
+    const { clientWidth, clientHeight } = this.canvas;
+    this.canvas.width = Math.round(clientWidth * ratio);
+    this.canvas.height = Math.round(clientHeight * ratio);
+    this.view.resize(clientWidth, clientHeight);
+  }
+
+  draw(row: Float64Array, read: Reader): void {
+    const description = this.description;
+    if (!description) return;
+    const colours = palette();
+    const ratio = window.devicePixelRatio || 1;
+    const c = this.context;
+    c.setTransform(1, 0, 0, 1, 0, 0);
+    c.fillStyle = colours.ground;
+    c.fillRect(0, 0, this.canvas.width, this.canvas.height);
+    const { scale, x, z } = this.view;
+    c.setTransform(ratio * scale, 0, 0, -ratio * scale, ratio * x, ratio * z);
+    c.lineJoin = c.lineCap = "round";
+    this.drawGrid(colours);
+    this.drawSurroundings(description, colours);
+    const figures = figuresOf(description, row);
+    this.drawTask(colours);
+    this.drawTrail(colours);
+    this.drawCrane(description, figures, read, colours);
+    const tip = figures.find((figure) => figure.kind === "tip")?.line[0];
+    if (tip) this.drawTip(tip, read, colours);
+  }
+
+  /** Width in pixels, whatever the zoom. */
+  private pixels(width: number): number {
+    return width / this.view.scale;
+  }
+
+  private drawGrid(colours: Palette): void {
+    const c = this.context;
+    const [left, top] = [-this.view.x / this.view.scale, this.view.z / this.view.scale];
+    const right = left + this.canvas.clientWidth / this.view.scale;
+    const bottom = top - this.canvas.clientHeight / this.view.scale;
+    const step = this.view.scale > 300 ? 0.1 : this.view.scale > 60 ? 0.5 : 1;
+    c.strokeStyle = colours.grid;
+    c.lineWidth = this.pixels(1);
+    c.beginPath();
+    for (let x = Math.ceil(left / step) * step; x <= right; x += step) {
+      c.moveTo(x, bottom);
+      c.lineTo(x, top);
+    }
+    for (let z = Math.ceil(bottom / step) * step; z <= top; z += step) {
+      c.moveTo(left, z);
+      c.lineTo(right, z);
+    }
+    c.stroke();
+  }
+
+  private drawSurroundings(description: Description, colours: Palette): void {
+    const c = this.context;
+    c.fillStyle = colours.reach;
+    c.fill(this.reach);
+    c.strokeStyle = colours.reachEdge;
+    c.lineWidth = this.pixels(1.2);
+    c.stroke(this.reach);
+    for (const region of description["keep-out"]) {
+      const path = polygon(region.corners);
+      c.fillStyle = colours.forbidden;
+      c.fill(path);
+      this.hatch(path, region.corners, colours.forbiddenEdge);
+    }
+  }
+
+  private hatch(path: Path2D, corners: Point[], colour: string): void {
+    const c = this.context;
+    const xs = corners.map((p) => p[0]);
+    const zs = corners.map((p) => p[1]);
+    const [x0, x1, z0, z1] = [Math.min(...xs), Math.max(...xs), Math.min(...zs), Math.max(...zs)];
+    c.save();
+    c.clip(path);
+    c.strokeStyle = colour;
+    c.lineWidth = this.pixels(0.7);
+    c.beginPath();
+    const height = z1 - z0;
+    for (let x = x0 - height; x < x1; x += 0.14) {
+      c.moveTo(x, z0);
+      c.lineTo(x + height, z1);
+    }
+    c.stroke();
+    c.restore();
+    c.lineWidth = this.pixels(1.4);
+    c.strokeStyle = colour;
+    c.stroke(path);
+  }
+
+  private drawTask(colours: Palette): void {
+    if (!this.task) return;
+    const c = this.context;
+    const line = (points: Point[], width: number, dash: number[]): void => {
+      c.lineWidth = this.pixels(width);
+      c.setLineDash(dash.map((length) => this.pixels(length)));
+      c.beginPath();
+      points.forEach(([x, z], i) => (i ? c.lineTo(x, z) : c.moveTo(x, z)));
+      c.stroke();
+      c.setLineDash([]);
+    };
+    c.strokeStyle = colours.task;
+    line(this.task.path, 2.5, [9, 8]);
+    line(this.task.path.slice(0, this.task.done + 1), 5, []);
+    const [x, z] = this.task.path.at(-1)!;
+    c.beginPath();
+    c.arc(x, z, this.pixels(9), 0, 2 * Math.PI);
+    c.lineWidth = this.pixels(2.5);
+    c.stroke();
+  }
+
+  private drawTrail(colours: Palette): void {
+    const c = this.context;
+    c.strokeStyle = colours.trail;
+    c.lineWidth = this.pixels(2);
+    const pieces = 12;
+    const length = Math.ceil(this.trail.length / pieces);
+    for (let piece = 0; piece < pieces; piece++) {
+      const part = this.trail.slice(piece * length, (piece + 1) * length + 1);
+      if (part.length < 2) continue;
+      c.globalAlpha = 0.08 + (0.55 * (piece + 1)) / pieces;
+      c.beginPath();
+      part.forEach(([x, z], i) => (i ? c.lineTo(x, z) : c.moveTo(x, z)));
+      c.stroke();
+    }
+    c.globalAlpha = 1;
+  }
+
+  private drawCrane(description: Description, figures: Figure[], read: Reader, colours: Palette): void {
+    for (const figure of figures) if (figure.kind === "link") this.beam(figure.line, BEAM, colours);
+    for (const cylinder of description.cylinders) this.drawCylinder(description, cylinder, figures, read, colours);
+    for (const figure of figures) if (figure.kind === "torque-link") this.beam(figure.line, 0.05, colours);
+    const c = this.context;
+    figures
+      .filter((figure) => figure.kind === "joint")
+      .forEach((figure, i) => {
+        const joint = description.joints[i]!;
+        const q = read(`joint.${joint.name}.q`);
+        const margin = NEAR * (joint.limits[1] - joint.limits[0]);
+        const atLimit = q < joint.limits[0] + margin || q > joint.limits[1] - margin;
+        const [x, z] = figure.line[0]!;
+        c.beginPath();
+        c.arc(x, z, atLimit ? 0.075 : 0.045, 0, 2 * Math.PI);
+        c.fillStyle = atLimit ? colours.limit : colours.ground;
+        c.fill();
+        c.strokeStyle = atLimit ? colours.limit : colours.steelEdge;
+        c.lineWidth = this.pixels(1.6);
+        c.stroke();
+      });
+  }
+
+  private beam(line: Point[], width: number, colours: Palette): void {
+    const c = this.context;
+    const path = new Path2D();
+    line.forEach(([x, z], i) => (i ? path.lineTo(x, z) : path.moveTo(x, z)));
+    c.strokeStyle = colours.steelEdge;
+    c.lineWidth = width + this.pixels(2);
+    c.stroke(path);
+    c.strokeStyle = colours.steel;
+    c.lineWidth = width;
+    c.stroke(path);
+  }
+
+  /** Barrel with both chambers in the colour of their pressure, piston and rod. */
+  private drawCylinder(
+    description: Description,
+    cylinder: Cylinder,
+    figures: Figure[],
+    read: Reader,
+    colours: Palette,
+  ): void {
+    const of = (kind: string): Figure | undefined =>
+      figures.find((figure) => figure.kind === kind && figure.name === cylinder.name);
+    const [from, mouth] = of("cylinder-barrel")?.line ?? [];
+    const pin = of("cylinder-rod")?.line[1];
+    if (!from || !mouth || !pin) return;
+    const half = cylinder.stroke / 2;
+    const x = read(`cylinder.${cylinder.name}.x`);
+    const share = 0.06 + (0.88 * (x + half)) / cylinder.stroke;
+    const piston: Point = [from[0] + share * (mouth[0] - from[0]), from[1] + share * (mouth[1] - from[1])];
+    const edge = x < cylinder.limits[0] + cylinder.stop || x > cylinder.limits[1] - cylinder.stop;
+    const bore = Math.max(cylinder.bore, 0.05);
+    const stroke = (a: Point, b: Point, width: number, colour: string, cap: CanvasLineCap = "butt"): void => {
+      const c = this.context;
+      c.lineCap = cap;
+      c.strokeStyle = colour;
+      c.lineWidth = width;
+      c.beginPath();
+      c.moveTo(...a);
+      c.lineTo(...b);
+      c.stroke();
+      c.lineCap = "round";
+    };
+    const pressure = (side: number): string =>
+      scaleColour(read(`cylinder.${cylinder.name}.p${side}`) / description.supply);
+    stroke(from, mouth, bore + this.pixels(edge ? 6 : 3), edge ? colours.limit : colours.steelEdge);
+    stroke(from, piston, bore, pressure(1));
+    stroke(piston, mouth, bore, pressure(2));
+    stroke(piston, pin, Math.max(cylinder.rod, 0.025) + this.pixels(1.5), colours.steelEdge);
+    stroke(piston, pin, Math.max(cylinder.rod, 0.025), colours.rod);
+    const width = 0.03 / Math.max(Math.hypot(mouth[0] - from[0], mouth[1] - from[1]), 1e-9);
+    const back: Point = [piston[0] - width * (mouth[0] - from[0]), piston[1] - width * (mouth[1] - from[1])];
+    stroke(back, piston, bore, colours.ink);
+  }
+
+  private drawTip(tip: Point, read: Reader, colours: Palette): void {
+    const c = this.context;
+    const payload = read("payload");
+    if (payload > 0) {
+      const size = 0.1 + 0.022 * Math.sqrt(payload);
+      c.strokeStyle = colours.ink;
+      c.lineWidth = this.pixels(1.5);
+      c.beginPath();
+      c.moveTo(...tip);
+      c.lineTo(tip[0], tip[1] - 0.12);
+      c.stroke();
+      c.beginPath();
+      c.arc(tip[0], tip[1] - 0.12 - size, size, 0, 2 * Math.PI);
+      c.fillStyle = colours.load;
+      c.fill();
+      c.stroke();
+      this.label(`${payload.toFixed(0)} kg`, [tip[0], tip[1] - 0.12 - size], "#fff", "center");
+    }
+    const velocity = (name: string): Point => [read(`${name}.vx`), read(`${name}.vz`)];
+    this.arrow(tip, velocity("wanted"), colours.wanted, 7);
+    this.arrow(tip, velocity("tip"), colours.actual, 3.5);
+    c.beginPath();
+    c.arc(tip[0], tip[1], this.pixels(5), 0, 2 * Math.PI);
+    c.fillStyle = colours.ink;
+    c.fill();
+  }
+
+  private arrow(from: Point, velocity: Point, colour: string, width: number): void {
+    const speed = Math.hypot(...velocity);
+    if (!(speed * ARROW * this.view.scale > 4)) return;
+    const c = this.context;
+    const to: Point = [from[0] + ARROW * velocity[0], from[1] + ARROW * velocity[1]];
+    const [ux, uz] = [velocity[0] / speed, velocity[1] / speed];
+    const head = this.pixels(width + 9);
+    c.strokeStyle = c.fillStyle = colour;
+    c.lineWidth = this.pixels(width);
+    c.beginPath();
+    c.moveTo(...from);
+    c.lineTo(...to);
+    c.stroke();
+    c.beginPath();
+    c.moveTo(to[0] + ux * head, to[1] + uz * head);
+    c.lineTo(to[0] - uz * head * 0.6, to[1] + ux * head * 0.6);
+    c.lineTo(to[0] + uz * head * 0.6, to[1] - ux * head * 0.6);
+    c.fill();
+  }
+
+  private label(text: string, at: Point, colour: string, align: CanvasTextAlign): void {
+    const c = this.context;
+    const ratio = window.devicePixelRatio || 1;
+    c.save();
+    const [x, z] = this.view.to(at);
+    c.setTransform(ratio, 0, 0, ratio, 0, 0);
+    c.font = "600 12px system-ui, sans-serif";
+    c.textAlign = align;
+    c.textBaseline = "middle";
+    c.fillStyle = colour;
+    c.fillText(text, x, z);
+    c.restore();
+  }
+}
+
+/** What the tip can reach outside of keep-out regions, and the foot of the crane. */
+function worthSeeing(description: Description): Point[] {
+  const boxes = description["keep-out"].map(({ corners }) => {
+    const [xs, zs] = [corners.map((p) => p[0]), corners.map((p) => p[1])];
+    return { x: [Math.min(...xs), Math.max(...xs)], z: [Math.min(...zs), Math.max(...zs)] } as const;
+  });
+  const inside = ([x, z]: Point): boolean =>
+    boxes.some((box) => x > box.x[0]! && x < box.x[1]! && z > box.z[0]! && z < box.z[1]!);
+  const free = description.workspace.flat().filter((point) => !inside(point));
+  const depth = Math.min(...free.map((point) => point[1])) - ROOM;
+  return [...free, [-ROOM, 0], [0, depth]];
+}
+
+function polygon(corners: Point[]): Path2D {
+  const path = new Path2D();
+  corners.forEach(([x, z], i) => (i ? path.lineTo(x, z) : path.moveTo(x, z)));
+  path.closePath();
+  return path;
+}
+
+/** The corners at the end of a row, shape by shape. */
+function figuresOf(description: Description, row: Float64Array): Figure[] {
+  let at = description.signals.length;
+  return description.shapes.map((shape) => {
+    const line: Point[] = [];
+    for (let i = 0; i < shape.points; i++, at += 2) line.push([row[at]!, row[at + 1]!]);
+    return { ...shape, line };
+  });
+}

@@ -1,0 +1,101 @@
+/** Which part of the world the picture shows: zoom about a point, pan, fit. Metres to pixels. */
+
+import type { Point } from "./messages";
+
+const MOST = 2000;
+const LEAST = 10;
+
+export class View {
+  /** Pixels per metre. */
+  scale = 100;
+  /** Pixel of the world's origin. */
+  x = 0;
+  z = 0;
+  private box: [Point, Point] = [
+    [-1, -1],
+    [4, 3],
+  ];
+  private size: Point = [1, 1];
+  private moved = false;
+
+  /** What is to be seen whole. */
+  frame(points: Point[]): void {
+    const xs = points.map((p) => p[0]);
+    const zs = points.map((p) => p[1]);
+    this.box = [
+      [Math.min(...xs), Math.min(...zs)],
+      [Math.max(...xs), Math.max(...zs)],
+    ];
+    this.fit();
+  }
+
+  fit(): void {
+    const [low, high] = this.box;
+    const [width, height] = [high[0] - low[0], high[1] - low[1]];
+    this.scale = Math.min(this.size[0] / (width * 1.08), this.size[1] / (height * 1.08));
+    this.x = this.size[0] / 2 - (this.scale * (low[0] + high[0])) / 2;
+    this.z = this.size[1] / 2 + (this.scale * (low[1] + high[1])) / 2;
+    this.moved = false;
+  }
+
+  resize(width: number, height: number): void {
+    const [dx, dz] = [(width - this.size[0]) / 2, (height - this.size[1]) / 2];
+    this.size = [width, height];
+    if (!this.moved) return this.fit();
+    this.x += dx;
+    this.z += dz;
+  }
+
+  zoom(factor: number, at: Point = [this.size[0] / 2, this.size[1] / 2]): void {
+    const scale = Math.min(Math.max(this.scale * factor, LEAST), MOST);
+    this.x = at[0] - ((at[0] - this.x) * scale) / this.scale;
+    this.z = at[1] - ((at[1] - this.z) * scale) / this.scale;
+    this.scale = scale;
+    this.moved = true;
+  }
+
+  pan(dx: number, dz: number): void {
+    this.x += dx;
+    this.z += dz;
+    this.moved = true;
+  }
+
+  to([x, z]: Point): Point {
+    return [this.x + this.scale * x, this.z - this.scale * z];
+  }
+}
+
+/** Lets people move the view: wheel and pinch zoom, drag pans, double click fits. */
+export function steerView(canvas: HTMLCanvasElement, view: View): void {
+  const fingers = new Map<number, Point>();
+  const here = (event: MouseEvent): Point => [event.offsetX, event.offsetY];
+  canvas.addEventListener(
+    "wheel",
+    (event) => {
+      event.preventDefault();
+      view.zoom(Math.exp(-event.deltaY * 0.0015), here(event));
+    },
+    { passive: false },
+  );
+  canvas.addEventListener("dblclick", () => view.fit());
+  canvas.addEventListener("pointerdown", (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    fingers.set(event.pointerId, here(event));
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    const before = fingers.get(event.pointerId);
+    if (!before) return;
+    const now = here(event);
+    const other = [...fingers].find(([id]) => id !== event.pointerId)?.[1];
+    if (other) {
+      const span = (a: Point): number => Math.max(Math.hypot(a[0] - other[0], a[1] - other[1]), 1);
+      view.zoom(span(now) / span(before), other);
+    } else {
+      view.pan(now[0] - before[0], now[1] - before[1]);
+    }
+    fingers.set(event.pointerId, now);
+  });
+  for (const end of ["pointerup", "pointercancel"] as const) {
+    canvas.addEventListener(end, (event) => fingers.delete(event.pointerId));
+  }
+}

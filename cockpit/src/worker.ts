@@ -1,0 +1,166 @@
+/** The simulation beside the page: steps of 1 ms that follow the clock on the wall, whatever the page draws. */
+
+import coreUrl from "./core.wasm?url";
+import { Core } from "./core";
+import type { FromWorker, ToWorker } from "./messages";
+
+/** Time between two turns, ms. */
+const TURN = 4;
+/** Time between two messages, ms. */
+const FRAME = 15;
+/** Simulated time between two rows of the charts, ms. */
+const ROW = 10;
+/** Longest computing in one turn, ms. */
+const BUDGET = 30;
+/** Time that can be made up for, ms; what is owed beyond it is given up. */
+const PATIENCE = 200;
+/** Silence of the page after which nobody holds the sticks, ms. */
+const SILENCE = 400;
+
+const post = (message: FromWorker, transfer: Transferable[] = []): void => self.postMessage(message, { transfer });
+
+class Clockwork {
+  private open = false;
+  private speed = 1;
+  private paused = false;
+  private clock = performance.now();
+  private owed = 0;
+  /** Ticks since the drive began. */
+  private ticks = 0;
+  private rows: Float64Array[] = [];
+  private posted = 0;
+  private heard = 0;
+  private held = false;
+  private lost = 0;
+  private busy = 0;
+  private window = { began: performance.now(), ticks: 0, busy: 0, factor: 1, load: 0 };
+
+  constructor(private readonly core: Core) {
+    setInterval(() => this.guarded(() => this.turn()), TURN);
+  }
+
+  receive(message: ToWorker): void {
+    this.guarded(() => this.obey(message));
+  }
+
+  private obey(message: ToWorker): void {
+    switch (message.do) {
+      case "open": {
+        const answer = this.core.open(message.request);
+        if ("error" in answer) return post({ tell: "refused", problem: answer.error });
+        this.open = true;
+        this.ticks = 0;
+        this.rows = [];
+        this.restartClock();
+        return post({ tell: "opened", description: answer, fresh: answer.continued === null });
+      }
+      case "steer":
+        this.heard = performance.now();
+        this.held = message.axes.some((axis) => axis !== 0);
+        return this.core.steer(message.axes);
+      case "carry":
+        return this.core.carry(message.mass);
+      case "pace":
+        this.speed = message.speed;
+        this.paused = message.paused;
+        return this.restartClock();
+      case "save": {
+        const answer = this.core.save();
+        if ("error" in answer) return post({ tell: "refused", problem: answer.error });
+        return post({ tell: "saved", text: answer.saved, share: message.share });
+      }
+    }
+  }
+
+  private restartClock(): void {
+    this.clock = performance.now();
+    this.owed = 0;
+  }
+
+  private turn(): void {
+    const now = performance.now();
+    const passed = now - this.clock;
+    this.clock = now;
+    if (!this.open) return;
+    if (this.held && now - this.heard > SILENCE) this.letGo();
+    if (!this.paused) this.catchUp(passed * this.speed, now);
+    if (now - this.posted >= FRAME) this.report(now);
+  }
+
+  /** Nobody holds the sticks any more: they spring back. */
+  private letGo(): void {
+    this.held = false;
+    this.core.steer(Array<number>(8).fill(0));
+  }
+
+  private catchUp(passed: number, now: number): void {
+    this.owed += passed;
+    if (this.owed > PATIENCE) {
+      this.lost += (this.owed - PATIENCE) / 1000;
+      this.owed = PATIENCE;
+    }
+    while (this.owed >= 1 && performance.now() - now < BUDGET) {
+      const ticks = Math.min(Math.floor(this.owed), ROW - (this.ticks % ROW));
+      if (!this.core.advance(ticks)) return this.end();
+      this.ticks += ticks;
+      this.owed -= ticks;
+      this.window.ticks += ticks;
+      if (this.ticks % ROW === 0) this.rows.push(this.core.frame());
+    }
+    this.busy += performance.now() - now;
+  }
+
+  private end(): void {
+    this.paused = true;
+    const { events, ended } = this.core.events();
+    this.report(performance.now());
+    post({ tell: "happened", events, ended });
+  }
+
+  private report(now: number): void {
+    this.posted = now;
+    const latest = this.core.frame();
+    const width = latest.length;
+    const history = new Float64Array(this.rows.length * width);
+    this.rows.forEach((row, i) => history.set(row, i * width));
+    this.rows = [];
+    const { factor, load } = this.measurePace(now);
+    const pace = { factor, load, lost: this.lost };
+    const { events, ended, replaying } = this.core.events();
+    post({ tell: "rows", latest, history, width, pace, replaying }, [latest.buffer, history.buffer]);
+    if (events.length) post({ tell: "happened", events, ended });
+  }
+
+  private measurePace(now: number): { factor: number; load: number } {
+    const span = now - this.window.began;
+    if (span > 1000) {
+      const factor = this.window.ticks / span;
+      this.window = { began: now, ticks: 0, busy: this.busy, factor, load: (this.busy - this.window.busy) / span };
+    }
+    return this.window;
+  }
+
+  /** A trap of the core is a message too. */
+  private guarded(act: () => void): void {
+    try {
+      act();
+    } catch (error) {
+      this.open = false;
+      const reason = this.core.panic() || (error instanceof Error ? error.message : String(error));
+      post({ tell: "broken", message: reason });
+    }
+  }
+}
+
+const waiting: ToWorker[] = [];
+let clockwork: Clockwork | null = null;
+self.onmessage = (event: MessageEvent<ToWorker>) => (clockwork ? clockwork.receive(event.data) : waiting.push(event.data));
+
+Core.load(coreUrl).then(
+  (core) => {
+    clockwork = new Clockwork(core);
+    waiting.forEach((message) => clockwork?.receive(message));
+    post({ tell: "ready" });
+  },
+  (error: unknown) => post({ tell: "broken", message: error instanceof Error ? error.message : String(error) }),
+);

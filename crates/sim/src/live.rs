@@ -1,0 +1,203 @@
+//! A crane driven live: the loop of a sampled run, taken step by step while somebody moves the sticks.
+//!
+//! What the operator does takes effect at the controller's next sample and is written down there, so that
+//! [`simulate_sampled`](crate::simulate_sampled) with the same options repeats the drive to the last bit.
+
+use crate::model::Model;
+use crate::outcome::Outcome;
+use crate::payload::{Loads, PayloadChange, PayloadEvent};
+use crate::run::{start_fault, stepper, Driven, RunOptions};
+use crate::sampled::{plan_fault, ClosedLoop, Event, SampledPlan};
+use crate::sensing::Sensors;
+use crate::stick::Sticks;
+use hydrocrane_control::controller::Controller;
+use std::sync::Arc;
+
+/// Rounding allowed between the time asked for and the end of a step, s.
+const ROUNDING: f64 = 1e-9;
+
+pub struct Live {
+    model: Arc<dyn Model>,
+    controller: Box<dyn Controller>,
+    closed: ClosedLoop,
+    options: RunOptions,
+    loads: Loads,
+    /// At the tip, kg: at hand, and from the next sample on.
+    payload: f64,
+    wanted_payload: f64,
+    deflections: Vec<f64>,
+    set_point: Option<[f64; 2]>,
+    sampled_until: f64,
+    /// Sticks and loads are those of the plan; nobody drives.
+    replaying: bool,
+    ended: Option<Outcome>,
+}
+
+impl Live {
+    /// Begins at rest at time zero in state `x0`; the error says why that is impossible. The sticks of `plan` tell their
+    /// kind, dead zone and ramp. If they move there, the drive is a replay, with the loads of `options`, until somebody
+    /// [takes over](Self::take_over).
+    pub fn new(
+        model: Arc<dyn Model>,
+        controller: Box<dyn Controller>,
+        x0: &[f64],
+        plan: &SampledPlan,
+        options: RunOptions,
+    ) -> Result<Self, String> {
+        let fault = start_fault(model.as_ref(), x0, &options).or_else(|| plan_fault(plan, controller.period()));
+        if let Some(fault) = fault {
+            return Err(fault);
+        }
+        let driven = Driven::new(model.as_ref(), &options, 0.0);
+        let stepper = stepper(x0, &driven, &options).ok_or_else(|| format!("no method `{}`", options.method))?;
+        let closed = ClosedLoop::new(stepper, model.as_ref(), plan);
+        Ok(Live {
+            closed,
+            controller,
+            loads: Loads::new(&options.payload_changes),
+            replaying: !plan.sticks.times.is_empty(),
+            payload: options.payload,
+            wanted_payload: options.payload,
+            deflections: vec![0.0; plan.sticks.axes],
+            set_point: None,
+            sampled_until: 0.0,
+            ended: None,
+            options,
+            model,
+        })
+    }
+
+    /// From the next sample on the operator holds the sticks so. What is no number counts as centred, what is left out
+    /// too, and a stick ends at -1 and 1.
+    pub fn steer(&mut self, deflections: &[f64]) {
+        for (axis, held) in self.deflections.iter_mut().enumerate() {
+            let wanted = deflections.get(axis).copied().unwrap_or(0.0);
+            *held = if wanted.is_nan() { 0.0 } else { wanted.clamp(-1.0, 1.0) };
+        }
+    }
+
+    /// Ends a replay: from the next sample on the sticks are those of [`Self::steer`].
+    pub fn take_over(&mut self) {
+        if self.replaying {
+            self.replaying = false;
+            self.closed.hand.forget_after(self.sampled_until);
+            self.loads.forget();
+            self.wanted_payload = self.payload;
+        }
+    }
+
+    pub fn replaying(&self) -> bool {
+        self.replaying
+    }
+
+    /// From the next sample on the tip carries `mass` (kg); a mass that none can be changes nothing.
+    pub fn carry(&mut self, mass: f64) {
+        if mass.is_finite() && mass >= 0.0 {
+            self.wanted_payload = mass;
+        }
+    }
+
+    /// Goes on until time `until` (s), by whole steps. An error is how the drive ended; it stays so.
+    pub fn advance(&mut self, until: f64) -> Result<(), Outcome> {
+        if let Some(outcome) = &self.ended {
+            return Err(outcome.clone());
+        }
+        let model = self.model.clone();
+        let mut driven = Driven::new(model.as_ref(), &self.options, self.time());
+        driven.base = self.closed.lines.arrived;
+        driven.payload = self.payload;
+        driven.loads = std::mem::take(&mut self.loads);
+        let mut going = Ok(());
+        while going.is_ok() && self.time() < until - ROUNDING {
+            self.write_down(&mut driven);
+            going = self.closed.step(&mut driven, self.controller.as_mut(), f64::INFINITY);
+            if let Some(place) = self.closed.samples.set_points.last() {
+                self.set_point = (!place[0].is_nan()).then_some(*place);
+                self.closed.samples.clear();
+            }
+        }
+        self.payload = driven.payload;
+        self.loads = driven.loads;
+        self.ended = going.clone().err();
+        going
+    }
+
+    /// Notes at a sample what the operator does from there on.
+    fn write_down(&mut self, driven: &mut Driven) {
+        let Some(now) = self.closed.sample_due(self.controller.period()) else { return };
+        self.sampled_until = now;
+        if self.replaying {
+            return;
+        }
+        self.closed.hand.hold(now, &self.deflections);
+        // The payload at the start is that of the pressures at the start, so that a change waits for the second sample.
+        if self.wanted_payload != driven.payload && now > 0.0 {
+            driven.loads.add(PayloadChange { time: now, mass: self.wanted_payload });
+        }
+    }
+
+    /// Time of the last sample, s: until then the drive is written down.
+    pub fn sampled_until(&self) -> f64 {
+        self.sampled_until
+    }
+
+    /// s since the start
+    pub fn time(&self) -> f64 {
+        self.closed.stepper.t
+    }
+
+    pub fn state(&self) -> &[f64] {
+        &self.closed.stepper.x
+    }
+
+    /// Energies since the start, J: the cylinders' terms, then those of the payload; empty without ledger.
+    pub fn energies(&self) -> Vec<f64> {
+        let own = &self.closed.stepper.w;
+        let payload = if own.is_empty() { &[][..] } else { &self.loads.account };
+        [own, payload].concat()
+    }
+
+    /// At the tip, kg.
+    pub fn payload(&self) -> f64 {
+        self.payload
+    }
+
+    /// Spool commands that have arrived at the valves, m.
+    pub fn commands(&self) -> &[f64] {
+        &self.closed.lines.arrived[..self.model.layout().joints()]
+    }
+
+    /// Where the controller wants the tip (x, z), m, where it has such a place.
+    pub fn set_point(&self) -> Option<[f64; 2]> {
+        self.set_point
+    }
+
+    /// Deflections at the last sample, after dead zone and ramp.
+    pub fn sticks_at(&self) -> &[f64] {
+        self.closed.hand.at()
+    }
+
+    pub fn sensors(&self) -> &Sensors {
+        &self.closed.sensors
+    }
+
+    /// What has happened since the last call.
+    pub fn events(&mut self) -> Vec<Event> {
+        std::mem::take(&mut self.closed.events)
+    }
+
+    /// How the drive ended, if it has.
+    pub fn outcome(&self) -> Option<&Outcome> {
+        self.ended.as_ref()
+    }
+
+    /// What the operator has done with the sticks.
+    pub fn sticks(&self) -> &Sticks {
+        self.closed.hand.sticks()
+    }
+
+    /// Payload at the start, kg, and the loads taken up and let go since.
+    pub fn loads(&self) -> (f64, &[PayloadEvent]) {
+        (self.options.payload, &self.loads.events)
+    }
+}

@@ -1,0 +1,97 @@
+//! What there is to see and to steer, told once per drive.
+
+use crate::cockpit::{Drive, TICK};
+use crate::frame::signals;
+use crate::replay::recorded_by;
+use hydrocrane_machine::bundled_machines;
+use hydrocrane_sim::controllers::{tip_gain, tip_gain_unit, CONTROLLERS, LEVER, TIP_GAINS};
+use hydrocrane_sim::{LEDGER_TERMS, PAYLOAD_TERMS};
+use serde_json::{json, Value};
+
+pub fn of(drive: &Drive) -> Value {
+    let (model, request) = (drive.model.as_ref(), &drive.request);
+    let machine = model.machine();
+    let controllers: Vec<&str> = CONTROLLERS.into_iter().chain([LEVER]).collect();
+    json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "machine": { "name": machine.name, "title": machine.title, "source": request.machine },
+        "machines": machines(),
+        "controllers": controllers,
+        "controller": request.controller,
+        "axes": if request.lever() { cylinder_names(drive) } else { vec!["x".to_string(), "z".to_string()] },
+        "tick": TICK,
+        "payload": drive.live.payload(),
+        "supply": machine.supply.pressure,
+        "full-speed": machine.control.gain(&request.controller, "full-speed"),
+        "gains": gains(drive),
+        "sensors": !machine.sensors.is_empty(),
+        "continued": drive.continued,
+        "replay-until": drive.replay_until,
+        "recorded-by": request.scenario.as_deref().and_then(recorded_by),
+        "request": request,
+        "joints": joints(drive),
+        "cylinders": cylinders(drive),
+        "signals": signals(drive),
+        "ledger": LEDGER_TERMS.iter().chain(&PAYLOAD_TERMS).map(|(name, _, sign)| json!([name, sign])).collect::<Vec<_>>(),
+        "shapes": shapes(drive),
+        "keep-out": machine.keep_out.iter().map(|(name, corners)| json!({ "name": name, "corners": corners })).collect::<Vec<_>>(),
+        "workspace": model.workspace(),
+    })
+}
+
+fn machines() -> Vec<Value> {
+    let titled = |(name, text): &(&str, &str)| {
+        let title = hydrocrane_machine::parse(text, name, &[]).map(|machine| machine.title).unwrap_or_default();
+        json!({ "name": name, "title": title })
+    };
+    bundled_machines().iter().map(titled).collect()
+}
+
+fn cylinder_names(drive: &Drive) -> Vec<String> {
+    drive.model.machine().cylinders.iter().map(|cylinder| cylinder.name.clone()).collect()
+}
+
+fn joints(drive: &Drive) -> Vec<Value> {
+    let layout = drive.model.layout();
+    let limits = drive.model.joint_limits().iter().enumerate();
+    limits
+        .map(|(i, limit)| {
+            json!({
+                "name": drive.model.machine().joints[i].name,
+                "unit": layout.units[i],
+                "limits": [limit.lower, limit.upper],
+                "reasons": limit.reasons.map(|reason| reason.name()),
+                "start": drive.pose[i],
+            })
+        })
+        .collect()
+}
+
+fn cylinders(drive: &Drive) -> Vec<Value> {
+    let limits = drive.model.stroke_limits();
+    let all = drive.model.machine().cylinders.iter().zip(limits);
+    all.map(|(c, limits)| {
+        json!({
+            "name": c.name, "bore": c.bore, "rod": c.rod_diameter, "stroke": c.stroke, "limits": limits,
+            "stop": c.end_stop.zone, "spool": c.valve.stroke,
+        })
+    })
+    .collect()
+}
+
+fn gains(drive: &Drive) -> Vec<Value> {
+    if drive.request.controller != CONTROLLERS[0] {
+        return Vec::new();
+    }
+    let machine = drive.model.machine();
+    let entry = |key: &str| {
+        let key_of_file = format!("control.{}.{key}", CONTROLLERS[0]);
+        json!({ "name": key, "key": key_of_file, "unit": tip_gain_unit(key), "value": tip_gain(machine, key) })
+    };
+    TIP_GAINS.iter().map(|(key, _)| entry(key)).collect()
+}
+
+fn shapes(drive: &Drive) -> Vec<Value> {
+    let shapes = drive.model.drawing(&drive.pose);
+    shapes.iter().map(|s| json!({ "kind": s.kind.name(), "name": s.name, "points": s.line.len() })).collect()
+}

@@ -1,0 +1,89 @@
+//! The numbers of an instant in one row, for charts and drawing.
+
+use crate::cockpit::Drive;
+use hydrocrane_sim::{LEDGER_PER_CYLINDER, LEDGER_TERMS, PAYLOAD_TERMS};
+use serde_json::{json, Value};
+
+/// What stands before the lists.
+pub const HEAD: [(&str, &str, &str); 8] = [
+    ("time", "s", "time since the start"),
+    ("payload", "kg", "payload at the tip"),
+    ("tip.vx", "m/s", "velocity of the tip, forward"),
+    ("tip.vz", "m/s", "velocity of the tip, up"),
+    ("set_point.x", "m", "where the controller wants the tip, forward"),
+    ("set_point.z", "m", "where the controller wants the tip, up"),
+    ("wanted.vx", "m/s", "velocity of the tip that the stick asks for, forward"),
+    ("wanted.vz", "m/s", "velocity of the tip that the stick asks for, up"),
+];
+
+/// Room for one row.
+#[derive(Default)]
+pub struct Frame {
+    row: Vec<f64>,
+    outputs: Vec<f64>,
+}
+
+/// Name, unit and meaning of every number of a row; the corners of the drawing follow them.
+pub fn signals(drive: &Drive) -> Vec<Value> {
+    let entry = |name: &str, unit: &str, long: &str| json!({ "name": name, "unit": unit, "long": long });
+    let mut all: Vec<Value> = HEAD.iter().map(|(name, unit, long)| entry(name, unit, long)).collect();
+    let layout = drive.model.layout();
+    for i in 0..layout.len() {
+        all.push(entry(&layout.names[i], layout.units[i], &layout.long_names[i]));
+    }
+    for output in drive.model.output_info() {
+        all.push(entry(&output.name, output.unit, &output.long_name));
+    }
+    for cylinder in &drive.model.machine().cylinders {
+        let long = format!("{} spool command at the valve", cylinder.name);
+        all.push(entry(&format!("command.{}", cylinder.name), "m", &long));
+    }
+    for (name, long, _) in LEDGER_TERMS.iter().chain(&PAYLOAD_TERMS) {
+        all.push(entry(&format!("ledger.{name}"), "J", long));
+    }
+    all
+}
+
+impl Frame {
+    /// Makes room for the rows of a drive.
+    pub fn measure(&mut self, drive: &Drive) {
+        self.outputs = vec![0.0; drive.model.output_info().len()];
+        self.row.clear();
+    }
+
+    /// The row of the instant.
+    pub fn fill(&mut self, drive: &Drive) -> &[f64] {
+        let (model, live) = (drive.model.as_ref(), &drive.live);
+        let (x, n) = (live.state(), model.layout().joints());
+        let [vx, vz] = model.tip_velocity(&x[..n], &x[n..2 * n]);
+        let [px, pz] = live.set_point().unwrap_or([f64::NAN; 2]);
+        let [wx, wz] = wanted_velocity(drive);
+        model.outputs_without_oil(x, live.payload(), &mut self.outputs);
+        self.row.clear();
+        self.row.extend([drive.time(), live.payload(), vx, vz, px, pz, wx, wz]);
+        self.row.extend_from_slice(x);
+        self.row.extend_from_slice(&self.outputs);
+        self.row.extend_from_slice(live.commands());
+        self.row.extend(ledger(&live.energies(), n));
+        for shape in model.drawing(&x[..n]) {
+            self.row.extend(shape.line.iter().flatten());
+        }
+        &self.row
+    }
+}
+
+/// The terms of the account, each over all cylinders.
+fn ledger(energies: &[f64], cylinders: usize) -> Vec<f64> {
+    let (own, payload) = energies.split_at(cylinders * LEDGER_PER_CYLINDER);
+    let total = |term: usize| own.iter().skip(term).step_by(LEDGER_PER_CYLINDER).sum();
+    (0..LEDGER_PER_CYLINDER).map(total).chain(payload.iter().copied()).collect()
+}
+
+/// The velocity of the tip that the stick asks for; none where levers move the cylinders.
+fn wanted_velocity(drive: &Drive) -> [f64; 2] {
+    let speed = drive.model.machine().control.gain(&drive.request.controller, "full-speed");
+    match (speed, drive.live.sticks_at()) {
+        (Some(speed), &[x, z]) if !drive.request.lever() => [speed * x, speed * z],
+        _ => [f64::NAN; 2],
+    }
+}

@@ -1,0 +1,16 @@
+//! The cockpit's core: a crane that somebody drives, with texts and numbers in and out. No physics of its own.
+//!
+//! [`Cockpit`] is an ordinary type, tested natively; [`face`] hands it to a page as WebAssembly.
+
+mod cockpit;
+mod description;
+pub mod face;
+mod frame;
+mod problem;
+mod replay;
+mod request;
+mod saved;
+
+pub use cockpit::{Cockpit, TICK};
+pub use problem::Problem;
+pub use request::Request;

@@ -1,0 +1,38 @@
+//! What went wrong, for people: one message, with the place in a file where there is one.
+
+use hydrocrane_machine::MachineError;
+use serde_json::{json, Value};
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Problem(Value);
+
+impl Problem {
+    pub fn plain(message: impl Into<String>) -> Self {
+        Problem(json!({ "message": message.into() }))
+    }
+
+    /// As the command line shows it, with its parts.
+    pub fn file(error: &MachineError) -> Self {
+        Problem(json!({
+            "message": error.to_string(),
+            "slug": error.slug(),
+            "file": error.file(),
+            "line": error.line(),
+            "column": error.column(),
+            "key": error.key(),
+            "cure": error.cure(),
+        }))
+    }
+
+    pub fn message(&self) -> &str {
+        self.0["message"].as_str().unwrap_or_default()
+    }
+
+    pub fn line(&self) -> Option<u64> {
+        self.0["line"].as_u64()
+    }
+
+    pub fn json(&self) -> Value {
+        json!({ "error": self.0 })
+    }
+}

@@ -1,0 +1,159 @@
+//! What a page asks for: machine, start, controller, sensors, as JSON.
+
+use crate::problem::Problem;
+use hydrocrane_machine::{bundled_scenarios, load, parse, parse_scenario, Machine, OverrideValue};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+/// Everything that makes a drive; SI units.
+#[derive(Debug, Clone, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Request {
+    /// Bundled name, or the name of the file whose `text` is given.
+    #[serde(default)]
+    pub machine: String,
+    pub text: Option<String>,
+    /// Machine keys to change.
+    #[serde(default)]
+    pub overrides: Map<String, Value>,
+    /// Coulomb, breakaway and viscous friction of all cylinders, as a share of the machine's.
+    #[serde(default = "one")]
+    pub friction: f64,
+    /// Start pose, rad or m; joints left out stand where a bundled scenario has them, or in their middle.
+    #[serde(default)]
+    pub joints: Map<String, Value>,
+    /// kg; the machine's own where it is not given.
+    pub payload: Option<f64>,
+    #[serde(default = "tip")]
+    pub controller: String,
+    /// Speed of the tip at full stick, m/s.
+    pub full_speed: Option<f64>,
+    /// Whether the sensors are those of the data sheets.
+    #[serde(default)]
+    pub real_sensors: bool,
+    #[serde(default)]
+    pub seed: u64,
+    #[serde(default)]
+    pub delay: f64,
+    #[serde(default)]
+    pub dead_zone: f64,
+    #[serde(default)]
+    pub ramp: f64,
+    /// A scenario whose sticks and loads are repeated; it stands for everything above.
+    pub scenario: Option<String>,
+    /// Go on from the state at hand where the machine still has the same states.
+    #[serde(default)]
+    pub keep_state: bool,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn tip() -> String {
+    "tip".into()
+}
+
+/// Friction keys that grow with the level of friction.
+const FRICTION_FORCES: [&str; 3] = ["coulomb", "breakaway", "viscous"];
+
+impl Request {
+    pub fn read(text: &str) -> Result<Self, Problem> {
+        let request: Request = serde_json::from_str(text)
+            .map_err(|error| Problem::plain(format!("the request cannot be read: {error}")))?;
+        let shares = [("friction", request.friction), ("dead-zone", request.dead_zone), ("ramp", request.ramp)];
+        for (name, value) in shares {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(Problem::plain(format!("`{name}` is {value}; it must be zero or greater")));
+            }
+        }
+        if request.dead_zone >= 1.0 {
+            return Err(Problem::plain(format!("a dead zone of {} leaves nothing of the stick", request.dead_zone)));
+        }
+        if let Some(payload) = request.payload.filter(|mass| !(mass.is_finite() && *mass >= 0.0)) {
+            return Err(Problem::plain(format!("a payload of {payload} kg; it must be zero or greater")));
+        }
+        Ok(request)
+    }
+
+    pub fn lever(&self) -> bool {
+        self.controller == "lever"
+    }
+
+    /// The machine with everything that is changed on it, and all the changes.
+    pub fn machine(&self) -> Result<(Machine, Vec<(String, OverrideValue)>), Problem> {
+        let mut changes = self
+            .overrides
+            .iter()
+            .map(|(key, value)| Ok((key.clone(), override_value(key, value)?)))
+            .collect::<Result<Vec<_>, Problem>>()?;
+        if let Some(speed) = self.full_speed.filter(|_| !self.lever()) {
+            changes.push((format!("control.{}.full-speed", self.controller), OverrideValue::Number(speed)));
+        }
+        let mut machine = self.load(&changes)?;
+        if self.friction != 1.0 {
+            changes.extend(friction_changes(&machine, self.friction));
+            machine = self.load(&changes)?;
+        }
+        Ok((machine, changes))
+    }
+
+    fn load(&self, changes: &[(String, OverrideValue)]) -> Result<Machine, Problem> {
+        let loaded = match &self.text {
+            Some(text) => parse(text, &self.machine, changes),
+            None => load(&self.machine, changes),
+        };
+        loaded.map_err(|error| Problem::file(&error))
+    }
+
+    /// Start pose of each joint that is stated: here, or in a bundled scenario of the machine.
+    pub fn pose(&self, machine: &Machine) -> Result<Vec<Option<f64>>, Problem> {
+        for name in self.joints.keys() {
+            if !machine.joints.iter().any(|joint| joint.name == *name) {
+                let known: Vec<&str> = machine.joints.iter().map(|joint| joint.name.as_str()).collect();
+                return Err(Problem::plain(format!("there is no joint `{name}`; there are {}", known.join(", "))));
+            }
+        }
+        let usual = if self.text.is_none() { usual_pose(&self.machine) } else { Vec::new() };
+        let stated = |name: &str| {
+            let here = self.joints.get(name).and_then(Value::as_f64);
+            here.or_else(|| usual.iter().find(|(joint, _)| joint == name).map(|(_, q)| *q))
+        };
+        Ok(machine.joints.iter().map(|joint| stated(&joint.name)).collect())
+    }
+}
+
+/// Where the first bundled scenario of a machine starts.
+fn usual_pose(machine: &str) -> Vec<(String, f64)> {
+    let scenarios = bundled_scenarios().iter().filter_map(|(name, text)| parse_scenario(text, name, &[]).ok());
+    let first = scenarios.into_iter().find(|scenario| scenario.machine == machine);
+    first.map(|scenario| scenario.initial.joints).unwrap_or_default()
+}
+
+/// The friction forces of the file times `level`.
+fn friction_changes(machine: &Machine, level: f64) -> Vec<(String, OverrideValue)> {
+    let force = |key: &str| {
+        let mut parts = key.split('.');
+        parts.next() == Some("friction") && parts.nth(1).is_some_and(|last| FRICTION_FORCES.contains(&last))
+    };
+    let values = machine.provenance.iter().filter(|entry| force(&entry.key));
+    values
+        .map(|entry| {
+            let si: Vec<OverrideValue> = entry.value.si.iter().map(|v| OverrideValue::Number(v * level)).collect();
+            let value = if let [one] = si.as_slice() { one.clone() } else { OverrideValue::List(si) };
+            (entry.key.clone(), value)
+        })
+        .collect()
+}
+
+fn override_value(key: &str, value: &Value) -> Result<OverrideValue, Problem> {
+    Ok(match value {
+        Value::Bool(flag) => OverrideValue::Bool(*flag),
+        Value::String(text) => OverrideValue::Text(text.clone()),
+        Value::Number(number) => OverrideValue::Number(number.as_f64().unwrap_or(f64::NAN)),
+        Value::Array(items) => {
+            OverrideValue::List(items.iter().map(|item| override_value(key, item)).collect::<Result<_, _>>()?)
+        }
+        _ => return Err(Problem::plain(format!("override `{key}`: give a number, a text, true, false or a list"))),
+    })
+}

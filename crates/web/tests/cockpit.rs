@@ -1,0 +1,238 @@
+//! The cockpit against the native run: a drive that is saved and simulated ends in the same place.
+
+use hydrocrane_machine::scenario::{Scenario, SensorQuality, StickMode};
+use hydrocrane_machine::{load, parse_scenario};
+use hydrocrane_sim::integrator::Tolerances;
+use hydrocrane_sim::{
+    build, simulate_sampled, EquilibriumMode, OutcomeKind, PayloadChange, RunOptions, SampledPlan, SensorMode, Sensors,
+    StickKind, Sticks,
+};
+use hydrocrane_web::Cockpit;
+use serde_json::{json, Value};
+
+/// Period of the controllers in ticks.
+const SAMPLE: u32 = 10;
+
+fn opened(request: Value) -> (Cockpit, Value) {
+    let mut cockpit = Cockpit::default();
+    let description = cockpit.open(&request.to_string()).unwrap_or_else(|problem| panic!("{problem:?}"));
+    (cockpit, description)
+}
+
+/// Where a signal stands in the frames.
+fn index(description: &Value, name: &str) -> usize {
+    let signals = description["signals"].as_array().expect("a list");
+    signals.iter().position(|signal| signal["name"] == name).unwrap_or_else(|| panic!("no signal {name}"))
+}
+
+fn tip(cockpit: &mut Cockpit, description: &Value) -> [f64; 2] {
+    ["tip.x", "tip.z"].map(|name| cockpit.frame()[index(description, name)])
+}
+
+/// Ten seconds of a restless operator, told at odd instants, with a log taken up and let go: where the tip ends.
+fn drive(cockpit: &mut Cockpit, description: &Value, axes: usize) -> [f64; 2] {
+    let mut ticks = 0;
+    for part in 0..143u32 {
+        let deflections: Vec<f64> = (0..axes).map(|axis| (0.37 * f64::from(part) + axis as f64).sin() * 0.8).collect();
+        cockpit.steer(&deflections);
+        match part {
+            40 => cockpit.carry(60.0),
+            90 => cockpit.carry(0.0),
+            _ => {}
+        }
+        ticks += 67 + part % 7;
+        assert!(cockpit.advance(67 + part % 7), "{}", cockpit.events());
+    }
+    assert!(cockpit.advance(SAMPLE - ticks % SAMPLE));
+    let end = tip(cockpit, description);
+    // The drive is written down until its last sample, which the next step takes.
+    assert!(cockpit.advance(1));
+    end
+}
+
+/// What `hydrocrane simulate` does with a scenario that has a joystick: (time, tip) at its end.
+fn simulated(scenario: &Scenario) -> (f64, [f64; 2]) {
+    let machine = load(&scenario.machine, &scenario.overrides).expect("the machine of the drive");
+    let model = build(&machine).expect("a machine that can be built");
+    let at = |name: &str| scenario.initial.joints.iter().find(|(joint, _)| joint == name).map_or(0.0, |(_, q)| *q);
+    let q: Vec<f64> = machine.joints.iter().map(|joint| at(&joint.name)).collect();
+    let payload = scenario.payload.expect("written in the file");
+    let x0 = model.equilibrium(&q, EquilibriumMode::Hold, payload).expect("a pose to rest in");
+    let (choice, stick) = (scenario.controller.as_ref().expect("one"), scenario.joystick.as_ref().expect("one"));
+    let mut controller = model.controller(&choice.name).expect("a known controller");
+    if choice.name != "lever" {
+        controller = model.monitored(controller, choice.delay);
+    }
+    let kind = if stick.mode == StickMode::Tip { StickKind::Tip } else { StickKind::Lever };
+    let deflections = (0..stick.time.len()).flat_map(|row| stick.axes.iter().map(move |axis| axis[row])).collect();
+    let sensors = if choice.sensors == SensorQuality::Ideal { SensorMode::Ideal } else { SensorMode::DataSheet };
+    let plan = SampledPlan {
+        sticks: Sticks {
+            times: stick.time.clone(),
+            deflections,
+            dead_zone: stick.dead_zone,
+            ramp: stick.ramp,
+            ..Sticks::centred(kind, machine.cylinders.len())
+        },
+        sensors: Sensors::new(model.as_ref(), sensors, scenario.seed, &[]).expect("sensors"),
+        delay: choice.delay,
+    };
+    let step = scenario.solver.step.expect("fixed steps");
+    let options = RunOptions {
+        method: scenario.solver.method.clone(),
+        tolerances: Tolerances { relative: 1e-4, absolute: 1e-4, max_step: step },
+        payload,
+        payload_changes: scenario.payload_changes.iter().map(|&(time, mass)| PayloadChange { time, mass }).collect(),
+        ledger: false,
+        max_steps: 1_000_000,
+    };
+    let end = scenario.duration;
+    let done = simulate_sampled(model.as_ref(), &x0, end, controller.as_mut(), &plan, &[end], &options, &mut |_| true);
+    assert_eq!(done.run.outcome.kind, OutcomeKind::Completed, "{}", done.run.outcome.message);
+    (end, model.tip(&done.run.states[..q.len()]))
+}
+
+/// Drives, saves and simulates.
+fn repeats(request: Value, axes: usize) {
+    let (mut cockpit, description) = opened(request);
+    let start = tip(&mut cockpit, &description);
+    let driven = drive(&mut cockpit, &description, axes);
+    let text = cockpit.save().expect("a drive from a fresh start");
+    let (time, simulated) = simulated(&parse_scenario(&text, "drive.toml", &[]).expect("a scenario"));
+    assert!(time > 9.9 && (driven[0] - start[0]).hypot(driven[1] - start[1]) > 0.01, "{time} {start:?} {driven:?}");
+    assert_eq!(driven, simulated);
+}
+
+#[test]
+fn a_saved_drive_of_the_tip_is_repeated_to_the_last_bit() {
+    let machine =
+        json!({ "machine": "rottne-f9-lab", "full-speed": 0.3, "payload": 20, "dead-zone": 0.05, "ramp": 0.2 });
+    repeats(machine, 2);
+}
+
+#[test]
+fn a_saved_drive_with_levers_real_sensors_and_changed_laws_is_repeated_too() {
+    repeats(
+        json!({
+            "machine": "rottne-f9-lab", "controller": "lever", "real-sensors": true, "seed": 3, "friction": 1.5,
+            "delay": 0.0023, "overrides": { "supply.pressure": 1.6e7 }, "joints": { "boom": 1.8 },
+        }),
+        3,
+    );
+}
+
+#[test]
+fn a_saved_drive_is_replayed_until_somebody_takes_over() {
+    let (mut cockpit, description) =
+        opened(json!({ "machine": "rottne-f9-lab", "full-speed": 0.3, "dead-zone": 0.05, "ramp": 0.2 }));
+    let driven = drive(&mut cockpit, &description, 2);
+    let text = cockpit.save().expect("a drive from a fresh start");
+    let (mut again, told) = opened(json!({ "scenario": text }));
+    assert_eq!(told["recorded-by"], told["version"]);
+    let length = (1000.0 * parse_scenario(&text, "drive.toml", &[]).expect("a scenario").duration).round() as u32;
+    // Hands that do not touch the sticks change nothing.
+    again.steer(&[0.0, 0.0]);
+    assert!(again.advance(length));
+    assert_eq!(tip(&mut again, &description), driven);
+    assert!(again.advance(1), "the sample at the end");
+    let (kept, mut saved) = (stick_of(&text), stick_of(&again.save().expect("the same drive")));
+    // It goes on with the sticks let go.
+    saved.time.truncate(kept.time.len());
+    assert_eq!(saved.time, kept.time);
+
+    let (mut other, _) = opened(json!({ "scenario": text }));
+    other.advance(2000);
+    assert_eq!(other.events()["replaying"], true);
+    other.steer(&[0.0, -1.0]);
+    other.advance(2000);
+    assert_eq!(other.events()["replaying"], false);
+    let changed = parse_scenario(&other.save().expect("a drive"), "drive.toml", &[]).expect("a scenario");
+    assert_eq!(changed.joystick.expect("one").axes[1].last(), Some(&-1.0));
+    assert!(changed.payload_changes.is_empty(), "the log of the replay was still to come");
+}
+
+fn stick_of(text: &str) -> hydrocrane_machine::scenario::Joystick {
+    parse_scenario(text, "drive.toml", &[]).expect("a scenario").joystick.expect("with a joystick")
+}
+
+#[test]
+fn scenarios_beyond_a_drive_are_refused_with_the_reason() {
+    let (mut cockpit, _) = opened(json!({ "machine": "single-cylinder" }));
+    for (name, part) in
+        [("vertical-lift-open-loop", "spool commands"), ("tip-log-pick-and-place", "a believed machine")]
+    {
+        let mut bundled = hydrocrane_machine::bundled_scenarios().iter();
+        let (_, text) = bundled.find(|(known, _)| *known == name).expect("a bundled scenario");
+        let problem = cockpit.open(&json!({ "scenario": text }).to_string()).expect_err("no drive");
+        assert!(problem.message().contains(part), "{name}: {}", problem.message());
+    }
+    let problem = cockpit.open(&json!({ "scenario": "[scenario]\nname = 1\n" }).to_string()).expect_err("a slip");
+    assert!(problem.message().starts_with("drive.toml:"), "{}", problem.message());
+}
+
+#[test]
+fn a_change_on_the_way_goes_on_from_the_state_at_hand_and_says_that_it_cannot_be_saved() {
+    let (mut cockpit, description) = opened(json!({ "machine": "rottne-f9-lab", "full-speed": 0.3 }));
+    cockpit.steer(&[1.0, 0.5]);
+    assert!(cockpit.advance(700));
+    let before = cockpit.frame().to_vec();
+    let changed = json!({ "machine": "rottne-f9-lab", "controller": "lever", "keep-state": true });
+    let again = cockpit.open(&changed.to_string()).expect("the same machine");
+    let tip_at = index(&description, "tip.x");
+    assert_eq!(before[tip_at], cockpit.frame()[index(&again, "tip.x")]);
+    assert_eq!(before[0], cockpit.frame()[0], "time goes on");
+    assert!(cockpit.advance(20));
+    let refused = cockpit.save().expect_err("it began in motion");
+    assert!(refused.message().contains("reset"), "{}", refused.message());
+}
+
+#[test]
+fn sticks_let_go_bring_the_valves_to_neutral() {
+    let (mut cockpit, description) = opened(json!({ "machine": "rottne-f9-lab", "controller": "lever" }));
+    let commands = ["lift", "jib", "extension"].map(|name| index(&description, &format!("command.{name}")));
+    cockpit.steer(&[0.5, f64::NAN, 7.0]);
+    cockpit.advance(30);
+    assert_eq!(commands.map(|at| cockpit.frame()[at]), [0.025, 0.0, 0.05]);
+    cockpit.steer(&[]);
+    cockpit.advance(30);
+    assert_eq!(commands.map(|at| cockpit.frame()[at]), [0.0; 3]);
+}
+
+#[test]
+fn what_is_wrong_is_told_with_its_place_and_the_drive_at_hand_goes_on() {
+    let (mut cockpit, _) = opened(json!({ "machine": "single-cylinder" }));
+    let bad = "extends = \"rottne-f9-lab\"\n[suply]\npressure = \"90 bar\"\n";
+    let problem = cockpit.open(&json!({ "machine": "my.toml", "text": bad }).to_string()).expect_err("a slip");
+    assert_eq!(problem.line(), Some(2));
+    assert!(problem.message().starts_with("my.toml:2:") && problem.message().contains("supply"), "{problem:?}");
+    for (request, part) in [
+        (json!({ "machine": "rottne" }), "rottne-f9-lab"),
+        (json!({ "machine": "rottne-f9-lab", "controller": "pip" }), "lever"),
+        (json!({ "machine": "rottne-f9-lab", "payload": -1 }), "zero or greater"),
+        (json!({ "machine": "rottne-f9-lab", "joints": { "bom": 1 } }), "boom"),
+        (json!({ "machine": "rottne-f9-lab", "friktion": 1 }), "friktion"),
+        (json!({ "machine": "rottne-f9-lab", "overrides": { "supply.pressure": {} } }), "supply.pressure"),
+        (json!({ "machine": "rottne-f9-lab", "joints": { "boom": 9 } }), "boom"),
+    ] {
+        let problem = cockpit.open(&request.to_string()).expect_err("it cannot be");
+        assert!(problem.message().contains(part), "{request}: {problem:?}");
+    }
+    assert!(cockpit.open("nonsense").is_err() && cockpit.advance(10));
+}
+
+#[test]
+fn every_bundled_machine_can_be_driven() {
+    for (name, _) in hydrocrane_machine::bundled_machines() {
+        for controller in ["lever", "tip"] {
+            let (mut cockpit, description) = opened(json!({ "machine": name, "controller": controller }));
+            cockpit.steer(&[0.1; 6]);
+            assert!(cockpit.advance(200), "{name} {controller}: {}", cockpit.events());
+            let corners: u64 =
+                description["shapes"].as_array().expect("a list").iter().filter_map(|s| s["points"].as_u64()).sum();
+            let signals = description["signals"].as_array().expect("a list").len();
+            let frame = cockpit.frame();
+            assert_eq!(frame.len(), signals + 2 * corners as usize, "{name}");
+            assert!(frame[signals..].iter().all(|corner| corner.is_finite()), "{name}");
+        }
+    }
+}

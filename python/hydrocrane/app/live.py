@@ -1,0 +1,103 @@
+"""``hydrocrane live``: open the cockpit on a machine or scenario."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from hydrocrane.app.console import say
+from hydrocrane.errors import InputError
+
+if TYPE_CHECKING:
+    from hydrocrane.app.live_server import Server
+    from hydrocrane.machine import Machine
+    from hydrocrane.scenario import Scenario
+
+
+def drive_request(target: str, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """What the page is asked to open: a machine or a scenario, checked here as everywhere on the command line."""
+    import hydrocrane as hc
+    from hydrocrane.app.options import is_scenario
+
+    if not is_scenario(target):
+        return _machine_request(hc.load_machine(target, dict(settings)))
+    plan = hc.load_scenario(target).changed(overrides=dict(settings))
+    crane = plan.load_machine()
+    plan.initial_state(crane)
+    return {**_machine_request(crane), **_scenario_request(plan)}
+
+
+def _machine_request(crane: Machine) -> dict[str, Any]:
+    path = Path(crane.source)
+    request: dict[str, Any] = {"machine": crane.source, "overrides": dict(crane.overrides)}
+    if path.suffix == ".toml":
+        text = path.read_text(encoding="utf-8")
+        _check_alone(path, tomllib.loads(text))
+        request |= {"machine": path.name, "text": text}
+    return request
+
+
+def _check_alone(path: Path, tree: Mapping[str, Any]) -> None:
+    """The page has no folder to look for other files in."""
+    others = [*tree.get("include", []), *([tree["extends"]] if "extends" in tree else [])]
+    for other in others:
+        if "/" in other or "\\" in other or other.endswith(".toml"):
+            raise InputError(
+                f"{path} needs `{other}`, and the cockpit takes a machine in one file: extend a bundled machine by its "
+                "name, and copy what is included into the file"
+            )
+
+
+def _scenario_request(plan: Scenario) -> dict[str, Any]:
+    """Start, load, controller and sensors; its sticks and spool commands are left to whoever drives."""
+    request: dict[str, Any] = {"joints": dict(plan.joints), "seed": plan.seed}
+    if plan.payload is not None:
+        request["payload"] = plan.payload
+    if isinstance(plan.driver, str):
+        request |= {"controller": plan.driver, "delay": plan.delay, "real-sensors": plan.sensors == "data-sheet"}
+    if plan.joystick is not None:
+        request |= {"dead-zone": plan.joystick.dead_zone, "ramp": plan.joystick.ramp}
+        if plan.joystick.full_speed is not None:
+            request["full-speed"] = plan.joystick.full_speed
+    return request
+
+
+def cockpit_server(target: str | None = None, settings: Mapping[str, Any] | None = None, port: int = 0) -> Server:
+    """A server for the page, opened on a machine or scenario where one is given; port 0 takes any free one."""
+    from hydrocrane.app.live_server import CHOSEN, Server, page_files
+
+    files = page_files()
+    if target is not None:
+        request = drive_request(target, settings or {})
+        files[CHOSEN] = ("application/json", json.dumps(request).encode())
+    return Server(files, port)
+
+
+def live(
+    target: Annotated[
+        str, typer.Argument(help="Machine or scenario: file or bundled name.", metavar="[MACHINE|SCENARIO]")
+    ] = "rottne-f9-lab",
+    settings: Annotated[
+        list[str], typer.Option("--set", help='Override a machine key: KEY=VALUE, e.g. supply.pressure="100 bar".')
+    ] = [],  # noqa: B006
+    port: Annotated[int, typer.Option(help="Port on this computer; 0 takes any free one.", min=0, max=65535)] = 0,
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
+) -> None:
+    """Drive a crane in the browser, with mouse, keyboard or joystick; Ctrl-C ends."""
+    import webbrowser
+
+    from hydrocrane.app.options import overrides
+
+    with cockpit_server(target, overrides(settings), port) as server:
+        say(f"the cockpit is at {server.address}  (Ctrl-C ends)")
+        if browser:
+            webbrowser.open(server.address)
+        try:
+            server.serve_forever()
+        except KeyboardInterrupt:
+            say("ended")

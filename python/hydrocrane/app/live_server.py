@@ -1,0 +1,106 @@
+"""The cockpit's page on this computer alone.
+
+The page simulates in the browser; the server only hands out files. It knows them by name from the start, so that no
+request reaches any other.
+"""
+
+from __future__ import annotations
+
+import mimetypes
+from collections.abc import Mapping
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+from hydrocrane.errors import InputError
+
+PAGE = Path(__file__).with_name("cockpit_page")
+HOST = "127.0.0.1"
+POLICY = (
+    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; style-src 'self'; "
+    "connect-src 'self'; img-src 'self' data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+HEADERS = {
+    "Content-Security-Policy": POLICY,
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-cache",
+}
+# What a computer's own list may lack or have otherwise.
+TYPES = {".js": "text/javascript", ".wasm": "application/wasm", ".css": "text/css", ".html": "text/html; charset=utf-8"}
+CHOSEN = "/chosen.json"
+
+Files = Mapping[str, tuple[str, bytes]]
+
+
+def page_files(folder: Path = PAGE) -> dict[str, tuple[str, bytes]]:
+    """Address to (type, content) of every file of the built page."""
+    if not (folder / "index.html").is_file():
+        raise InputError(
+            "the cockpit page is not built: run `make cockpit` in the project's folder, which needs Node.js, "
+            "or install a wheel, which carries it"
+        )
+    files = {}
+    for path in sorted(p for p in folder.rglob("*") if p.is_file()):
+        kind = TYPES.get(path.suffix) or mimetypes.guess_type(path.name)[0] or "application/octet-stream"
+        files["/" + path.relative_to(folder).as_posix()] = (kind, path.read_bytes())
+    return {"/": files["/index.html"], **files}
+
+
+class Handler(BaseHTTPRequestHandler):
+    """Answers GET and HEAD for the files it knows."""
+
+    server: Server
+    server_version = "hydrocrane"
+    sys_version = ""
+
+    def do_GET(self) -> None:
+        self._answer(with_content=True)
+
+    def do_HEAD(self) -> None:
+        self._answer(with_content=False)
+
+    def _answer(self, *, with_content: bool) -> None:
+        # Another host's page whose name leads here must not read what is served.
+        if self.headers.get("Host") not in self.server.hosts:
+            return self.send_error(HTTPStatus.FORBIDDEN)
+        found = self.server.files.get(self.path.partition("?")[0])
+        if found is None:
+            return self.send_error(HTTPStatus.NOT_FOUND)
+        kind, content = found
+        self.send_response(HTTPStatus.OK)
+        self.send_header("Content-Type", kind)
+        self.send_header("Content-Length", str(len(content)))
+        self.end_headers()
+        if with_content:
+            self.wfile.write(content)
+        return None
+
+    def end_headers(self) -> None:
+        for name, value in HEADERS.items():
+            self.send_header(name, value)
+        super().end_headers()
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """The terminal stays quiet."""
+
+
+class Server(ThreadingHTTPServer):
+    """A server on the loopback address."""
+
+    daemon_threads = True
+
+    def __init__(self, files: Files, port: int = 0) -> None:
+        try:
+            super().__init__((HOST, port), Handler)
+        except OSError as error:
+            raise InputError(f"port {port} cannot be used ({error.strerror}); choose another with --port") from error
+        self.files = files
+        self.hosts = {f"{name}:{self.server_port}" for name in (HOST, "localhost")}
+
+    @property
+    def address(self) -> str:
+        """Where the page is."""
+        return f"http://{HOST}:{self.server_port}/" + ("?chosen" if CHOSEN in self.files else "")

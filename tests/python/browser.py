@@ -1,0 +1,54 @@
+"""A real browser for tests and pictures of the cockpit."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from hydrocrane.app.live import cockpit_server
+
+# Names of browsers that understand Chromium's remote control.
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+
+
+class NoBrowser(Exception):
+    """Why there is none."""
+
+
+@contextmanager
+def chromium() -> Iterator[Any]:
+    """A headless Chromium: the one that CHROMIUM names, that is installed, or that playwright has downloaded."""
+    try:
+        from playwright.sync_api import Error, sync_playwright
+    except ImportError as error:
+        raise NoBrowser("playwright is not installed: pip install playwright") from error
+    with sync_playwright() as playwright:
+        path = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, BROWSERS)), None)
+        # Inside containers the browser's own sandbox cannot be made; the page is the project's own.
+        arguments = ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
+        try:
+            browser = playwright.chromium.launch(executable_path=path, args=arguments)
+        except Error as error:
+            hint = "install Chromium, or run `playwright install chromium`"
+            raise NoBrowser(f"no browser can be started ({hint}): {str(error).splitlines()[0]}") from error
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+@contextmanager
+def served(target: str | None = None) -> Iterator[str]:
+    """Address of the cockpit, served in a thread."""
+    with cockpit_server(target) as server:
+        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
+        thread.start()
+        try:
+            yield server.address
+        finally:
+            server.shutdown()
+            thread.join()

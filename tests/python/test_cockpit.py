@@ -1,0 +1,206 @@
+"""The cockpit without a browser: what its server hands out, and a drive in WebAssembly against the native core."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import shutil
+import subprocess
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hydrocrane as hc
+from hydrocrane.app.live import cockpit_server, drive_request
+from hydrocrane.app.live_server import PAGE, Server, page_files
+from hydrocrane.errors import InputError, MachineFileError
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+# --- the server -----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def page(tmp_path):
+    """A built page in miniature, with a secret beside it."""
+    folder = tmp_path / "page"
+    (folder / "assets").mkdir(parents=True)
+    (folder / "index.html").write_text("<p>crane</p>", encoding="utf-8")
+    (folder / "assets" / "core.wasm").write_bytes(b"\0asm")
+    (tmp_path / "secret.txt").write_text("nobody's business", encoding="utf-8")
+    return folder
+
+
+@pytest.fixture
+def ask(page):
+    """Ask a running server: (status, headers, content)."""
+    with Server({**page_files(page), "/chosen.json": ("application/json", b"{}")}) as server:
+        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
+        thread.start()
+
+        def ask(path, method="GET", host=None):
+            connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=10)
+            connection.request(method, path, headers={"Host": host or f"127.0.0.1:{server.server_port}"})
+            answer = connection.getresponse()
+            content = answer.read()
+            connection.close()
+            return answer.status, dict(answer.getheaders()), content
+
+        ask.server = server
+        yield ask
+        server.shutdown()
+        thread.join()
+
+
+def test_the_server_hands_out_the_page_with_strict_headers(ask):
+    status, headers, content = ask("/?chosen")
+    assert (status, content) == (200, b"<p>crane</p>")
+    assert headers["Content-Type"].startswith("text/html") and headers["X-Content-Type-Options"] == "nosniff"
+    policy = headers["Content-Security-Policy"]
+    assert "default-src 'none'" in policy and "unsafe-inline" not in policy and "'unsafe-eval'" not in policy
+    status, headers, content = ask("/assets/core.wasm", "HEAD")
+    assert (status, headers["Content-Type"], content) == (200, "application/wasm", b"")
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["/../secret.txt", "/%2e%2e/secret.txt", "//secret.txt", "/assets/../../secret.txt", "/assets", "/etc/passwd", "*"],
+)
+def test_the_server_hands_out_nothing_else(ask, path):
+    status, headers, content = ask(path)
+    assert status == 404 and b"business" not in content and headers["X-Content-Type-Options"] == "nosniff"
+
+
+def test_the_server_is_for_this_computer_alone(ask):
+    assert ask.server.server_address[0] == "127.0.0.1"
+    assert ask("/", host="evil.example")[0] == 403
+    assert ask("/", host=f"localhost:{ask.server.server_port}")[0] == 200
+    assert ask("/", "POST")[0] == 501
+
+
+def test_a_port_in_use_is_one_clear_error(ask):
+    with pytest.raises(InputError, match="choose another with --port"):
+        Server({}, ask.server.server_port)
+
+
+def test_a_page_that_is_not_built_says_how_to_build_it(tmp_path):
+    with pytest.raises(InputError, match="make cockpit"):
+        page_files(tmp_path)
+
+
+# --- what is driven -------------------------------------------------------------------------------------------------
+
+
+def test_a_machine_file_goes_to_the_page_as_text(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('extends = "rottne-f9-lab"\n[supply]\nclass = "setting"\npressure = "120 bar"\n', encoding="utf-8")
+    request = drive_request(str(path), {"payload.mass": 20.0})
+    assert request == {"machine": "mine.toml", "text": path.read_text(), "overrides": {"payload.mass": 20.0}}
+    assert drive_request("hiab-xs031", {}) == {"machine": "hiab-xs031", "overrides": {}}
+
+
+def test_a_machine_in_several_files_is_one_clear_error(tmp_path):
+    (tmp_path / "base.toml").write_text('extends = "rottne-f9-lab"\n', encoding="utf-8")
+    path = tmp_path / "mine.toml"
+    path.write_text('extends = "base.toml"\n', encoding="utf-8")
+    with pytest.raises(InputError, match="mine.toml needs `base.toml`.*one file"):
+        drive_request(str(path), {})
+
+
+def test_a_scenario_gives_start_controller_and_sensors():
+    request = drive_request("tip-vertical-line", {})
+    assert request["machine"] == "rottne-f9-lab" and request["controller"] == "tip" and request["real-sensors"]
+    assert (request["delay"], request["full-speed"], request["seed"]) == (0.002, 0.1, 1)
+    assert request["joints"]["boom"] == pytest.approx(np.radians(100))
+
+
+def test_what_is_wrong_is_said_before_a_server_starts(tmp_path):
+    path = tmp_path / "bad.toml"
+    path.write_text('extends = "rottne-f9-lab"\n[suply]\n', encoding="utf-8")
+    with pytest.raises(MachineFileError, match="bad.toml:2:"):
+        drive_request(str(path), {})
+
+
+# --- the compiled core ----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def drive():
+    """Drive the compiled core in Node: (request, moves) to its answer."""
+    cores = sorted((PAGE / "assets").glob("core-*.wasm"))
+    if not cores:
+        pytest.skip("the cockpit is not built: run `make cockpit`")
+    node = shutil.which("node")
+    if node is None:
+        pytest.skip("no Node.js to run WebAssembly in")
+
+    def drive(request, moves):
+        done = subprocess.run(
+            [node, ROOT / "cockpit/tests/drive.mjs", cores[0]],
+            input=json.dumps({"request": request, "moves": moves}),
+            capture_output=True,
+            text=True,
+            timeout=300,
+            check=True,
+        )
+        return json.loads(done.stdout)
+
+    return drive
+
+
+def restless(axes, seconds):
+    """Somebody who changes the sticks every now and then, takes up a log and lets it go."""
+    draws = np.random.default_rng(axes)
+    moves = [{"axes": list(draws.uniform(-1, 1, axes)), "ticks": 370} for _ in range(int(seconds / 0.37))]
+    moves[len(moves) // 3]["mass"] = 40.0
+    moves[len(moves) // 2]["mass"] = 0.0
+    left = round(1000 * seconds) - sum(move["ticks"] for move in moves)
+    # One more step takes the sample at the end, until which the drive is written down.
+    return [*moves, {"ticks": left}, {"ticks": 1}]
+
+
+REQUESTS = {
+    "tip": {"machine": "rottne-f9-lab", "full-speed": 0.25, "dead-zone": 0.02, "ramp": 0.15},
+    "lever": {"machine": "rottne-f9-lab", "controller": "lever", "friction": 1.3, "real-sensors": True, "seed": 5,
+              "overrides": {"supply.pressure": 150e5}},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("mode", REQUESTS)
+def test_a_drive_in_webassembly_is_repeated_by_the_native_core(drive, mode, tmp_path):
+    """60 s of driving, saved as a scenario and simulated, end at the same tip within 1e-9 m."""
+    driven = drive(REQUESTS[mode], restless(2 if mode == "tip" else 3, 60.0))
+    path = tmp_path / "drive.toml"
+    path.write_text(driven["saved"]["saved"], encoding="utf-8")
+    run = hc.simulate(path)
+    assert run.outcome.completed and run.outcome.time == 60.0
+    names = [signal["name"] for signal in driven["description"]["signals"]]
+    start, end = driven["rows"][0], driven["rows"][-2]
+    assert end[names.index("time")] == pytest.approx(60.0, abs=1e-9)
+    tips = np.array([[row[names.index(n)] for n in ("tip.x", "tip.z")] for row in (start, end)])
+    native = np.array([run.data["tip.x"][-1], run.data["tip.z"][-1]])
+    assert np.abs(tips[1] - tips[0]).max() > 0.05, "the drive leads somewhere"
+    assert np.abs(tips[1] - native).max() < 1e-9
+    work = sum(float(run.data[f"ledger.{c}.supply"][-1]) for c in run.cylinder_names)
+    assert end[names.index("ledger.supply")] == pytest.approx(work, rel=1e-9) and work > 1e3
+
+
+def test_webassembly_tells_the_errors_of_the_command_line(drive, tmp_path):
+    text = 'extends = "rottne-f9-lab"\n\n[supply]\npresure = "140 bar"\n'
+    told = drive({"machine": "mine.toml", "text": text}, [])["error"]
+    (tmp_path / "mine.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(MachineFileError) as native:
+        hc.load_machine(tmp_path / "mine.toml")
+    assert told["message"] == str(native.value).replace(f"{tmp_path}/", "")
+    assert (told["line"], told["slug"]) == (4, "unknown-key")
+
+
+def test_the_command_serves_what_it_is_asked_to(page, monkeypatch):
+    monkeypatch.setattr("hydrocrane.app.live_server.PAGE", page)
+    monkeypatch.setattr("hydrocrane.app.live_server.page_files.__defaults__", (page,))
+    with cockpit_server("single-cylinder") as server:
+        assert server.address.endswith("/?chosen")
+        assert json.loads(server.files["/chosen.json"][1])["machine"] == "single-cylinder"
