@@ -8,7 +8,7 @@ import { linkOf, scenarioOf } from "./link";
 import type { Description, Ended, FromWorker, Occurrence, Pace, Point, Request, ToWorker } from "./messages";
 import { palette, scaleColour } from "./palette";
 import { Panel } from "./panel";
-import { Picture } from "./picture";
+import { limitOf, Picture } from "./picture";
 import { Sticks } from "./sticks";
 import { Task, type TaskName } from "./tasks";
 import { steerView } from "./view";
@@ -264,6 +264,10 @@ class CockpitPage {
       ["pump", `${(read("supply.power") / 1000).toFixed(2)} kW`],
       ["work", `${(read("ledger.supply") / 1000).toFixed(1)} kJ`],
     ];
+    for (const joint of this.description?.joints ?? []) {
+      const limit = limitOf(joint, read(`joint.${joint.name}.q`));
+      if (limit) entries.push([`${joint.name} at its limit`, limit]);
+    }
     const pad = this.sticks.pad;
     if (pad) entries.push(["gamepad", pad.id.slice(0, 24)]);
     part("readout").replaceChildren(

@@ -1,6 +1,6 @@
 /** The crane to scale: ground, reach, links, cylinders with their oil, load, trail, velocities. */
 
-import type { Cylinder, Description, Point, Shape } from "./messages";
+import type { Cylinder, Description, Joint, Point, Shape } from "./messages";
 import { palette, scaleColour, type Palette } from "./palette";
 import { View } from "./view";
 
@@ -12,11 +12,19 @@ const TRAIL = 1500;
 const BEAM = 0.13;
 /** Room around the foot of the crane and below what it reaches, m. */
 const ROOM = 0.5;
-/** Share of the stroke at which a piston counts as at its end. */
+/** Share of its range at which a joint counts as at its limit. */
 const NEAR = 0.01;
 
 interface Figure extends Shape {
   line: Point[];
+}
+
+/** What holds a joint at `q`, null where nothing does. */
+export function limitOf(joint: Joint, q: number): string | null {
+  const [low, high] = joint.limits;
+  const margin = NEAR * (high - low);
+  if (q < low + margin) return joint.reasons[0];
+  return q > high - margin ? joint.reasons[1] : null;
 }
 
 /** Numbers of a row by their names. */
@@ -192,9 +200,7 @@ export class Picture {
       .filter((figure) => figure.kind === "joint")
       .forEach((figure, i) => {
         const joint = description.joints[i]!;
-        const q = read(`joint.${joint.name}.q`);
-        const margin = NEAR * (joint.limits[1] - joint.limits[0]);
-        const atLimit = q < joint.limits[0] + margin || q > joint.limits[1] - margin;
+        const atLimit = limitOf(joint, read(`joint.${joint.name}.q`)) !== null;
         const [x, z] = figure.line[0]!;
         c.beginPath();
         c.arc(x, z, atLimit ? 0.075 : 0.045, 0, 2 * Math.PI);
