@@ -267,7 +267,7 @@ fn a_fault_of_an_unknown_sensor_names_the_known_ones() {
 /// Random deflections of `axes` sticks, held or joined, and the sensors of the data sheets.
 fn random_plan(m: &dyn Model, seed: u64, seconds: f64, kind: StickKind) -> SampledPlan {
     let mut draws = Draws::new(seed, "operator");
-    let mut sticks = Sticks { linear: seed % 2 == 0, dead_zone: 0.05, ramp: 0.1, ..Sticks::centred(kind, 3) };
+    let mut sticks = Sticks { linear: seed.is_multiple_of(2), dead_zone: 0.05, ramp: 0.1, ..Sticks::centred(kind, 3) };
     let mut t = 0.0;
     while t < seconds {
         sticks.times.push(t);
