@@ -22,11 +22,11 @@ pub const GAMMA: f64 = 0.435_866_521_508_459;
 /// Where the last two stages are, as a share of the step.
 const NODE: f64 = 2.0 * GAMMA;
 const A: f64 = 2.0;
-const C21: f64 = 0.675_161_651_004_046_04;
+const C21: f64 = 0.675_161_651_004_046;
 const C31: f64 = -5.852_283_092_120_213;
-const C32: f64 = -1.901_285_526_477_801_1;
-const D: [f64; STAGES] = [GAMMA, 0.564_133_478_491_541, -1.143_449_221_516_972_1];
-const WEIGHTS: [f64; STAGES] = [2.423_364_536_605_054_7, 0.920_178_917_478_537_4, 0.503_185_619_126_517_3];
+const C32: f64 = -1.901_285_526_477_801;
+const D: [f64; STAGES] = [GAMMA, 0.564_133_478_491_541, -1.143_449_221_516_972];
+const WEIGHTS: [f64; STAGES] = [2.423_364_536_605_055, 0.920_178_917_478_537_4, 0.503_185_619_126_517_3];
 
 /// Equations x' = f(t, x), linearised where a step starts.
 pub trait Linearised<T> {
