@@ -160,7 +160,8 @@ class _Reader:
         if not self._moves(i):
             return "the piston rests, or its motion does not show"
         b -= int(MARGIN * (b - a))
-        half_way = self._half_way(self._began(i), b)
+        began = self._began(i)
+        half_way = self._half_way(began, b)
         piece = Piece(
             time[a:b],
             self.friction[a:b],
@@ -170,7 +171,7 @@ class _Reader:
         )
         skipped = int(np.ceil((b - a) * min(self.settle_travel / abs(whole.travel), 1.0)))
         first, reason = settled(piece, skipped, self._least_samples(whole.velocity))
-        return reason if first is None else self._window(a + first, b)
+        return reason if first is None else self._window(began, a + first, b)
 
     def _began(self, i: int) -> int:
         """Sample at which the motion of piece i began: the last rest, reversal, gap or change of command or speed."""
@@ -198,7 +199,7 @@ class _Reader:
         rate = (self.time.size - 1) / (self.time[-1] - self.time[0])
         return max(int(np.ceil(seconds * rate)), 12)
 
-    def _window(self, a: int, b: int) -> Window | str:
+    def _window(self, began: int, a: int, b: int) -> Window | str:
         time = self.time[a:b]
         motion = self._motion(a, b)
         if motion.error > 0.1 * abs(motion.velocity):
@@ -221,4 +222,5 @@ class _Reader:
             effective_samples=effective,
             chambers=(float(self.parts[0][a:b].mean()), float(self.parts[1][a:b].mean())),
             position=float(self.x[a:b].mean()),
+            before=abs(float(self.x[a] - self.x[began])),
         )
