@@ -88,11 +88,13 @@ class RigSensors:
             hysteresis=max(UNIFORM * position.get("repeatability", 0.0) * width, 1e-9),
         )
 
-    @property
-    def of_a_log(self) -> tuple[float, ...]:
-        """Standard deviations of :data:`OF_A_LOG`: what a reading at rest and a calibration do not tell."""
+    def of_a_log(self, supply: float) -> tuple[float, ...]:
+        """Standard deviations of :data:`OF_A_LOG`: what a reading at rest and a calibration do not tell.
+
+        The span's error grows with the pressure read, which is below that of the `supply`, Pa.
+        """
         offset, pressure = START_READING * self.position_noise, START_READING * self.pressure_noise
-        p1 = float(np.linalg.norm([pressure, self.zeros[0], self.left[0]]))
+        p1 = float(np.linalg.norm([pressure, self.zeros[0], self.left[0], self.span * supply]))
         return (offset, p1, float(np.hypot(self.hysteresis, self.bow)), *self.left)
 
     @property

@@ -108,7 +108,7 @@ def unknowns_of(
     readings += [
         Unknown(f"{name} {k}", 0.0, deviation, (0.0, deviation))
         for k in range(len(logs))
-        for name, deviation in zip(OF_A_LOG, sensors.of_a_log, strict=True)
+        for name, deviation in zip(OF_A_LOG, sensors.of_a_log(rig.supply_pressure), strict=True)
     ]
     return keys, readings
 
