@@ -47,6 +47,9 @@ def run_experiment(
     bits: Annotated[int | None, typer.Option(help="Resolution of the converters.")] = None,
     load_cell: Annotated[bool, typer.Option("--load-cell/--no-load-cell", help="Log the force on the rod.")] = True,
     calibration: Annotated[float, typer.Option(help="Seconds at zero pressure before the run.")] = 0.0,
+    slips: Annotated[
+        float | None, typer.Option(help="Length of each level, in slips of the bristles; of constant-velocity.")
+    ] = None,
     settings: Annotated[list[str], typer.Option("--set", help="Override a machine key: KEY=VALUE.")] = [],  # noqa: B006
 ) -> None:
     """Run an experiment and write what the sensors read; one file per load or pressure where these are varied."""
@@ -60,6 +63,8 @@ def run_experiment(
     checked_suffix(output)
     how: dict[str, Any] = {"seed": seed, "sensors": sensors, "bits": bits, "load_cell": load_cell}
     how |= {"payload": payload, "supply": supply, "calibration": calibration, "overrides": overrides(settings)}
+    if slips is not None:
+        how["slips"] = slips
     varied = {key for member in known(experiment).series for key in member if how[key] is None}
     with waiting("running the experiment"):
         logs = rigs.series(experiment, machine, **how) if varied else [rigs.run(experiment, machine, **how)]

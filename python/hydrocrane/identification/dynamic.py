@@ -41,6 +41,8 @@ TOO_WIDE = 0.5
 STRAINED = 4.5
 # Tolerance of the fit that finds the starts, and the variance above which the model is far off.
 ROUGH, FAR_OFF = 1e-3, 100.0
+# What the noise is taken for on the way there, as a multiple, and to what tolerance.
+SOFTENED, ON_THE_WAY = (100.0, 10.0), 0.1
 # Unknowns that the simulation starts from.
 MOVED = ("p1.start", "x.start")
 
@@ -111,6 +113,9 @@ def _fitted(unknowns: Sequence[Unknown], misfit: RigMisfit) -> tuple[Estimate, R
 
     A model that is far off stays so: it is not fitted again.
     """
+    for softened in SOFTENED:
+        near = output_error.fit(unknowns, misfit, tolerance=ON_THE_WAY, softened=softened)
+        unknowns = [_started(unknown, float(value)) for unknown, value in zip(unknowns, near.values, strict=True)]
     first = output_error.fit(unknowns, misfit, tolerance=ROUGH)
     if first.variance > FAR_OFF:
         return first, misfit, list(unknowns)
@@ -119,10 +124,14 @@ def _fitted(unknowns: Sequence[Unknown], misfit: RigMisfit) -> tuple[Estimate, R
     return output_error.fit(again, misfit), misfit, again
 
 
+def _started(unknown: Unknown, value: float) -> Unknown:
+    return dataclasses.replace(unknown, start=value)
+
+
 def _moved(unknown: Unknown, value: float) -> Unknown:
     """The unknown where the fit left it; what the simulation starts from counts from there."""
     if not unknown.name.startswith(MOVED):
-        return dataclasses.replace(unknown, start=value)
+        return _started(unknown, value)
     assert unknown.prior is not None
     mean, deviation = unknown.prior
     return dataclasses.replace(unknown, start=0.0, prior=(mean - value, deviation))

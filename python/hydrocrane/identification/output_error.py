@@ -24,7 +24,7 @@ from hydrocrane.errors import HydrocraneError, InputError
 # From the values (k,), SI, to residuals in standard deviations (m,) and their slopes (m, k) per SI unit.
 Misfit = Callable[[Array], tuple[Array, Array]]
 # Relative change of cost or unknowns at which the search stops: far below what a standard deviation costs.
-TOLERANCE = 1e-6
+TOLERANCE = 1e-5
 MOST_EVALUATIONS = 40
 # Information below this share of the largest, unknowns in their scales, counts as none.
 BLIND = 1e-9
@@ -112,12 +112,20 @@ class Estimate:
         return np.asarray(self.bound / np.outer(deviation, deviation), dtype=np.float64)
 
 
-def fit(unknowns: Sequence[Unknown], misfit: Misfit, *, tolerance: float = TOLERANCE) -> Estimate:
+def fit(
+    unknowns: Sequence[Unknown], misfit: Misfit, *, tolerance: float = TOLERANCE, softened: float = 1.0
+) -> Estimate:
     """Fit the unknowns; values that `misfit` cannot evaluate are stepped back from.
 
-    The search stops where cost or unknowns change by less than `tolerance`, relative.
+    Parameters
+    ----------
+    tolerance : float
+        The search stops where cost or unknowns change by less, relative.
+    softened : float
+        Factor of all standard deviations of the data. Far from the answer straight lines promise too much of nuisances;
+        while the data count for little, their priors hold them.
     """
-    evaluator = _Evaluator(unknowns, misfit)
+    evaluator = _Evaluator(unknowns, misfit, softened)
     low, high = (np.array([u.bounds[side] for u in unknowns]) / evaluator.scale for side in (0, 1))
     found = optimize.least_squares(
         evaluator.residuals,
@@ -129,12 +137,12 @@ def fit(unknowns: Sequence[Unknown], misfit: Misfit, *, tolerance: float = TOLER
         gtol=None,
         max_nfev=MOST_EVALUATIONS,
     )
-    freedom = max(found.fun.size - len(unknowns), 1)
+    freedom = max(evaluator.count - len(unknowns), 1)
     return Estimate(
         names=tuple(u.name for u in unknowns),
         values=np.asarray(found.x * evaluator.scale),
         bound=_inverse(found.jac) * np.outer(evaluator.scale, evaluator.scale),
-        variance=float(2.0 * found.cost / freedom),
+        variance=float(2.0 * found.cost * softened**2 / freedom),
         converged=bool(found.success),
         message=str(found.message),
         evaluations=evaluator.evaluations,
@@ -153,11 +161,18 @@ def bound(unknowns: Sequence[Unknown], misfit: Misfit) -> dict[str, float]:
 
 
 class _Evaluator:
-    """Residuals and slopes of all logs and priors in scaled unknowns; the last point is kept, as the search asks for
-    both in turn."""
+    """Residuals and slopes of all logs and priors in scaled unknowns, turned into one more row than there are unknowns:
+    sums of squares stay, and the search need not decompose thousands of rows at every step. The last point is kept, as
+    it asks for both in turn.
 
-    def __init__(self, unknowns: Sequence[Unknown], misfit: Misfit) -> None:
-        self.misfit = misfit
+    Attributes
+    ----------
+    count : int
+        Residuals, priors included.
+    """
+
+    def __init__(self, unknowns: Sequence[Unknown], misfit: Misfit, softened: float = 1.0) -> None:
+        self.misfit, self.softened, self.count = misfit, softened, 0
         self.scale = np.array([u.scale for u in unknowns])
         self.start = np.array([u.start for u in unknowns]) / self.scale
         self.prior = np.array([(i, *u.prior) for i, u in enumerate(unknowns) if u.prior is not None]).reshape(-1, 3)
@@ -191,16 +206,17 @@ class _Evaluator:
     def _all(self, values: Array) -> tuple[Array, Array]:
         residuals, slopes = self.misfit(values)
         at, mean, deviation = self.prior[:, 0].astype(int), self.prior[:, 1], self.prior[:, 2]
-        rows = np.zeros((at.size, values.size))
+        rows = np.zeros((at.size, values.size + 1))
         rows[np.arange(at.size), at] = 1.0 / deviation
-        return (
-            np.concatenate([residuals, (values[at] - mean) / deviation]),
-            np.vstack([slopes, rows]) * self.scale,
-        )
+        rows[:, -1] = (values[at] - mean) / deviation
+        both = np.vstack([np.column_stack([slopes, residuals]) / self.softened, rows])
+        self.count = len(both)
+        turned = np.linalg.qr(both, mode="r")
+        return turned[:, -1], turned[:, :-1] * self.scale
 
 
 def _inverse(slopes: Array) -> Array:
     """(J^T J)^-1; a combination of unknowns that the data say nothing of gets a huge variance in place of infinity."""
-    _, s, vt = np.linalg.svd(np.linalg.qr(slopes, mode="r"))
+    _, s, vt = np.linalg.svd(slopes, full_matrices=False)
     weight = 1.0 / np.maximum(s, BLIND * s[0]) ** 2
     return np.asarray((vt.T * weight) @ vt, dtype=np.float64)

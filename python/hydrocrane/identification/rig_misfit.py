@@ -9,13 +9,13 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 from hydrocrane.identification.rig_model import SIGNALS, LogModel
-from hydrocrane.identification.rig_sensors import NUISANCES, STARTS, gains, read
+from hydrocrane.identification.rig_sensors import NUISANCES, OF_A_LOG, gains, read
 
 Progress = Callable[[int, float], None]
 
 
 class RigMisfit:
-    """Residuals of all logs, in standard deviations, with their slopes by keys, nuisances and the start of each log.
+    """Residuals of all logs, in standard deviations, with their slopes by keys and nuisances.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class RigMisfit:
 
     def restarted(self, theta: Array) -> RigMisfit:
         """The same logs, simulated from the starts that `theta` says."""
-        models = [model.restarted(theta[self._own(k)][1:], theta[: self.keys]) for k, model in enumerate(self.models)]
+        models = [model.restarted(theta[self._own(k)][1:3], theta[: self.keys]) for k, model in enumerate(self.models)]
         moved = RigMisfit(models, self.progress)
         moved.evaluations = self.evaluations
         return moved
@@ -75,6 +75,6 @@ class RigMisfit:
         return seen, row
 
     def _own(self, log: int) -> slice:
-        """Where the :data:`STARTS` of a log stand among the unknowns."""
-        first = self.keys + len(NUISANCES) + log * len(STARTS)
-        return slice(first, first + len(STARTS))
+        """Where :data:`OF_A_LOG` of a log stands among the unknowns."""
+        first = self.keys + len(NUISANCES) + log * len(OF_A_LOG)
+        return slice(first, first + len(OF_A_LOG))

@@ -34,8 +34,8 @@ PARABOLA = 8.0
 # Whether the zeros of p1 and p2 were subtracted, or their standard errors then, Pa.
 Calibrated = bool | Sequence[float]
 NUISANCES = ("p1.zero", "p2.zero", "p1.span", "p2.span", "x.slope", "x.curve", "x.hysteresis")
-# And of each log.
-STARTS = ("x.offset", "p1.start", "x.start")
+# And of each log: a zero calibration has an error of its own each time.
+OF_A_LOG = ("x.offset", "p1.start", "x.start", "p1.calibration", "p2.calibration")
 
 
 @dataclass(frozen=True)
@@ -48,8 +48,9 @@ class RigSensors:
         Time constant of the pressure transmitters, s.
     pressure_noise, position_noise : float
         Standard deviation of one reading, Pa and m.
-    zeros : (float, float)
-        Standard deviations of the zero errors of p1 and p2, Pa.
+    zeros, left : (float, float)
+        Standard deviations of the zero errors of p1 and p2 that all logs share, and of those that each log has of its
+        own because each was calibrated by itself, Pa.
     span : float
         That of a pressure's span, 1.
     bow, width : float
@@ -62,6 +63,7 @@ class RigSensors:
     pressure_noise: float
     position_noise: float
     zeros: tuple[float, float]
+    left: tuple[float, float]
     span: float
     bow: float
     width: float
@@ -73,22 +75,27 @@ class RigSensors:
         pressure, position = _properties(rig, "p1"), _properties(rig, "x")
         full, width = pressure["range"], position["range"]
         span = UNIFORM * pressure.get("accuracy", 0.0)
+        zeros, left = _zeros(calibrated, float(span * full))
         return cls(
             lag=pressure.get("rise-time", 0.0) / np.log(9.0),
             pressure_noise=max(_noise(pressure) * full, 1.0),
             position_noise=max(_noise(position) * width, 1e-8),
-            zeros=_zeros(calibrated, float(span * full)),
+            zeros=zeros,
+            left=left,
             span=max(span, 1e-6),
             bow=max(UNIFORM * position.get("linearity", 0.0) * width, 1e-7),
             width=width,
             hysteresis=max(UNIFORM * position.get("repeatability", 0.0) * width, 1e-9),
         )
 
-    @property
-    def starts(self) -> tuple[float, ...]:
-        """Standard deviations of the :data:`STARTS`: what a reading at rest does not tell."""
-        noise = START_READING * np.array([self.position_noise, self.pressure_noise])
-        return (float(noise[0]), float(np.hypot(noise[1], self.zeros[0])), float(np.hypot(self.hysteresis, self.bow)))
+    def of_a_log(self, supply: float) -> tuple[float, ...]:
+        """Standard deviations of :data:`OF_A_LOG`: what a reading at rest and a calibration do not tell.
+
+        The span's error grows with the pressure read, which is below that of the `supply`, Pa.
+        """
+        offset, pressure = START_READING * self.position_noise, START_READING * self.pressure_noise
+        p1 = float(np.linalg.norm([pressure, self.zeros[0], self.left[0], self.span * supply]))
+        return (offset, p1, float(np.hypot(self.hysteresis, self.bow)), *self.left)
 
     @property
     def deviations(self) -> tuple[float, ...]:
@@ -120,7 +127,7 @@ class RigSensors:
         return np.asarray(cholesky(covariance, lower=True))
 
 
-def read(y: Array, turned: Array, by_start: Array, nuisances: Array, start: Array) -> tuple[Array, Array]:
+def read(y: Array, turned: Array, by_start: Array, nuisances: Array, of_log: Array) -> tuple[Array, Array]:
     """What the sensors read.
 
     Parameters
@@ -131,23 +138,24 @@ def read(y: Array, turned: Array, by_start: Array, nuisances: Array, start: Arra
         As of :meth:`RigSensors.turned`.
     by_start : (b, 3, 2) array
         As of :attr:`LogModel.by_start`.
-    nuisances, start : (7,) and (3,) arrays
-        In the order of :data:`NUISANCES` and :data:`STARTS`.
+    nuisances, of_log : (7,) and (5,) arrays
+        In the order of :data:`NUISANCES` and :data:`OF_A_LOG`.
 
     Returns
     -------
     readings : (b, 3) array
-    slopes : (b, 3, 10) array
-        By the nuisances and starts.
+    slopes : (b, 3, 12) array
+        By both.
     """
     way = y[:, 0] - y[0, 0]
-    slopes = np.zeros((*y.shape, len(NUISANCES) + len(STARTS)))
+    slopes = np.zeros((*y.shape, len(NUISANCES) + len(OF_A_LOG)))
     slopes[:, 1, 0] = slopes[:, 2, 1] = slopes[:, 0, 7] = 1.0
     slopes[:, 1, 2], slopes[:, 2, 3] = y[:, 1], y[:, 2]
     slopes[:, 0, 4], slopes[:, 0, 5], slopes[:, 0, 6] = way, way**2, -turned
-    slopes[:, :, 8:] = by_start
+    slopes[:, :, 8:10] = by_start
+    slopes[:, 1, 10] = slopes[:, 2, 11] = 1.0
     # Everything that a sensor adds is linear in its errors.
-    return y + slopes @ np.concatenate([nuisances, start]), slopes
+    return y + slopes @ np.concatenate([nuisances, of_log]), slopes
 
 
 def gains(y: Array, nuisances: Array) -> Array:
@@ -163,15 +171,15 @@ def whitened(root: Array, values: Array) -> Array:
     return np.asarray(solve_triangular(root, values, lower=True, check_finite=False))
 
 
-def _zeros(calibrated: Calibrated, largest: float) -> tuple[float, float]:
-    """Standard deviations of the zero errors, Pa; `largest` without a calibration."""
+def _zeros(calibrated: Calibrated, largest: float) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Standard deviations of the zero errors that logs share, and of each log's own, Pa."""
     if isinstance(calibrated, bool):
-        zero = CALIBRATED_ZERO if calibrated else max(largest, CALIBRATED_ZERO)
-        return zero, zero
+        known = (BEST_ZERO, CALIBRATED_ZERO) if calibrated else (max(largest, CALIBRATED_ZERO), BEST_ZERO)
+        return (known[0], known[0]), (known[1], known[1])
     errors = real_array(calibrated, "calibrated")
     if errors.shape != (2,) or (errors < 0.0).any():
         raise InputError(f"calibrated is yes, no, or the standard errors of the zeros of p1 and p2, got {calibrated!r}")
-    return max(float(errors[0]), BEST_ZERO), max(float(errors[1]), BEST_ZERO)
+    return (BEST_ZERO, BEST_ZERO), (max(float(errors[0]), BEST_ZERO), max(float(errors[1]), BEST_ZERO))
 
 
 def _noise(sensor: dict[str, float]) -> float:

@@ -13,7 +13,7 @@ from hydrocrane.errors import InputError
 from hydrocrane.identification.output_error import Unknown
 from hydrocrane.identification.points import DIRECTIONS
 from hydrocrane.identification.result import StaticFit
-from hydrocrane.identification.rig_sensors import NUISANCES, STARTS, RigSensors
+from hydrocrane.identification.rig_sensors import NUISANCES, OF_A_LOG, RigSensors
 from hydrocrane.identification.static_map import PARAMETERS, StaticMap
 from hydrocrane.logs import Log
 from hydrocrane.machine import Machine
@@ -108,7 +108,7 @@ def unknowns_of(
     readings += [
         Unknown(f"{name} {k}", 0.0, deviation, (0.0, deviation))
         for k in range(len(logs))
-        for name, deviation in zip(STARTS, sensors.starts, strict=True)
+        for name, deviation in zip(OF_A_LOG, sensors.of_a_log(rig.supply_pressure), strict=True)
     ]
     return keys, readings
 

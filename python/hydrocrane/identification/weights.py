@@ -59,7 +59,8 @@ def scale_of(problem: Problem, x: Array, sigma: Array) -> tuple[float, float]:
 
     A floor that is found explains the scatter, and errors as stated are never made smaller. Else the levels about the
     map count, because what is common to the points of a level does not average out within it. With few levels to spare
-    the points within the levels are taken in; without any, the errors handed in are trusted.
+    the points within the levels are taken in; they say nothing of a floor that is guessed, so that it is not made
+    smaller either. Without any points to spare, the errors handed in are trusted.
     """
     found = scatter(problem.points, problem.misfit(x)[0], sigma, problem.unknowns)
     if floor_is_found(problem):
@@ -71,7 +72,7 @@ def scale_of(problem: Problem, x: Array, sigma: Array) -> tuple[float, float]:
         return 1.0, np.inf
     total = np.nan_to_num(found.between) * max(found.between_freedom, 0)
     total += np.nan_to_num(found.within) * found.within_freedom
-    return max(float(np.sqrt(total / freedom)), 1e-6), float(freedom)
+    return max(float(np.sqrt(total / freedom)), 1.0 if problem.free_floor else 1e-6), float(freedom)
 
 
 def found_share(problem: Problem, sigma: Array) -> Array:

@@ -33,6 +33,8 @@ class RigParameters:
         What moves on the cylinder's side of a load cell, kg.
     stroke : (float, float)
         Piston positions from mid-stroke that it can take, m.
+    slip : float
+        Travel over which the bristles of the seal bend before they slip, m, as far as it is known; 0: it is not.
     """
 
     piston_area: float
@@ -41,6 +43,7 @@ class RigParameters:
     gravity: float = 0.0
     rod_mass: float = 0.0
     stroke: tuple[float, float] = (-np.inf, np.inf)
+    slip: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("piston_area", "rod_area", "mass"):
@@ -72,8 +75,17 @@ class RigParameters:
         areas, stroke = machine.piston_areas[0], machine.stroke_limits[0]
         return cls(
             float(areas[0]), float(areas[1]), float(mass[0]), float(weight[0] / mass[0]), float(rod_mass),
-            (float(stroke[0]), float(stroke[1])),
+            (float(stroke[0]), float(stroke[1])), _slip(machine),
         )  # fmt: skip
+
+
+def _slip(machine: Machine) -> float:
+    """Break-away force over bristle stiffness, m; 0 for a machine without bristles."""
+    stiffness = [key for key in machine.keys if key.startswith("friction.") and key.endswith(".bristle-stiffness")]
+    if not stiffness:
+        return 0.0
+    seal = stiffness[0].rsplit(".", 1)[0]
+    return float(np.max(machine.value(f"{seal}.breakaway").si) / machine.value(stiffness[0]).si)
 
 
 def pressure_force(log: Log, rig: RigParameters) -> Array:

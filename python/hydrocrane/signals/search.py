@@ -30,6 +30,8 @@ from hydrocrane.signals.windows import Rejected, SteadyWindows, Window
 WAVINESS = 1.3
 # Velocities of neighbouring pieces that differ by less than this share belong to one motion.
 SAME_SPEED = 0.3
+# Slips of the bristles that are left out at the start of a piece, at most this share of it.
+LEFT_OUT_SLIPS, LEFT_OUT_SHARE = 6.0, 0.6
 # Share of the travel by which a steady piece may leave a straight line: velocity constant within about 5 %.
 STRAIGHTNESS = 0.002
 
@@ -41,7 +43,7 @@ def steady_windows(
     load_cell: bool = False,
     least_duration: float = 0.2,
     least_travel: float = 5e-4,
-    settle_travel: float = 0.0,
+    settle_travel: float | None = None,
     straightness: float = STRAIGHTNESS,
 ) -> SteadyWindows:
     """Find the windows of constant velocity in a log, with mean velocity and friction of each   (thesis 5.2.2).
@@ -56,9 +58,9 @@ def steady_windows(
         Take the load's weight from the load cell, see :func:`friction_force`.
     least_duration, least_travel : float
         What is left after the transient must last and move so much, s and m.
-    settle_travel : float
-        Travel to leave out at the start of each piece at least, m; some times the steady bristle deflection, where
-        it is known. The transient that shows is removed in any case.
+    settle_travel : float, optional
+        Travel to leave out at the start of each piece at least, m; by default six slips of the bristles where the rig's
+        file knows them, but no more than 60 % of a piece. The transient that shows is removed in any case.
     straightness : float
         Deviation from a straight line that counts as constant velocity, as a share of the travel.
 
@@ -71,7 +73,7 @@ def steady_windows(
     for name, value in (("least_duration", least_duration), ("least_travel", least_travel)):
         if not (np.isfinite(value) and value > 0):
             raise InputError(f"{name} must be positive and finite, got {value!r}")
-    if not (settle_travel >= 0 and straightness >= 0):
+    if not ((settle_travel is None or settle_travel >= 0) and straightness >= 0):
         raise InputError("settle_travel and straightness must not be negative")
     signals = ("x", "p1", "p2", *(("force",) if load_cell else ()))
     log = Log.of(log).usable(*signals)
@@ -110,7 +112,7 @@ class _Reader:
         log: Log,
         rig: RigParameters,
         load_cell: bool,
-        limits: tuple[float, float, float],
+        limits: tuple[float, float, float | None],
         pieces: list[tuple[int, int]],
     ) -> None:
         self.log, self.rig, self.time, self.x = log, rig, log.time, log["x"]
@@ -160,7 +162,8 @@ class _Reader:
         if not self._moves(i):
             return "the piston rests, or its motion does not show"
         b -= int(MARGIN * (b - a))
-        half_way = self._half_way(self._began(i), b)
+        began = self._began(i)
+        half_way = self._half_way(began, b)
         piece = Piece(
             time[a:b],
             self.friction[a:b],
@@ -168,9 +171,15 @@ class _Reader:
             time[half_way:b],
             self.friction[half_way:b],
         )
-        skipped = int(np.ceil((b - a) * min(self.settle_travel / abs(whole.travel), 1.0)))
+        skipped = int(np.ceil((b - a) * self._left_out(abs(whole.travel))))
         first, reason = settled(piece, skipped, self._least_samples(whole.velocity))
-        return reason if first is None else self._window(a + first, b)
+        return reason if first is None else self._window(began, a + first, b)
+
+    def _left_out(self, travel: float) -> float:
+        """Share of a piece of so much travel, m, that is left out at its start."""
+        if self.settle_travel is None:
+            return min(LEFT_OUT_SLIPS * self.rig.slip / travel, LEFT_OUT_SHARE)
+        return min(self.settle_travel / travel, 1.0)
 
     def _began(self, i: int) -> int:
         """Sample at which the motion of piece i began: the last rest, reversal, gap or change of command or speed."""
@@ -198,7 +207,7 @@ class _Reader:
         rate = (self.time.size - 1) / (self.time[-1] - self.time[0])
         return max(int(np.ceil(seconds * rate)), 12)
 
-    def _window(self, a: int, b: int) -> Window | str:
+    def _window(self, began: int, a: int, b: int) -> Window | str:
         time = self.time[a:b]
         motion = self._motion(a, b)
         if motion.error > 0.1 * abs(motion.velocity):
@@ -221,4 +230,5 @@ class _Reader:
             effective_samples=effective,
             chambers=(float(self.parts[0][a:b].mean()), float(self.parts[1][a:b].mean())),
             position=float(self.x[a:b].mean()),
+            before=abs(float(self.x[a] - self.x[began])),
         )

@@ -25,6 +25,9 @@ PRESSURE_SHARE = 0.1
 BATCHES = 100
 # A later start must lessen the error of the mean by more than this factor.
 WORTH = 1.1
+# Rounding is a wave in time over so many steps at least, each sampled so often, where residuals are no larger than this
+# multiple of noise and rounding.
+CROSSINGS, SAMPLED, EXPLAINED = 3.0, 8.0, 1.3
 
 
 class Piece(NamedTuple):
@@ -60,17 +63,37 @@ class Motion(NamedTuple):
 def motion_of(time: Array, x: Array, noise: Noise) -> Motion:
     """Velocity of a straight piece by least squares.
 
-    Rounding to a converter's step repeats as the piston crosses the steps; what the incomplete crossings at both ends
-    leave is step^2 / (duration travel). The scatter about the line holds the noise, of which a short stretch may show
-    too little by chance: the larger of both counts.
+    The scatter about the line holds the noise, of which a short stretch may show too little by chance: the larger of
+    both counts. So does rounding, which repeats as the piston crosses the converter's steps; what incomplete crossings
+    at both ends leave is step^2 / (duration travel).
     """
     line = fitted_line(time, x)
     duration = float(time[-1] - time[0])
     travel = line.slope * duration
-    crossed = max(abs(travel) / noise.step, 1.0) if noise.step else 1.0
-    scatter = max(line.slope_error, noise.sigma * np.sqrt(12.0 / x.size) / duration)
-    error = float(np.hypot(scatter, noise.step / crossed / duration))
+    wave = _staircase(line.residual, abs(travel), noise)
+    if wave is not None:
+        error = wave / duration
+    else:
+        crossed = max(abs(travel) / noise.step, 1.0) if noise.step else 1.0
+        scatter = max(line.slope_error, noise.sigma * np.sqrt(12.0 / x.size) / duration)
+        error = float(np.hypot(scatter, noise.step / crossed / duration))
     return Motion(line.slope, float(np.hypot(error, _change(time, x, 4.0 * error))), travel)
+
+
+def _staircase(residual: Array, travel: float, noise: Noise) -> float | None:
+    """Standard deviation, m, of a travel found by least squares where rounding is a wave; None where it is not.
+
+    As a wave in time it must not count as correlated noise too. One of amplitude a, k periods and unknown phase adds
+    6 a / (pi k) times a cosine; the first harmonic of the staircase, faded by noise, is that of :func:`rounding_bias`.
+    """
+    crossed = travel / noise.step if noise.step else 0.0
+    spread = float(np.std(residual))
+    if crossed < CROSSINGS or residual.size < SAMPLED * crossed or spread > EXPLAINED * noise.total:
+        return None
+    # Noise makes rounding random in part, so that all of the residuals count as white.
+    sigma = max(spread, noise.sigma)
+    wave = 6.0 / np.pi * rounding_bias(noise.sigma, noise.step) / crossed
+    return float(np.hypot(sigma * np.sqrt(12.0 / residual.size), wave))
 
 
 def _change(time: Array, x: Array, insignificant: float) -> float:

@@ -16,13 +16,15 @@ if TYPE_CHECKING:
 
 # Velocities within this share of each other are one level; so many levels a friction map needs at least.
 SAME_LEVEL, LEAST_LEVELS = 0.15, 3
+# Slips of the bristles after which friction is that of steady motion: less than a hundredth is still to come.
+SETTLED_SLIPS = 5.0
 DIRECTIONS = ((1, "extending"), (-1, "retracting"))
 
 
 def verdict(log: Log, rig: RigParameters, windows: Sequence[Window]) -> list[Flag]:
     """Flags about the whole set of windows and its rig."""
     start, end = float(log.time[0]), float(log.time[-1])
-    texts = _coverage(windows) + _beyond_stroke(log, rig)
+    texts = _coverage(windows) + _beyond_stroke(log, rig) + _unsettled(rig, windows)
     for direction, word in DIRECTIONS:
         moving = [w for w in windows if w.direction == direction]
         driven = [w for w in moving if w.force * direction < -3.0 * w.force_error]
@@ -68,6 +70,21 @@ def _coverage(windows: Sequence[Window]) -> list[tuple[str, str]]:
                 ("few-levels", f"{count} {word}; a friction map needs {LEAST_LEVELS} at least, about ten are usual")
             )
     return texts
+
+
+def _unsettled(rig: RigParameters, windows: Sequence[Window]) -> list[tuple[str, str]]:
+    """Windows that begin before the bristles of the rig's file have settled: the drift left may hide in the noise."""
+    early = [w for w in windows if w.before < SETTLED_SLIPS * rig.slip]
+    if not early:
+        return []
+    least = min(w.before for w in early) / rig.slip
+    text = (
+        f"{len(early)} of {len(windows)} windows begin before the piston has moved {SETTLED_SLIPS:g} slips of the "
+        f"bristles ({SETTLED_SLIPS * rig.slip * 1e3:.3g} mm by the rig's file; the earliest {least:.1f}): friction may "
+        "not be steady yet, and intervals from such windows are too narrow; let each velocity last for ten slips, "
+        f"{10.0 * rig.slip * 1e3:.3g} mm"
+    )
+    return [("unsettled", text)]
 
 
 def _beyond_stroke(log: Log, rig: RigParameters) -> list[tuple[str, str]]:

@@ -38,6 +38,8 @@ class Window:
         Means of p1 A1 and p2 A2, N.
     position : float
         Mean of x, m.
+    before : float
+        Way from the beginning of the motion to the window, m.
     """
 
     start: float
@@ -51,6 +53,7 @@ class Window:
     effective_samples: float = float("nan")
     chambers: tuple[float, float] | None = None
     position: float = float("nan")
+    before: float = float("nan")
 
 
 @dataclass(frozen=True)
