@@ -68,7 +68,8 @@ class BatchSimulator:
         n: int,
         sample_time: float = 0.01,
         *,
-        step: float = 0.005,
+        step: float = 0.01,
+        tolerance: float = 1e-3,
         payload: ArrayLike | None = None,
         threads: int | None = None,
         instruction_set: str | None = None,
@@ -84,7 +85,7 @@ class BatchSimulator:
         self._started = np.zeros(self.n, dtype=bool)
         with translated():
             self._core = _core.BatchSimulator(
-                crane.core, self.n, self.sample_time, self.step_size, workers, instruction_set
+                crane.core, self.n, self.sample_time, self.step_size, tolerance, workers, instruction_set
             )
 
     @property

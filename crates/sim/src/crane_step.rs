@@ -2,7 +2,8 @@
 
 use crate::bordered::Bordered;
 use crate::elimination::Elimination;
-use crate::integrator::ros3p::{end, stages, Linearised, GAMMA, STAGES};
+use crate::integrator::rodas3::{self, GAMMA, STAGES};
+use crate::integrator::ros3p::Linearised;
 use crate::integrator::FLUSH;
 use crate::layout::Layout;
 use crate::rhs::Evaluator;
@@ -16,6 +17,17 @@ pub struct Scene<'a, T, const N: usize> {
     pub spools: &'a [T],
     /// At the tip, kg.
     pub payload: T,
+}
+
+/// Which steps are good enough.
+#[derive(Debug, Clone)]
+pub struct Demand {
+    /// Inverse tolerances of the states.
+    pub weights: Vec<f64>,
+    /// Inverse tolerance of the oil's relative density.
+    pub dilation: f64,
+    /// Steps no longer than this are taken with whatever error, s.
+    pub finest: f64,
 }
 
 /// Room for steps by ROS3P: without allocation, and the same work for every step.
@@ -38,9 +50,10 @@ impl<T: Real> CraneStep<T> {
         }
     }
 
-    /// Moves `x` on by `h` (s). The mask tells where every number came out finite; the others are not to be used.
+    /// Tries a step of size `h` (s) from `x`; the new state is then in [`Self::reached`]. Gives the mean square of the
+    /// error estimate, each state's in units of its tolerance: `weights` are the inverse tolerances.
     #[inline(always)]
-    pub fn step<const N: usize>(&mut self, scene: &Scene<T, N>, h: T, x: &mut [T]) -> T::Mask {
+    pub fn attempt<const N: usize>(&mut self, scene: &Scene<T, N>, h: T, x: &[T], demand: &Demand) -> T {
         let Scene { evaluator, layout, spools, payload } = *scene;
         let CraneStep { k, argument, slopes, elimination } = self;
         T::apart(
@@ -51,14 +64,25 @@ impl<T: Real> CraneStep<T> {
             #[inline(always)]
             || elimination.factor_sized::<N>(slopes, T::c(1.0 / GAMMA) / h),
         );
-        stages(&mut Here { scene, slopes, elimination }, h, x, None, k, argument);
-        let mut size = T::c(0.0);
-        for (i, x) in x.iter_mut().enumerate() {
-            let new = end(*x, k, i);
-            size += new.abs();
-            *x = T::select(new.abs().lt(T::c(FLUSH)), T::c(0.0), new);
+        rodas3::step(&mut Here { scene, slopes, elimination }, h, x, k, argument);
+        let mut sum = T::c(0.0);
+        for ((error, weight), reached) in k[STAGES - 1].iter().zip(&demand.weights).zip(&mut *argument) {
+            sum += (*error * *weight).square();
+            *reached = T::select(reached.abs().lt(T::c(FLUSH)), T::c(0.0), *reached);
         }
-        size.finite()
+        for c in 0..N {
+            for i in [layout.p1(c), layout.p2(c)] {
+                let dilation = k[STAGES - 1][i] / evaluator.plant.fluid.bulk_modulus(argument[i]);
+                sum += (dilation * demand.dilation).square();
+            }
+        }
+        sum / layout.len() as f64
+    }
+
+    /// Where the last attempt led.
+    #[inline(always)]
+    pub fn reached(&self) -> &[T] {
+        &self.argument
     }
 }
 
@@ -123,7 +147,8 @@ mod tests {
         let mut x: Vec<T> = start(crane).into_iter().map(T::c).collect();
         let mut stepping = CraneStep::new(layout);
         for _ in 0..steps {
-            stepping.step(&scene, T::c(STEP), &mut x);
+            stepping.attempt(&scene, T::c(STEP), &x, &Demand { weights: layout.scales.clone(), dilation: 0.0, finest: 0.0 });
+            x.copy_from_slice(stepping.reached());
         }
         x
     }

@@ -22,11 +22,11 @@ pub(super) struct CommandLine {
     sample_time: f64,
 }
 
-/// A stretch of equal steps of a sample in which no command arrives.
+/// A stretch of a sample in which no command arrives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Plan {
-    pub steps: usize,
-    pub h: f64,
+    /// s
+    pub length: f64,
     /// How many samples ago the command at each spool was sent.
     age: [usize; MAX_JOINTS],
 }
@@ -63,8 +63,8 @@ impl CommandLine {
         }
     }
 
-    /// The stretches of a sample, with steps no longer than `step` (s).
-    pub fn plan(&self, step: f64) -> Vec<Plan> {
+    /// The stretches of a sample.
+    pub fn plan(&self) -> Vec<Plan> {
         // After the whole samples of its delay a command arrives at the rest of it.
         let whole = |delay: f64| (delay / self.sample_time + ROUNDING).floor();
         let rest = |delay: f64| (delay - whole(delay) * self.sample_time).max(0.0);
@@ -73,25 +73,20 @@ impl CommandLine {
         breaks.dedup_by(|a, b| *a - *b <= ROUNDING * self.sample_time);
         let stretch = |ends: &[f64]| {
             let length = ends[1] - ends[0];
-            let steps = (length / step - ROUNDING).ceil().max(1.0);
             let mut age = [0; MAX_JOINTS];
             for (age, delay) in age.iter_mut().zip(&self.delays) {
                 let arrived = rest(*delay) <= ends[0] + ROUNDING * self.sample_time;
                 *age = whole(*delay) as usize + usize::from(!arrived);
             }
-            Plan { steps: steps as usize, h: length / steps, age }
+            Plan { length, age }
         };
         breaks.windows(2).map(stretch).collect()
     }
 
-    /// The commands at the spools of a group.
-    pub fn at_spools(&self, plan: &Plan, group: usize) -> [Group; MAX_JOINTS] {
-        let cylinders = self.valves.len();
-        let mut spools = [[0.0; WIDTH]; MAX_JOINTS];
-        for c in 0..cylinders {
-            spools[c] = self.sent[plan.age[c].min(self.memory - 1)][group * cylinders + c];
-        }
-        spools
+    /// The command at a spool of a crane.
+    pub fn at_spool(&self, plan: &Plan, crane: usize, cylinder: usize) -> f64 {
+        let sent = &self.sent[plan.age[cylinder].min(self.memory - 1)];
+        sent[crane / WIDTH * self.cylinders() + cylinder][crane % WIDTH]
     }
 
     pub fn cylinders(&self) -> usize {

@@ -3,6 +3,7 @@
 //! A method is a file with its coefficients and one attempt at a step; the [`Stepper`] controls the step size.
 
 pub mod rodas5p;
+pub mod rodas3;
 pub mod ros3p;
 pub mod tsit5;
 
