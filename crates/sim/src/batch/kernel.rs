@@ -3,7 +3,7 @@
 //! The laws are those of one crane. None of them contracts or reorders arithmetic, so that all instruction sets give the
 //! same bits.
 
-use crate::crane_step::{CraneStep, Demand, Scene};
+use crate::crane_step::{CraneStep, Precision, Scene};
 use crate::layout::Layout;
 use crate::model::MAX_JOINTS;
 use crate::plant::Plant;
@@ -44,6 +44,14 @@ pub struct Verdict {
     pub inside: [bool; WIDTH],
     /// Size of the step that just keeps the tolerance, in units of the one tried.
     pub growth: Group,
+}
+
+/// Which steps are taken.
+#[derive(Debug, Clone)]
+pub struct Demand {
+    pub precision: Precision,
+    /// Steps no longer than this are taken with whatever error, s.
+    pub finest: f64,
 }
 
 /// The laws of a machine for whole groups.
@@ -151,7 +159,7 @@ impl<R: Register, const N: usize> LaneMover<'_, R, N> {
             }
             let (h, payload) = (Lanes::<R>::load(&trial.h[first..]), Lanes::load(&trial.payload[first..]));
             let scene = Scene { evaluator, layout, spools: &*spools, payload };
-            let error = room.attempt(&scene, h, states, demand);
+            let error = room.attempt(&scene, h, states, &demand.precision);
             let stays = evaluator.plant.stays(room.reached());
             let good = error.le(Lanes::c(1.0)) | (h.le(Lanes::c(demand.finest)) & error.finite());
             for i in 0..states.len() {
@@ -179,10 +187,10 @@ impl<R: Register, const N: usize> LaneMover<'_, R, N> {
     }
 }
 
-/// Change of step size that a mean square of errors suggests for a method whose error grows with the third power.
+/// Change of step size that a mean square of errors suggests for a method whose error grows with the fourth power.
 #[inline(always)]
 fn suggested<R: Register>(error: Lanes<R>) -> Lanes<R> {
-    let growth = (error.ln() * (-1.0 / 6.0)).exp() * SAFETY;
+    let growth = (error.ln() * (-1.0 / 8.0)).exp() * SAFETY;
     // Not a number where the error is none, and then neither comparison holds.
     let low = Lanes::select(Lanes::c(SHRINK).lt(growth), growth, Lanes::c(SHRINK));
     Lanes::select(error.lt(Lanes::c(1e-12)), Lanes::c(GROW), low.min(Lanes::c(GROW)))

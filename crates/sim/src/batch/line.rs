@@ -7,7 +7,7 @@ use hydrocrane_machine::model::Valve;
 use hydrocrane_machine::Machine;
 use std::collections::VecDeque;
 
-/// Rounding allowed between a time of arrival and the time at hand, and in a number of steps.
+/// Rounding allowed between a time of arrival and the time at hand.
 const ROUNDING: f64 = 1e-9;
 
 /// Commands sent and not yet forgotten.
@@ -110,17 +110,15 @@ mod tests {
 
     #[test]
     fn without_delay_a_sample_is_one_stretch() {
-        let plan = line([0.0; 3]).plan(0.005);
-        assert_eq!(plan, [Plan { steps: 2, h: 0.005, age: [0; MAX_JOINTS] }]);
-        assert_eq!(line([0.0; 3]).plan(0.004)[0].steps, 3);
+        assert_eq!(line([0.0; 3]).plan(), [Plan { length: 0.01, age: [0; MAX_JOINTS] }]);
     }
 
     #[test]
     fn delayed_commands_arrive_within_a_later_sample() {
-        let plan = line([0.0, 0.004, 0.02]).plan(0.005);
+        let plan = line([0.0, 0.004, 0.02]).plan();
         assert_eq!(plan.len(), 2);
-        assert!((plan[0].h - 0.004).abs() < 1e-15 && plan[0].steps == 1);
-        assert!((plan[1].h - 0.003).abs() < 1e-15 && plan[1].steps == 2);
+        assert!((plan[0].length - 0.004).abs() < 1e-15);
+        assert!((plan[1].length - 0.006).abs() < 1e-15);
         assert_eq!((plan[0].age[..3].to_vec(), plan[1].age[..3].to_vec()), (vec![0, 1, 2], vec![0, 0, 2]));
     }
 
@@ -129,7 +127,8 @@ mod tests {
         let mut line = line([0.0; 3]);
         line.send(&[0.01, 0.02, 0.03, 0.01, 0.02, 0.03]);
         line.forget(0, 1);
-        let spools = line.at_spools(&line.plan(0.01)[0], 0);
-        assert_eq!([spools[0][0], spools[1][0], spools[0][1], spools[1][1]], [0.01, 0.02, 0.0, 0.0]);
+        let plan = line.plan();
+        let at = |crane, cylinder| line.at_spool(&plan[0], crane, cylinder);
+        assert_eq!([at(0, 0), at(0, 1), at(1, 0), at(1, 1)], [0.01, 0.02, 0.0, 0.0]);
     }
 }

@@ -1,25 +1,26 @@
 //! Many cranes of one machine at once: lanes times threads.
 //!
-//! Eight cranes make a group, which runs through all steps of a call before the next one: its numbers stay near the
-//! processor. Contract: what becomes of a crane depends on its own state, commands and payload alone, bit for bit: not on
-//! its place, the number of cranes, the number of threads or the instruction set. theory: docs/theory/batch.md
+//! Eight cranes step side by side, each by steps of its own size. Contract: what becomes of a crane depends on its own
+//! start, commands and payload alone, bit for bit: not on its place, the number of cranes, the number of threads or the
+//! instruction set.                                                        theory: docs/theory/batch.md
 
 mod kernel;
 mod line;
 mod ride;
 
-pub use kernel::{kernel, Group, Kernel, Mover, Trial, Verdict, WIDTH};
+pub use kernel::{kernel, Demand, Group, Kernel, Mover, Trial, Verdict, WIDTH};
 
-use crate::crane_step::Demand;
+use crate::crane_step::Precision;
 use crate::model::Model;
 use crate::outcome::OutcomeKind;
 use crate::payload::change_payload;
 use line::CommandLine;
 use rayon::prelude::*;
-use ride::{Block, Ride};
+use ride::{Block, Ride, Steps};
 use std::sync::Arc;
 
-/// Groups that a thread takes at once at most.
+/// Groups that a thread takes at once at most: many enough that the last cranes, which ride with empty seats beside them, do
+/// not matter, few enough to stay in its cache.
 const BLOCK: usize = 64;
 /// Groups that one thread takes at least: enough work to be worth handing over.
 const LEAST_GROUPS: usize = 4;
@@ -39,22 +40,12 @@ pub struct BatchOptions {
     pub sample_time: f64,
     /// Longest step, s.
     pub step: f64,
-    /// Of the error of a step, in units of the states' scales.
+    /// Of the errors of a step, root mean square, in units of the states' scales.
     pub tolerance: f64,
     /// Zero: as many as the computer has cores.
     pub threads: usize,
     /// A narrower instruction set than the widest of this processor.
     pub instruction_set: Option<String>,
-}
-
-/// Sizes of steps, s.
-#[derive(Debug, Clone, Copy)]
-struct Steps {
-    longest: f64,
-    /// Taken with whatever error.
-    finest: f64,
-    /// Shorter ones are not tried.
-    least: f64,
 }
 
 /// Cranes that advance together by one sample per step.
@@ -79,16 +70,8 @@ impl Batch {
     /// `None` where the threads cannot be started. No crane is well before it is reset.
     pub fn new(model: Arc<dyn Model>, cranes: usize, options: &BatchOptions) -> Option<Self> {
         let groups = cranes.div_ceil(WIDTH);
-        let env = |name: &str, default: f64| std::env::var(name).map_or(default, |v| v.parse().unwrap());
-        let longest = options.step.min(options.sample_time);
-        let steps = Steps { longest, finest: env("HC_FINEST", 5e-5), least: 1e-7 };
-        let tol = env("HC_TOL", options.tolerance);
-        let w = |name: &str| {
-            let name = name.rsplit('.').next().unwrap();
-            env(&format!("HC_W_{name}"), 1.0)
-        };
-        let layout = model.layout();
-        let weights = layout.scales.iter().zip(&layout.names).map(|(s, n)| w(n) / (tol * s)).collect();
+        let steps = Steps::up_to(options.step.min(options.sample_time));
+        let precision = Precision::new(model.layout(), options.tolerance);
         let lost = Fate { kind: OutcomeKind::BadState, time: 0.0 };
         Some(Batch {
             kernel: model.kernel(options.instruction_set.as_deref()),
@@ -99,7 +82,7 @@ impl Batch {
             fates: vec![[lost; WIDTH]; groups],
             line: CommandLine::new(model.machine(), groups, options.sample_time),
             wanted: vec![[0.0; WIDTH]; groups],
-            demand: Demand { weights, dilation: 1.0 / (tol * env("HC_D", 1e-2)), finest: steps.finest },
+            demand: Demand { precision, finest: steps.finest },
             steps,
             model,
         })
@@ -151,17 +134,16 @@ impl Batch {
         let Batch { kernel, pool, x, payload, wanted, fates, line, demand, steps, .. } = self;
         let (kernel, line) = (&*kernel, &*line);
         let ride = || Ride::new(kernel.mover(demand), line, &plan, *steps, states);
-        let work = |ride: &mut Ride, (i, (((x, payload), wanted), fates)): (usize, (((_, _), _), _))| {
-            ride.advance(&mut Block { first: i * block * WIDTH, x, payload, wanted, fates });
-        };
+        let parts = x.chunks_mut(block * states).zip(payload.chunks(block));
+        let parts = parts.zip(wanted.chunks_mut(block).zip(fates.chunks_mut(block))).enumerate();
+        let mut blocks: Vec<Block> = parts
+            .map(|(i, ((x, payload), (wanted, fates)))| Block { first: i * block * WIDTH, x, payload, wanted, fates })
+            .collect();
         if alone {
             let mut ride = ride();
-            let blocks = x.chunks_mut(block * states).zip(payload.chunks(block)).zip(wanted.chunks_mut(block));
-            blocks.zip(fates.chunks_mut(block)).enumerate().for_each(|item| work(&mut ride, item));
+            blocks.iter_mut().for_each(|block| ride.advance(block));
         } else {
-            let blocks = x.par_chunks_mut(block * states).zip(payload.par_chunks(block));
-            let blocks = blocks.zip(wanted.par_chunks_mut(block)).zip(fates.par_chunks_mut(block)).enumerate();
-            pool.install(|| blocks.for_each_init(ride, work));
+            pool.install(|| blocks.par_iter_mut().for_each_init(ride, Ride::advance));
         }
     }
 

@@ -5,12 +5,50 @@
 
 use super::kernel::{Group, Mover, Trial, Verdict, WIDTH};
 use super::line::{CommandLine, Plan};
-use super::{Fate, Steps};
+use super::Fate;
 use crate::model::MAX_JOINTS;
 use crate::outcome::OutcomeKind;
 
 /// Share of a step by which what remains may be longer than whole steps: rounding must not add one.
 const EVEN: f64 = 1e-6;
+/// The finest and the shortest step, in units of the longest.
+const FINEST: f64 = 1e-2;
+const LEAST: f64 = 1e-3;
+/// A step that led nowhere is tried again at most this long, in units of the one tried; from the finest on even shorter.
+const AGAIN: f64 = 0.5;
+const CLOSER: f64 = 0.25;
+/// Whose steps are shorter than this, in units of the longest, goes first.
+const SLOW: f64 = 0.3;
+
+/// Sizes of steps, s.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Steps {
+    pub longest: f64,
+    /// Taken with whatever error, if they lead anywhere.
+    pub finest: f64,
+    /// Shorter ones are not tried.
+    least: f64,
+}
+
+impl Steps {
+    pub fn up_to(longest: f64) -> Self {
+        Steps { longest, finest: FINEST * longest, least: LEAST * longest }
+    }
+
+    /// The equal step for what is `left`, at most `wanted`.
+    fn portion(&self, left: f64, wanted: f64) -> f64 {
+        left / (left / wanted.min(self.longest) - EVEN).ceil().max(1.0)
+    }
+
+    /// What to try after a step of size `h` that was not taken; `None` if nothing is left to try.
+    fn again(&self, h: f64, growth: f64) -> Option<f64> {
+        if h > self.finest {
+            Some((h * growth.min(AGAIN)).max(self.finest))
+        } else {
+            (h > self.least).then_some(CLOSER * h)
+        }
+    }
+}
 
 /// Some groups of a batch.
 pub(super) struct Block<'a> {
@@ -83,6 +121,7 @@ impl<'a> Ride<'a> {
         }
     }
 
+    /// A crane takes a seat.
     fn board(&mut self, block: &Block, seat: usize, crane: usize) {
         let (group, lane) = (crane / WIDTH, crane % WIDTH);
         let states = self.x.len();
@@ -106,45 +145,40 @@ impl<'a> Ride<'a> {
     /// Sets the size of the next step; whether there is one.
     fn set_step(&mut self, seat: usize) -> bool {
         if let Some(rider) = self.riders[seat] {
-            let most = rider.wanted.min(self.steps.longest);
-            self.trial.h[seat] = rider.left / (rider.left / most - EVEN).ceil().max(1.0);
+            self.trial.h[seat] = self.steps.portion(rider.left, rider.wanted);
         }
         self.riders[seat].is_some()
     }
 
-    /// What becomes of a rider after a trial.
+    /// What becomes of a rider after a trial; `None` leaves the seat.
     fn judge(&mut self, block: &mut Block, seat: usize, rider: Rider, verdict: &Verdict) -> Option<Rider> {
-        let h = self.trial.h[seat];
-        let (group, lane) = (rider.crane / WIDTH, rider.crane % WIDTH);
+        let (h, growth) = (self.trial.h[seat], verdict.growth[seat]);
+        let fate = &mut block.fates[rider.crane / WIDTH][rider.crane % WIDTH];
         if !verdict.taken[seat] {
-            let wanted = (h * verdict.growth[seat].min(0.5)).max(self.steps.finest);
-            if h <= self.steps.least {
-                let kind = if verdict.inside[seat] { OutcomeKind::SolverFailed } else { OutcomeKind::StrokeLimit };
-                block.fates[group][lane].kind = kind;
-                self.alight(block, seat, rider);
-                return None;
+            if let Some(wanted) = self.steps.again(h, growth) {
+                return Some(Rider { wanted, ..rider });
             }
-            let wanted = if h <= self.steps.finest { 0.25 * h } else { wanted };
-            return Some(Rider { wanted, ..rider });
+            fate.kind = if verdict.inside[seat] { OutcomeKind::SolverFailed } else { OutcomeKind::StrokeLimit };
+            self.alight(block, seat, rider);
+            return None;
         }
-        block.fates[group][lane].time += h;
+        fate.time += h;
         // A step cut short does not disprove the size that was wanted.
-        let wanted = (h * verdict.growth[seat]).max(if h < rider.wanted { rider.wanted } else { 0.0 });
-        let rider = Rider { wanted: wanted.min(self.steps.longest), left: rider.left - h, ..rider };
-        if h < rider.left {
-            return Some(rider);
+        let proven = if h < rider.wanted { rider.wanted } else { 0.0 };
+        let wanted = (h * growth).max(proven).min(self.steps.longest);
+        let rider = Rider { wanted, left: rider.left - h, ..rider };
+        if rider.left > 0.0 {
+            Some(rider)
+        } else if rider.stretch + 1 < self.plan.len() {
+            Some(self.enter(block, seat, Rider { stretch: rider.stretch + 1, ..rider }))
+        } else {
+            self.alight(block, seat, rider);
+            None
         }
-        if rider.left > 1e-9 * h {
-            return Some(rider);
-        }
-        if rider.stretch + 1 < self.plan.len() {
-            return Some(self.enter(block, seat, Rider { stretch: rider.stretch + 1, ..rider }));
-        }
-        self.alight(block, seat, rider);
-        None
     }
 
-    fn alight(&mut self, block: &mut Block, seat: usize, rider: Rider) {
+    /// The crane's state back into its place.
+    fn alight(&self, block: &mut Block, seat: usize, rider: Rider) {
         let (group, lane) = (rider.crane / WIDTH, rider.crane % WIDTH);
         let states = self.x.len();
         for (x, to) in self.x.iter().zip(&mut block.x[group * states..][..states]) {
@@ -157,10 +191,10 @@ impl<'a> Ride<'a> {
 impl Block<'_> {
     /// The cranes that are well, those first that need many steps: else the last of them would ride alone.
     fn in_order(&self, longest: f64) -> Vec<usize> {
-        let cranes = 0..self.fates.len() * WIDTH;
+        let (cranes, well) = (0..self.fates.len() * WIDTH, OutcomeKind::Completed);
         let (mut order, mut quick) = (Vec::new(), Vec::new());
-        for crane in cranes.filter(|c| self.fates[c / WIDTH][c % WIDTH].kind == OutcomeKind::Completed) {
-            let slow = self.wanted[crane / WIDTH][crane % WIDTH] < 0.3 * longest;
+        for crane in cranes.filter(|c| self.fates[c / WIDTH][c % WIDTH].kind == well) {
+            let slow = self.wanted[crane / WIDTH][crane % WIDTH] < SLOW * longest;
             if slow { &mut order } else { &mut quick }.push(crane);
         }
         order.append(&mut quick);

@@ -2,8 +2,8 @@
 //!
 //! A method is a file with its coefficients and one attempt at a step; the [`Stepper`] controls the step size.
 
+pub mod grk4t;
 pub mod rodas5p;
-pub mod rodas3;
 pub mod ros3p;
 pub mod tsit5;
 
