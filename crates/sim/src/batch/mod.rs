@@ -176,7 +176,8 @@ impl Batch {
             groups.for_each(|item| work(&mut mover, item));
         } else {
             let groups = rows.par_chunks_exact_mut(width * WIDTH).zip(self.x.par_chunks_exact(states));
-            self.pool.install(|| groups.with_min_len(LEAST_GROUPS).for_each_init(|| self.kernel.mover(&self.demand), work));
+            self.pool
+                .install(|| groups.with_min_len(LEAST_GROUPS).for_each_init(|| self.kernel.mover(&self.demand), work));
         }
         rows.truncate(self.cranes * width);
         rows

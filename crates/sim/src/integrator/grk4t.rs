@@ -124,12 +124,7 @@ mod tests {
         let each = |f: &dyn Fn(usize) -> f64| -> [f64; STAGES] { std::array::from_fn(f) };
         let (squares, slopes) = (each(&|i| a[i] * a[i]), applied(&alpha, beta));
         (
-            [
-                sum(ones) - 1.0,
-                sum(beta) - 1.0 / 2.0,
-                sum(squares) - 1.0 / 3.0,
-                sum(applied(&both, beta)) - 1.0 / 6.0,
-            ],
+            [sum(ones) - 1.0, sum(beta) - 1.0 / 2.0, sum(squares) - 1.0 / 3.0, sum(applied(&both, beta)) - 1.0 / 6.0],
             [
                 sum(each(&|i| a[i].powi(3))) - 1.0 / 4.0,
                 sum(each(&|i| a[i] * slopes[i])) - 1.0 / 8.0,
