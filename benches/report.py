@@ -166,27 +166,27 @@ def batch(results: Results) -> str:
         return lacking(section)
     exact = [
         [
-            digits(s["step"] * 1e3),
+            f"{s['tolerance']:g}",
             str(s["manoeuvres"]),
             digits(s["worst_m"] * 1e3, 2),
             digits(s["median_m"] * 1e6, 2),
             str(s["within_1_mm"]),
         ]
-        for s in section["steps"]
+        for s in section["tolerances"]
     ]
-    text = table(["step [ms]", "random manoeuvres", "worst tip error [mm]", "median [µm]", "within 1 mm"], exact)
+    text = table(["tolerance", "random manoeuvres", "worst tip error [mm]", "median [µm]", "within 1 mm"], exact)
     rows = []
     free = {row["threads"]: row["crane_seconds_per_second"] for row in section["free_of_memory"]}
-    for s in section["steps"]:
+    for s in section["tolerances"]:
         alone = {row["cranes"]: row["crane_seconds_per_second"] for row in s["throughput"] if row["threads"] == 1}
         for row in s["throughput"]:
             speed = row["crane_seconds_per_second"]
             share = (speed / alone[row["cranes"]]) / (free[row["threads"]] / free[1])
-            cells = [digits(s["step"] * 1e3), str(row["cranes"]), str(row["threads"]), f"{speed:.0f}"]
+            cells = [f"{s['tolerance']:g}", str(row["cranes"]), str(row["threads"]), f"{speed:.0f}"]
             cells.append(f"{row['crane_seconds_per_cpu_second']:.0f}")
             rows.append([*cells, digits(share, 2) if row["threads"] > 1 else ""])
     units = ["crane-seconds per second", "per CPU second"]
-    heads = ["step [ms]", "cranes", "threads", *units, "share of what two threads give"]
+    heads = ["tolerance", "cranes", "threads", *units, "share of what two threads give"]
     sets = [
         [r["instruction_set"], f"{r['crane_seconds_per_second']:.0f}", f"{r['crane_seconds_per_cpu_second']:.0f}"]
         for r in section["instruction_sets"]
@@ -285,12 +285,12 @@ def goals(results: Results) -> str:
             row(text, 10, seconds["ours"] / seconds["theirs"], least=False)
     batches = results.get("batch")
     if not lacking(batches):
-        good = [s for s in batches["steps"] if s["worst_m"] <= 1e-3]
+        good = [s for s in batches["tolerances"] if s["worst_m"] <= 1e-3]
         speeds = [r["crane_seconds_per_cpu_second"] for s in good for r in s["throughput"] if r["threads"] == 1]
-        worst = min(s["worst_m"] for s in batches["steps"])
-        row("batch, worst tip error of all manoeuvres at the best step", 1, worst * 1e3, "mm", least=False)
+        worst = min(s["worst_m"] for s in batches["tolerances"])
+        row("batch, worst tip error of all manoeuvres at the best tolerance", 1, worst * 1e3, "mm", least=False)
         wanted = (20000, max(speeds, default=None), "crane-seconds per CPU second")
-        row("batch at a step within 1 mm, one core", *wanted, otherwise="no step is")
+        row("batch at a tolerance within 1 mm, one core", *wanted, otherwise="no tolerance is")
     return table(["goal", "wanted", "found", "met"], rows)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,7 +13,9 @@ from benches.problem import MAX_STEP, NotAvailable
 from hydrocrane import _core
 
 MACHINE = "rottne-f9-lab"
-STEPS = (0.005, 0.0025, 0.001)
+TOLERANCES = (0.05, 0.02, 0.005)
+# What throughput by instruction set and free of memory is measured with: the default.
+USUAL = 0.02
 SAMPLE = 0.01
 # Tip error that the goal allows, m.
 TIP_ERROR = 1e-3
@@ -23,10 +25,11 @@ OPENING, MARGIN = 0.5, 0.1
 EXACT = 1e-9
 SIZES = (1_000, 10_000, 100_000)
 THREADS = (1, 2)
-# Enough cranes for the lanes of one core, few enough to stay in its cache.
-IN_CACHE = 64
-# Crane-seconds of one throughput measurement at the longest step; shorter steps get as many fewer as they cost more.
+# Few enough cranes to stay in the cache of one core, enough to fill its lanes.
+IN_CACHE = 512
+# Crane-seconds of one throughput measurement, and the samples of a manoeuvre that are run for it.
 WORK = 10_000.0
+SAMPLES = (round(HOLD / SAMPLE), round(DURATION / SAMPLE))
 ROUNDS = 3
 
 
@@ -62,10 +65,10 @@ def exact_tips(crane: hc.Machine, start: np.ndarray, commands: np.ndarray) -> li
 
 
 def accuracy(
-    crane: hc.Machine, step: float, start: np.ndarray, commands: np.ndarray, exact: list[np.ndarray]
+    crane: hc.Machine, tolerance: float, start: np.ndarray, commands: np.ndarray, exact: list[np.ndarray]
 ) -> dict[str, Any]:
     """Worst and median distance of the tips from the exact paths, over all samples of each manoeuvre."""
-    simulator = batch(crane, len(start), step=step)
+    simulator = batch(crane, len(start), tolerance=tolerance)
     simulator.reset(state=start)
     path = [crane.tip(start[:, : len(crane.joint_names)])]
     for spools in commands:
@@ -74,70 +77,77 @@ def accuracy(
     errors = [float(np.linalg.norm(a[: len(e)] - e, axis=1).max()) for a, e in zip(found, exact, strict=True)]
     within = sum(error <= TIP_ERROR for error in errors)
     found = {"worst_m": max(errors), "median_m": float(np.median(errors)), "within_1_mm": within}
-    return {"step": step, "manoeuvres": len(start)} | found
+    return {"tolerance": tolerance, "manoeuvres": len(start)} | found
 
 
-def throughput(simulators: list[Any], commands: list[np.ndarray], samples: int) -> dict[str, float]:
-    """Best of ROUNDS by the wall clock and by CPU time; each simulator in a thread of its own."""
+class Herd(NamedTuple):
+    """A batch, where its cranes start, and their commands, each held for HOLD."""
 
-    def work(simulator: Any, spools: np.ndarray) -> None:
-        for _ in range(samples):
-            simulator.step(spools)
+    simulator: Any
+    start: np.ndarray
+    commands: list[np.ndarray]
 
-    done = sum(len(spools) for spools in commands) * samples * SAMPLE
+
+def herd(crane: hc.Machine, n: int, tolerance: float, threads: int, **options: Any) -> Herd:
+    """A few hundred of the manoeuvres whose errors are measured, repeated until there are n."""
+    start, commands = manoeuvres(crane, min(n, MANOEUVRES))
+    rows = np.arange(n) % len(start)
+    simulator = batch(crane, n, tolerance=tolerance, threads=threads, **options)
+    return Herd(simulator, np.ascontiguousarray(start[rows]), [np.ascontiguousarray(held[rows]) for held in commands])
+
+
+def throughput(herds: list[Herd]) -> dict[str, float]:
+    """Best of ROUNDS by the wall clock and by CPU time; each batch in a thread of its own, from rest on."""
+    cranes = sum(len(h.start) for h in herds)
+    samples = int(np.clip(round(WORK / (cranes * SAMPLE)), *SAMPLES))
+
+    def work(h: Herd) -> None:
+        for k in range(samples):
+            h.simulator.step(h.commands[k // SAMPLES[0]])
+
     found = {"crane_seconds_per_second": 0.0, "crane_seconds_per_cpu_second": 0.0}
     for _ in range(ROUNDS):
-        threads = [threading.Thread(target=work, args=pair) for pair in zip(simulators, commands, strict=True)]
+        for h in herds:
+            h.simulator.reset(state=h.start)
+        threads = [threading.Thread(target=work, args=(h,)) for h in herds]
         clocks = time.perf_counter(), time.process_time()
         for thread in threads:
             thread.start()
         for thread in threads:
             thread.join()
         took = time.perf_counter() - clocks[0], time.process_time() - clocks[1]
+        done = cranes * samples * SAMPLE
         found = {name: max(best, done / t) for (name, best), t in zip(found.items(), took, strict=True)}
     return found
 
 
-def prepared(crane: hc.Machine, n: int, step: float, threads: int, **options: Any) -> tuple[Any, np.ndarray]:
-    """A batch in motion: a few hundred manoeuvres, repeated until there are n."""
-    start, commands = manoeuvres(crane, min(n, MANOEUVRES))
-    rows = np.arange(n) % len(start)
-    simulator = batch(crane, n, step=step, threads=threads, **options)
-    simulator.reset(state=np.ascontiguousarray(start[rows]))
-    return simulator, np.ascontiguousarray(0.2 * commands[0][rows])
-
-
-def by_size(crane: hc.Machine, step: float, sizes: tuple[int, ...] = SIZES) -> list[dict[str, Any]]:
+def by_size(crane: hc.Machine, tolerance: float, sizes: tuple[int, ...] = SIZES) -> list[dict[str, Any]]:
     """Per number of cranes and threads; and how independent threads in cache scale, which needs no memory."""
     rows = []
     for n in sizes:
-        samples = max(round(WORK * step / STEPS[0] / (n * SAMPLE)), 2)
         for threads in THREADS:
-            simulator, spools = prepared(crane, n, step, threads)
-            rows.append({"cranes": n, "threads": threads} | throughput([simulator], [spools], samples))
+            rows.append({"cranes": n, "threads": threads} | throughput([herd(crane, n, tolerance, threads)]))
     return rows
 
 
-def free_of_memory(crane: hc.Machine, step: float) -> list[dict[str, Any]]:
+def free_of_memory(crane: hc.Machine, tolerance: float) -> list[dict[str, Any]]:
     """One and two threads, each with a batch of its own that stays in cache: what two cores can give at all."""
     rows = []
     for threads in THREADS:
-        made = [prepared(crane, IN_CACHE, step, 1) for _ in range(threads)]
-        samples = round(WORK / 4 / (IN_CACHE * SAMPLE))
-        found = throughput([m for m, _ in made], [spools for _, spools in made], samples)
-        rows.append({"cranes": IN_CACHE, "threads": threads} | found)
+        herds = [herd(crane, IN_CACHE, tolerance, 1) for _ in range(threads)]
+        rows.append({"cranes": IN_CACHE, "threads": threads} | throughput(herds))
     return rows
 
 
-def by_instruction_set(crane: hc.Machine, step: float, n: int) -> list[dict[str, Any]]:
+def by_instruction_set(crane: hc.Machine, tolerance: float, n: int) -> list[dict[str, Any]]:
     """One thread with narrower and wider vectors, as far as this processor has them."""
     rows = []
     for name in ("sse2", "avx2", "avx512"):
         try:
-            simulator, spools = prepared(crane, n, step, 1, instruction_set=name)
+            one = herd(crane, n, tolerance, 1, instruction_set=name)
         except hc.HydrocraneError:
             continue
-        rows.append({"instruction_set": name} | throughput([simulator], [spools], max(round(WORK / (n * SAMPLE)), 2)))
+        rows.append({"instruction_set": name} | throughput([one]))
     return rows
 
 
@@ -147,11 +157,11 @@ def measure(count: int = MANOEUVRES, sizes: tuple[int, ...] = SIZES) -> dict[str
     start, commands = manoeuvres(crane, count)
     exact = exact_tips(crane, start, commands)
     rows = []
-    for step in STEPS:
-        found = accuracy(crane, step, start, commands, exact)
-        rows.append(found | {"throughput": by_size(crane, step, sizes)})
+    for tolerance in TOLERANCES:
+        found = accuracy(crane, tolerance, start, commands, exact)
+        rows.append(found | {"throughput": by_size(crane, tolerance, sizes)})
     return {
-        "steps": rows,
-        "free_of_memory": free_of_memory(crane, STEPS[0]),
-        "instruction_sets": by_instruction_set(crane, STEPS[0], sizes[0]),
+        "tolerances": rows,
+        "free_of_memory": free_of_memory(crane, USUAL),
+        "instruction_sets": by_instruction_set(crane, USUAL, sizes[0]),
     }

@@ -40,6 +40,7 @@ class BatchSimulator:
         cranes: int,
         sample_time: float,
         step: float,
+        tolerance: float,
         threads: int,
         instruction_set: str | None,
     ) -> BatchSimulator: ...

@@ -38,6 +38,23 @@ def test_a_batch_is_the_simulator_with_a_leading_axis(crane):
     np.testing.assert_array_equal(batch.state[:, :3], seen.q)
 
 
+def test_a_smaller_tolerance_is_nearer_to_the_simulator(crane):
+    u = np.repeat(commands(1, 4, seed=2), 25, axis=0)
+
+    def path(simulator, reset, act) -> np.ndarray:
+        simulator.reset(**reset)
+        return np.array([np.reshape(simulator.step(act(row)).tip, 2) for row in u])
+
+    exact = path(hc.Simulator(crane, rtol=1e-8), {"q": POSE}, lambda row: row[0])
+
+    def error(tolerance: float) -> float:
+        batch = hc.BatchSimulator(crane, 1, tolerance=tolerance)
+        return np.linalg.norm(path(batch, {"q": POSE}, lambda row: row) - exact, axis=1).max()
+
+    default, tight = error(0.02), error(1e-4)
+    assert tight < 2e-5 and 5 * tight < default < 1e-3
+
+
 def test_the_size_of_the_batch_and_the_threads_do_not_matter(crane):
     u = commands(1000, 5, seed=3)
 
@@ -92,6 +109,8 @@ def test_payloads_are_each_crane_s_own(crane):
         (lambda b: b.set_payload([1.0, 2.0]), "or 3 of them"),
         (lambda b: hc.BatchSimulator(b.crane, 0), "a whole number, one or more"),
         (lambda b: hc.BatchSimulator(b.crane, 2, 0.0), "greater than zero"),
+        (lambda b: hc.BatchSimulator(b.crane, 2, step=-1.0), "step must be one number greater than zero, in seconds"),
+        (lambda b: hc.BatchSimulator(b.crane, 2, tolerance=0.0), "tolerance must be one number greater than zero"),
         (lambda b: hc.BatchSimulator(b.crane, 2, payload=[1.0, 2.0, 3.0]), "or 2 of them"),
     ],
 )

@@ -17,15 +17,17 @@ pub struct BatchSimulator {
 #[pymethods]
 impl BatchSimulator {
     #[new]
+    #[allow(clippy::too_many_arguments)]
     fn new(
         machine: &Machine,
         cranes: usize,
         sample_time: f64,
         step: f64,
+        tolerance: f64,
         threads: usize,
         instruction_set: Option<String>,
     ) -> PyResult<Self> {
-        let options = BatchOptions { sample_time, step, threads, instruction_set };
+        let options = BatchOptions { sample_time, step, tolerance, threads, instruction_set };
         let inner = Batch::new(machine.model.clone(), cranes, &options)
             .ok_or_else(|| PyRuntimeError::new_err(format!("{threads} threads cannot be started")))?;
         let layout = machine.model.layout();

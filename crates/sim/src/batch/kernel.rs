@@ -3,30 +3,54 @@
 //! The laws are those of one crane. None of them contracts or reorders arithmetic, so that all instruction sets give the
 //! same bits.
 
-use crate::crane_step::{CraneStep, Scene};
+use crate::crane_step::{CraneStep, Precision, Scene};
 use crate::layout::Layout;
+use crate::model::MAX_JOINTS;
 use crate::plant::Plant;
 use crate::rhs::Evaluator;
 use hydrocrane_num::register::Register;
 #[cfg(target_arch = "x86_64")]
 use hydrocrane_num::register_x86::{Avx2, Avx512, Sse2};
-use hydrocrane_num::{Lanes, Real, Vec2};
+use hydrocrane_num::{Lanes, Real};
+
+/// Bounds of the change of step size from one step to the next.
+const SHRINK: f64 = 0.2;
+const GROW: f64 = 4.0;
+const SAFETY: f64 = 0.85;
 
 /// Cranes of a group: as many as the widest register has lanes; in narrower ones they go in several turns.
 pub const WIDTH: usize = 8;
 /// One number of each.
 pub type Group = [f64; 8];
 
-/// A stretch of equal steps under constant commands.
+/// A step that the cranes of a group try, each its own.
 #[derive(Debug, Clone, Copy)]
-pub struct Stretch<'a> {
-    pub steps: usize,
-    /// s
-    pub h: f64,
+pub struct Trial {
+    /// Its size, s.
+    pub h: Group,
     /// Spool commands, m.
-    pub spools: &'a [Group],
+    pub spools: [Group; MAX_JOINTS],
     /// At the tips, kg.
     pub payload: Group,
+}
+
+/// What came of a trial.
+#[derive(Debug, Clone, Copy)]
+pub struct Verdict {
+    /// Whether the step was taken.
+    pub taken: [bool; WIDTH],
+    /// Whether every piston would be in its cylinder.
+    pub inside: [bool; WIDTH],
+    /// Size of the step that just keeps the tolerance, in units of the one tried.
+    pub growth: Group,
+}
+
+/// Which steps are taken.
+#[derive(Debug, Clone)]
+pub struct Demand {
+    pub precision: Precision,
+    /// Steps no longer than this are taken with whatever error, s.
+    pub finest: f64,
 }
 
 /// The laws of a machine for whole groups.
@@ -34,24 +58,15 @@ pub trait Kernel: Send + Sync {
     /// Name of the instruction set.
     fn instruction_set(&self) -> &'static str;
     /// What one thread needs to move groups.
-    fn mover(&self) -> Box<dyn Mover + '_>;
+    fn mover<'a>(&'a self, demand: &'a Demand) -> Box<dyn Mover + 'a>;
 }
 
 /// Moves groups of cranes.
 pub trait Mover {
-    /// Moves the states `x` of a group on.
-    fn advance(&mut self, stretch: Stretch, x: &mut [Group]);
-    /// Looks at a group.
-    fn look(&mut self, x: &[Group]) -> Look;
-}
-
-/// What one sees of a group.
-#[derive(Debug, Clone, Copy)]
-pub struct Look {
-    /// x and z of the tips, m.
-    pub tip: [Group; 2],
-    /// Whether all numbers are finite and every piston is in its cylinder.
-    pub sensible: [bool; WIDTH],
+    /// Tries a step of each crane from the states `x`, which it moves on where the step is good enough.
+    fn attempt(&mut self, trial: &Trial, x: &mut [Group]) -> Verdict;
+    /// The tips of a group, x and z, m.
+    fn tips(&mut self, x: &[Group]) -> [Group; 2];
 }
 
 /// A crane of `N` joints in the lanes of a register.
@@ -62,6 +77,7 @@ struct LaneCrane<R, const N: usize> {
 
 struct LaneMover<'a, R, const N: usize> {
     crane: &'a LaneCrane<R, N>,
+    demand: &'a Demand,
     room: CraneStep<Lanes<R>>,
     x: Vec<Lanes<R>>,
     spools: [Lanes<R>; N],
@@ -100,9 +116,10 @@ impl<R: Register, const N: usize> Kernel for LaneCrane<R, N> {
         R::NAME
     }
 
-    fn mover(&self) -> Box<dyn Mover + '_> {
+    fn mover<'a>(&'a self, demand: &'a Demand) -> Box<dyn Mover + 'a> {
         Box::new(LaneMover {
             crane: self,
+            demand,
             room: CraneStep::new(&self.layout),
             x: vec![Lanes::default(); self.layout.len()],
             spools: [Lanes::default(); N],
@@ -111,74 +128,78 @@ impl<R: Register, const N: usize> Kernel for LaneCrane<R, N> {
 }
 
 impl<R: Register, const N: usize> Mover for LaneMover<'_, R, N> {
-    fn advance(&mut self, stretch: Stretch, x: &mut [Group]) {
+    fn attempt(&mut self, trial: &Trial, x: &mut [Group]) -> Verdict {
         R::run(
             #[inline(always)]
-            || self.advance_here(stretch, x),
-        );
+            || self.attempt_here(trial, x),
+        )
     }
 
-    fn look(&mut self, x: &[Group]) -> Look {
+    fn tips(&mut self, x: &[Group]) -> [Group; 2] {
         R::run(
             #[inline(always)]
-            || self.look_here(x),
+            || self.tips_here(x),
         )
     }
 }
 
 impl<R: Register, const N: usize> LaneMover<'_, R, N> {
     #[inline(always)]
-    fn advance_here(&mut self, stretch: Stretch, x: &mut [Group]) {
-        let LaneMover { crane, room, x: states, spools } = self;
+    fn attempt_here(&mut self, trial: &Trial, x: &mut [Group]) -> Verdict {
+        let LaneMover { crane, demand, room, x: states, spools } = self;
         let LaneCrane { evaluator, layout } = crane;
+        let (mut taken, mut inside, mut growth) = ([0.0; WIDTH], [0.0; WIDTH], [0.0; WIDTH]);
         for first in (0..WIDTH).step_by(R::WIDTH) {
             for i in 0..states.len() {
                 states[i] = Lanes::load(&x[i][first..]);
             }
             for c in 0..N {
-                spools[c] = Lanes::load(&stretch.spools[c][first..]);
+                spools[c] = Lanes::load(&trial.spools[c][first..]);
             }
-            let payload = Lanes::load(&stretch.payload[first..]);
+            let (h, payload) = (Lanes::<R>::load(&trial.h[first..]), Lanes::load(&trial.payload[first..]));
             let scene = Scene { evaluator, layout, spools: &*spools, payload };
-            for _ in 0..stretch.steps {
-                room.step(&scene, Lanes::c(stretch.h), states);
-            }
+            let error = room.attempt(&scene, h, states, &demand.precision);
+            let stays = evaluator.plant.stays(room.reached());
+            let good = error.le(Lanes::c(1.0)) | (h.le(Lanes::c(demand.finest)) & error.finite());
             for i in 0..states.len() {
-                states[i].store(&mut x[i][first..]);
+                Lanes::select(good & stays, room.reached()[i], states[i]).store(&mut x[i][first..]);
             }
+            let as_number = |mask| Lanes::<R>::select(mask, Lanes::c(1.0), Lanes::c(0.0));
+            as_number(good & stays).store(&mut taken[first..]);
+            as_number(stays).store(&mut inside[first..]);
+            suggested(error).store(&mut growth[first..]);
         }
+        Verdict { taken: taken.map(|flag| flag == 1.0), inside: inside.map(|flag| flag == 1.0), growth }
     }
 
     #[inline(always)]
-    fn look_here(&self, x: &[Group]) -> Look {
-        let mut look = Look { tip: [[0.0; WIDTH]; 2], sensible: [false; WIDTH] };
-        let mut flags = [0.0; WIDTH];
+    fn tips_here(&self, x: &[Group]) -> [Group; 2] {
+        let mut tips = [[0.0; WIDTH]; 2];
         for first in (0..WIDTH).step_by(R::WIDTH) {
-            let (tip, sensible) = self.look_at(x, first);
-            tip.x.store(&mut look.tip[0][first..]);
-            tip.z.store(&mut look.tip[1][first..]);
-            Lanes::<R>::select(sensible, Lanes::c(1.0), Lanes::c(0.0)).store(&mut flags[first..]);
+            let mechanics = &self.crane.evaluator.plant.mechanics;
+            let q: [Lanes<R>; N] = std::array::from_fn(|i| Lanes::load(&x[i][first..]));
+            let tip = mechanics.tip_position(&mechanics.pose(&q));
+            tip.x.store(&mut tips[0][first..]);
+            tip.z.store(&mut tips[1][first..]);
         }
-        for lane in 0..WIDTH {
-            look.sensible[lane] = flags[lane] == 1.0;
-        }
-        look
+        tips
     }
+}
 
-    /// The tips of the cranes from `first` on, and where all is well.
+/// Change of step size that a mean square of errors suggests for a method whose error grows with the fourth power.
+#[inline(always)]
+fn suggested<R: Register>(error: Lanes<R>) -> Lanes<R> {
+    let growth = (error.ln() * (-1.0 / 8.0)).exp() * SAFETY;
+    // Not a number where the error is none, and then neither comparison holds.
+    let low = Lanes::select(Lanes::c(SHRINK).lt(growth), growth, Lanes::c(SHRINK));
+    Lanes::select(error.lt(Lanes::c(1e-12)), Lanes::c(GROW), low.min(Lanes::c(GROW)))
+}
+
+impl<R: Register, const N: usize> Plant<Lanes<R>, N> {
+    /// Whether every piston is inside its cylinder in the state `x`.
     #[inline(always)]
-    fn look_at(&self, x: &[Group], first: usize) -> (Vec2<Lanes<R>>, R::Mask) {
-        let plant = &self.crane.evaluator.plant;
-        let mut q = [Lanes::<R>::default(); N];
-        let mut size = Lanes::<R>::default();
-        for (i, lanes) in x.iter().enumerate() {
-            let lanes = Lanes::load(&lanes[first..]);
-            size += lanes.abs();
-            if i < N {
-                q[i] = lanes;
-            }
-        }
-        let pose = plant.mechanics.pose(&q);
-        (plant.mechanics.tip_position(&pose), size.finite() & plant.admissible(&pose))
+    fn stays(&self, x: &[Lanes<R>]) -> R::Mask {
+        let q: [Lanes<R>; N] = std::array::from_fn(|i| x[i]);
+        self.admissible(&self.mechanics.pose(&q))
     }
 }

@@ -7,7 +7,7 @@ use hydrocrane_machine::model::Valve;
 use hydrocrane_machine::Machine;
 use std::collections::VecDeque;
 
-/// Rounding allowed between a time of arrival and the time at hand, and in a number of steps.
+/// Rounding allowed between a time of arrival and the time at hand.
 const ROUNDING: f64 = 1e-9;
 
 /// Commands sent and not yet forgotten.
@@ -22,11 +22,11 @@ pub(super) struct CommandLine {
     sample_time: f64,
 }
 
-/// A stretch of equal steps of a sample in which no command arrives.
+/// A stretch of a sample in which no command arrives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Plan {
-    pub steps: usize,
-    pub h: f64,
+    /// s
+    pub length: f64,
     /// How many samples ago the command at each spool was sent.
     age: [usize; MAX_JOINTS],
 }
@@ -63,8 +63,8 @@ impl CommandLine {
         }
     }
 
-    /// The stretches of a sample, with steps no longer than `step` (s).
-    pub fn plan(&self, step: f64) -> Vec<Plan> {
+    /// The stretches of a sample.
+    pub fn plan(&self) -> Vec<Plan> {
         // After the whole samples of its delay a command arrives at the rest of it.
         let whole = |delay: f64| (delay / self.sample_time + ROUNDING).floor();
         let rest = |delay: f64| (delay - whole(delay) * self.sample_time).max(0.0);
@@ -73,25 +73,20 @@ impl CommandLine {
         breaks.dedup_by(|a, b| *a - *b <= ROUNDING * self.sample_time);
         let stretch = |ends: &[f64]| {
             let length = ends[1] - ends[0];
-            let steps = (length / step - ROUNDING).ceil().max(1.0);
             let mut age = [0; MAX_JOINTS];
             for (age, delay) in age.iter_mut().zip(&self.delays) {
                 let arrived = rest(*delay) <= ends[0] + ROUNDING * self.sample_time;
                 *age = whole(*delay) as usize + usize::from(!arrived);
             }
-            Plan { steps: steps as usize, h: length / steps, age }
+            Plan { length, age }
         };
         breaks.windows(2).map(stretch).collect()
     }
 
-    /// The commands at the spools of a group.
-    pub fn at_spools(&self, plan: &Plan, group: usize) -> [Group; MAX_JOINTS] {
-        let cylinders = self.valves.len();
-        let mut spools = [[0.0; WIDTH]; MAX_JOINTS];
-        for c in 0..cylinders {
-            spools[c] = self.sent[plan.age[c].min(self.memory - 1)][group * cylinders + c];
-        }
-        spools
+    /// The command at a spool of a crane.
+    pub fn at_spool(&self, plan: &Plan, crane: usize, cylinder: usize) -> f64 {
+        let sent = &self.sent[plan.age[cylinder].min(self.memory - 1)];
+        sent[crane / WIDTH * self.cylinders() + cylinder][crane % WIDTH]
     }
 
     pub fn cylinders(&self) -> usize {
@@ -115,17 +110,15 @@ mod tests {
 
     #[test]
     fn without_delay_a_sample_is_one_stretch() {
-        let plan = line([0.0; 3]).plan(0.005);
-        assert_eq!(plan, [Plan { steps: 2, h: 0.005, age: [0; MAX_JOINTS] }]);
-        assert_eq!(line([0.0; 3]).plan(0.004)[0].steps, 3);
+        assert_eq!(line([0.0; 3]).plan(), [Plan { length: 0.01, age: [0; MAX_JOINTS] }]);
     }
 
     #[test]
     fn delayed_commands_arrive_within_a_later_sample() {
-        let plan = line([0.0, 0.004, 0.02]).plan(0.005);
+        let plan = line([0.0, 0.004, 0.02]).plan();
         assert_eq!(plan.len(), 2);
-        assert!((plan[0].h - 0.004).abs() < 1e-15 && plan[0].steps == 1);
-        assert!((plan[1].h - 0.003).abs() < 1e-15 && plan[1].steps == 2);
+        assert!((plan[0].length - 0.004).abs() < 1e-15);
+        assert!((plan[1].length - 0.006).abs() < 1e-15);
         assert_eq!((plan[0].age[..3].to_vec(), plan[1].age[..3].to_vec()), (vec![0, 1, 2], vec![0, 0, 2]));
     }
 
@@ -134,7 +127,8 @@ mod tests {
         let mut line = line([0.0; 3]);
         line.send(&[0.01, 0.02, 0.03, 0.01, 0.02, 0.03]);
         line.forget(0, 1);
-        let spools = line.at_spools(&line.plan(0.01)[0], 0);
-        assert_eq!([spools[0][0], spools[1][0], spools[0][1], spools[1][1]], [0.01, 0.02, 0.0, 0.0]);
+        let plan = line.plan();
+        let at = |crane, cylinder| line.at_spool(&plan[0], crane, cylinder);
+        assert_eq!([at(0, 0), at(0, 1), at(1, 0), at(1, 1)], [0.01, 0.02, 0.0, 0.0]);
     }
 }

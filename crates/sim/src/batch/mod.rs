@@ -1,22 +1,27 @@
 //! Many cranes of one machine at once: lanes times threads.
 //!
-//! Eight cranes make a group, which runs through all steps of a call before the next one: its numbers stay near the
-//! processor. Contract: what becomes of a crane depends on its own state, commands and payload alone, bit for bit: not on
-//! its place, the number of cranes, the number of threads or the instruction set. theory: docs/theory/batch.md
+//! Eight cranes step side by side, each by steps of its own size. Contract: what becomes of a crane depends on its own
+//! start, commands and payload alone, bit for bit: not on its place, the number of cranes, the number of threads or the
+//! instruction set.                                                        theory: docs/theory/batch.md
 
-mod careful;
 mod kernel;
 mod line;
+mod ride;
 
-pub use kernel::{kernel, Group, Kernel, Look, Mover, Stretch, WIDTH};
+pub use kernel::{kernel, Demand, Group, Kernel, Mover, Trial, Verdict, WIDTH};
 
+use crate::crane_step::Precision;
 use crate::model::Model;
 use crate::outcome::OutcomeKind;
 use crate::payload::change_payload;
 use line::CommandLine;
 use rayon::prelude::*;
+use ride::{Block, Ride, Steps};
 use std::sync::Arc;
 
+/// Groups that a thread takes at once at most: many enough that the last cranes, which ride with empty seats beside them, do
+/// not matter, few enough to stay in its cache.
+const BLOCK: usize = 64;
 /// Groups that one thread takes at least: enough work to be worth handing over.
 const LEAST_GROUPS: usize = 4;
 
@@ -35,6 +40,8 @@ pub struct BatchOptions {
     pub sample_time: f64,
     /// Longest step, s.
     pub step: f64,
+    /// Of the errors of a step, root mean square, in units of the states' scales.
+    pub tolerance: f64,
     /// Zero: as many as the computer has cores.
     pub threads: usize,
     /// A narrower instruction set than the widest of this processor.
@@ -52,14 +59,19 @@ pub struct Batch {
     /// kg at the tips, one entry per group.
     payload: Vec<Group>,
     fates: Vec<[Fate; WIDTH]>,
+    /// Steps that the cranes want, s, one entry per group.
+    wanted: Vec<Group>,
     line: CommandLine,
-    step: f64,
+    demand: Demand,
+    steps: Steps,
 }
 
 impl Batch {
     /// `None` where the threads cannot be started. No crane is well before it is reset.
     pub fn new(model: Arc<dyn Model>, cranes: usize, options: &BatchOptions) -> Option<Self> {
         let groups = cranes.div_ceil(WIDTH);
+        let steps = Steps::up_to(options.step.min(options.sample_time));
+        let precision = Precision::new(model.layout(), options.tolerance);
         let lost = Fate { kind: OutcomeKind::BadState, time: 0.0 };
         Some(Batch {
             kernel: model.kernel(options.instruction_set.as_deref()),
@@ -69,7 +81,9 @@ impl Batch {
             payload: vec![[0.0; WIDTH]; groups],
             fates: vec![[lost; WIDTH]; groups],
             line: CommandLine::new(model.machine(), groups, options.sample_time),
-            step: options.step,
+            wanted: vec![[0.0; WIDTH]; groups],
+            demand: Demand { precision, finest: steps.finest },
+            steps,
             model,
         })
     }
@@ -93,6 +107,7 @@ impl Batch {
         self.write_state(crane, state);
         self.payload[group][lane] = payload;
         self.fates[group][lane] = Fate { kind: OutcomeKind::Completed, time: 0.0 };
+        self.wanted[group][lane] = self.steps.longest;
         self.line.forget(group, lane);
         Ok(())
     }
@@ -113,25 +128,22 @@ impl Batch {
     /// Holds the spool commands (m, one row per crane) for one sample time. Lost cranes stay where they were lost.
     pub fn step(&mut self, commands: &[f64]) {
         self.line.send(commands);
-        let plan = self.line.plan(self.step);
+        let plan = self.line.plan();
         let states = self.model.layout().len();
-        let alone = self.runs_alone();
-        let Batch { kernel, pool, x, payload, fates, line, .. } = self;
+        let (alone, block) = (self.runs_alone(), BLOCK.min(self.fates.len().div_ceil(self.threads())));
+        let Batch { kernel, pool, x, payload, wanted, fates, line, demand, steps, .. } = self;
         let (kernel, line) = (&*kernel, &*line);
-        let room = || (kernel.mover(), vec![[0.0; WIDTH]; states]);
-        type Room<'a> = (Box<dyn Mover + 'a>, Vec<Group>);
-        type Item<'a> = (usize, ((&'a mut [Group], &'a mut [Fate; WIDTH]), &'a Group));
-        let work = |(mover, start): &mut Room, (group, ((x, fates), payload)): Item| {
-            start.copy_from_slice(x);
-            careful::advance(mover.as_mut(), &plan, line, group, *payload, start, x, fates);
-        };
+        let ride = || Ride::new(kernel.mover(demand), line, &plan, *steps, states);
+        let parts = x.chunks_mut(block * states).zip(payload.chunks(block));
+        let parts = parts.zip(wanted.chunks_mut(block).zip(fates.chunks_mut(block))).enumerate();
+        let mut blocks: Vec<Block> = parts
+            .map(|(i, ((x, payload), (wanted, fates)))| Block { first: i * block * WIDTH, x, payload, wanted, fates })
+            .collect();
         if alone {
-            let mut room = room();
-            let groups = x.chunks_exact_mut(states).zip(fates.iter_mut()).zip(payload.iter()).enumerate();
-            groups.for_each(|item| work(&mut room, item));
+            let mut ride = ride();
+            blocks.iter_mut().for_each(|block| ride.advance(block));
         } else {
-            let groups = x.par_chunks_exact_mut(states).zip(fates.par_iter_mut()).zip(payload.par_iter()).enumerate();
-            pool.install(|| groups.with_min_len(LEAST_GROUPS).for_each_init(room, work));
+            pool.install(|| blocks.par_iter_mut().for_each_init(ride, Ride::advance));
         }
     }
 
@@ -146,7 +158,7 @@ impl Batch {
         let (n, states, width) = (layout.joints(), layout.len(), self.observed());
         let mut rows = vec![0.0; self.fates.len() * WIDTH * width];
         let work = |mover: &mut Box<dyn Mover + '_>, (rows, x): (&mut [f64], &[Group])| {
-            let tip = mover.look(x).tip;
+            let tip = mover.tips(x);
             for (lane, row) in rows.chunks_exact_mut(width).enumerate() {
                 for i in 0..2 * n {
                     row[i] = x[i][lane];
@@ -159,12 +171,13 @@ impl Batch {
             }
         };
         if self.runs_alone() {
-            let mut mover = self.kernel.mover();
+            let mut mover = self.kernel.mover(&self.demand);
             let groups = rows.chunks_exact_mut(width * WIDTH).zip(self.x.chunks_exact(states));
             groups.for_each(|item| work(&mut mover, item));
         } else {
             let groups = rows.par_chunks_exact_mut(width * WIDTH).zip(self.x.par_chunks_exact(states));
-            self.pool.install(|| groups.with_min_len(LEAST_GROUPS).for_each_init(|| self.kernel.mover(), work));
+            self.pool
+                .install(|| groups.with_min_len(LEAST_GROUPS).for_each_init(|| self.kernel.mover(&self.demand), work));
         }
         rows.truncate(self.cranes * width);
         rows

@@ -2,6 +2,7 @@
 //!
 //! A method is a file with its coefficients and one attempt at a step; the [`Stepper`] controls the step size.
 
+pub mod grk4t;
 pub mod rodas5p;
 pub mod ros3l;
 pub mod tsit5;
