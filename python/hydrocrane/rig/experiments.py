@@ -38,7 +38,7 @@ def _small_sine(seal: Seal, *, frequency: float = 0.2, cycles: int = 5, travel: 
 
 
 def _constant_velocity(
-    seal: Seal, *, levels: Sequence[float] = LEVELS, slips: float = 5.0, least: float = 8e-3, seconds: float = 1.5
+    seal: Seal, *, levels: Sequence[float] = LEVELS, slips: float = 10.0, least: float = 8e-3, seconds: float = 1.5
 ) -> Course:
     """Section 5.2.2: levels from fast to slow, extending, then retracting.
 
