@@ -112,6 +112,20 @@ fn tolerances_are_met() {
 }
 
 #[test]
+fn a_restart_within_rounding_of_a_limit_does_not_shorten_later_ones() {
+    for name in ["rodas5p", "tsit5"] {
+        let tolerances = Tolerances { relative: 1e-6, absolute: 1e-6, max_step: 0.5 };
+        let mut stepper = Stepper::new(method(name, 4, 1).expect("listed"), tolerances, 0.0, &exact(0.0).0, 1);
+        for limit in [1.0 - 1e-15, 1.0, 2.0] {
+            while stepper.t < limit {
+                stepper.step(&Analytic, limit).expect("a smooth problem");
+            }
+            stepper.restart();
+        }
+    }
+}
+
+#[test]
 fn fixed_steps_are_equal_and_end_at_the_limit() {
     let largest = Tolerances { relative: 1e-4, absolute: 1e-4, max_step: 0.03 };
     let mut stepper = Stepper::new(method("ros3l", 4, 1).expect("listed"), largest, 0.0, &exact(0.0).0, 1);

@@ -61,9 +61,9 @@ pub struct Stepper {
     begun: bool,
     /// Size and error norm of the last accepted step under the same right-hand side.
     last: Option<(f64, f64)>,
-    /// Size of the first step after the last restart.
+    /// Size of the first whole step after the last restart.
     first: Option<f64>,
-    /// Whether the next step is the first after a restart.
+    /// Whether no whole step was taken since a restart.
     restarted: bool,
     pub accepted: u64,
     pub rejected: u64,
@@ -130,8 +130,10 @@ impl Stepper {
                 let most = if rejected_before { 1.0 } else { GROW };
                 let next = h * self.growth(h, norm).clamp(SHRINK, most);
                 self.last = Some((h, norm));
-                if std::mem::take(&mut self.restarted) {
+                // A step cut short by the limit says nothing of the next restart.
+                if self.restarted && h >= wanted {
                     self.first = Some(h);
+                    self.restarted = false;
                 }
                 self.take(h, limit);
                 // A step cut short by the limit does not disprove the size that was wanted.
