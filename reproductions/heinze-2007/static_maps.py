@@ -20,10 +20,8 @@ def log_of(cylinder: str, load: int, ideal: bool = False) -> rig.RigLog:
 
     `ideal` sensors have noise and converters but neither zero, span nor linearity errors.
     """
-    friction = rig.loaded_friction(RIGS[cylinder], load)
-    return experiment(
-        "constant-velocity", cylinder, payload=load, overrides={**friction, **(NOISE_ONLY if ideal else {})}
-    )
+    overrides = {**rig.loaded_friction(RIGS[cylinder], load), **(NOISE_ONLY if ideal else {})}
+    return experiment("constant-velocity", cylinder, payload=load, overrides=overrides)
 
 
 @cache

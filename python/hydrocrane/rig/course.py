@@ -28,10 +28,13 @@ class Seal:
         Travel over which the bristles bend before they slip, break-away force over stiffness, m.
     velocity : float
         Where the map has fallen to 1/e of its Stribeck rise (121), m/s; the smaller of both directions.
+    room : float
+        Way that a course may take between the end stops of the cylinder, m.
     """
 
     slip: float
     velocity: float
+    room: float
 
 
 def seal_of(crane: Machine) -> Seal:
@@ -46,7 +49,8 @@ def seal_of(crane: Machine) -> Seal:
         bent[crane.state_names.index(name)] = 1e-6
         stiffness = crane.outputs(bent, [0.0])[f"cylinder.{crane.cylinder_names[0]}.friction"] / 1e-6
         slip = float(max(f[0] for f in maps) / stiffness)
-    return Seal(slip, float(min(speeds[i] for i in falls)))
+    room = float(np.ptp(crane.stroke_limits[0])) * (1 - 2 * CLEARANCE)
+    return Seal(slip, float(min(speeds[i] for i in falls)), room)
 
 
 class Course:
@@ -95,7 +99,7 @@ class Course:
         if np.ptp(way) > high - low:
             raise InputError(
                 f"the experiment needs {np.ptp(way) * 1e3:.0f} mm of stroke, {crane.name} has"
-                f" {(high - low) * 1e3:.0f} mm between its end stops; take fewer or slower velocities"
+                f" {(high - low) * 1e3:.0f} mm between its end stops; take fewer, slower or shorter levels"
             )
         return float(0.5 * (low + high) - 0.5 * (way.max() + way.min()))
 

@@ -20,6 +20,9 @@ from hydrocrane.rig.course import Course, Seal
 # Velocities of section 5.2.2, m/s.
 LEVELS = (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 1e-1)
 FEWER_LEVELS = (5e-4, 1e-3, 2e-3, 5e-3, 2e-2, 5e-2, 1e-1)
+# Slips of the bristles that a level lasts, the most that the stroke has room for; ramps between levels take some of it.
+MOST_SLIPS = (10.0, 9.0, 8.0, 7.0, 6.0, 5.0)
+ROOM = 1.05
 # Straight pieces of one period of a sinusoid.
 POINTS_PER_PERIOD = 40
 # Pause between two motions, s, and velocity of an unmeasured way back, m/s.
@@ -38,19 +41,30 @@ def _small_sine(seal: Seal, *, frequency: float = 0.2, cycles: int = 5, travel: 
 
 
 def _constant_velocity(
-    seal: Seal, *, levels: Sequence[float] = LEVELS, slips: float = 10.0, least: float = 8e-3, seconds: float = 1.5
+    seal: Seal,
+    *,
+    levels: Sequence[float] = LEVELS,
+    slips: float | None = None,
+    least: float = 8e-3,
+    seconds: float = 1.5,
 ) -> Course:
     """Section 5.2.2: levels from fast to slow, extending, then retracting.
 
     From fast to slow the chamber pressures are near where they have to be when a slow level begins, which would take
-    minutes to build them up itself. Each level lasts for `slips` slips of the bristles, `least` m and `seconds`.
+    minutes to build them up itself. Each level lasts for `slips` slips of the bristles, `least` m and `seconds`;
+    without `slips` for ten, or as many above five as the stroke has room for.
     """
     speeds = _increasing("levels", np.sort(levels))[::-1]
+
+    def travels(slips: float) -> Array:
+        return np.maximum(np.maximum(slips * seal.slip, least), seconds * speeds)
+
+    if slips is None:
+        slips = next((most for most in MOST_SLIPS if ROOM * travels(most).sum() <= seal.room), MOST_SLIPS[-1])
     course = Course()
     course.rest(REST)
     for direction in (1, -1):
-        for speed in speeds:
-            travel = max(slips * seal.slip, least, seconds * speed)
+        for speed, travel in zip(speeds, travels(slips), strict=True):
             course.hold(f"{direction * speed:g} m/s", direction * speed, travel / speed)
         course.rest(REST)
     return course
