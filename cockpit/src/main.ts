@@ -4,7 +4,7 @@ import "./style.css";
 import { Charts } from "./charts";
 import { button, download, make } from "./elements";
 import { History } from "./history";
-import { linkOf, scenarioOf } from "./link";
+import { linkOf, requestOf } from "./link";
 import type { Description, Ended, FromWorker, Occurrence, Pace, Point, Request, ToWorker } from "./messages";
 import { palette, scaleColour } from "./palette";
 import { Panel } from "./panel";
@@ -54,7 +54,7 @@ class CockpitPage {
       carry: (mass) => this.send({ do: "carry", mass }),
       save: () => this.send({ do: "save", share: false }),
       share: () => this.send({ do: "save", share: true }),
-      replay: (scenario) => this.open({ scenario }),
+      replay: (scenario, machine) => this.open({ scenario, text: machine ?? this.request.text ?? null }),
       task: (task) => this.setTask(task),
       data: () => download("drive.csv", this.history.csv(), "text/csv"),
     });
@@ -215,9 +215,12 @@ class CockpitPage {
   }
 
   private async shared(text: string): Promise<void> {
-    if (this.request.text) return this.notice("A link cannot carry a machine file: save the scenario and send both.", "error", 0);
-    const address = await linkOf(text);
-    if (!address) return this.notice("The drive is too long for a link: save the scenario and send the file.", "error", 0);
+    let address: string;
+    try {
+      address = await linkOf(text, this.request.text ?? null);
+    } catch (error) {
+      return this.notice((error as Error).message, "error", 0);
+    }
     const copied = await navigator.clipboard?.writeText(address).then(
       () => true,
       () => false,
@@ -363,8 +366,8 @@ class CockpitPage {
 
 /** What the address asks for: `?machine=NAME`, or `?chosen` for what `hydrocrane live` lays beside the page. */
 async function firstRequest(): Promise<Request> {
-  const scenario = await scenarioOf(location.hash);
-  if (scenario !== null) return { scenario };
+  const shared = await requestOf(location.hash);
+  if (shared) return shared;
   const asked = new URLSearchParams(location.search);
   if (asked.has("chosen")) {
     const answer = await fetch("chosen.json");

@@ -53,7 +53,8 @@ export interface Description {
   "full-speed": number | null;
   gains: Gain[];
   sensors: boolean;
-  continued: number | null;
+  /** Whether it goes on from what was before. */
+  continued: boolean;
   /** When a replay ends, s. */
   "replay-until": number | null;
   /** Version of the cockpit that recorded what is replayed. */
@@ -84,7 +85,7 @@ export interface Request {
   "dead-zone"?: number;
   ramp?: number;
   delay?: number;
-  /** A scenario to be replayed; it stands for everything else. */
+  /** A scenario to be replayed; it stands for everything else but the `text` of its machine. */
   scenario?: string;
   "keep-state"?: boolean;
 }
@@ -104,6 +105,8 @@ export interface News {
   events: Occurrence[];
   ended: Ended | null;
   replaying: boolean;
+  /** Where a replay has come to another phase: what there is to see and steer in it. */
+  changed: Description | null;
 }
 
 export interface Ended {

@@ -28,6 +28,8 @@ class Clockwork {
   /** Ticks since the drive began. */
   private ticks = 0;
   private rows: Float64Array[] = [];
+  /** Simulated time of the last row, s. */
+  private lastRow = 0;
   private posted = 0;
   private heard = 0;
   private held = false;
@@ -50,9 +52,10 @@ class Clockwork {
         if ("error" in answer) return post({ tell: "refused", problem: answer.error });
         this.open = true;
         this.ticks = 0;
-        this.rows = [];
+        if (answer.continued) this.keepRow();
+        else [this.rows, this.lastRow] = [[], 0];
         this.restartClock();
-        return post({ tell: "opened", description: answer, fresh: answer.continued === null });
+        return post({ tell: "opened", description: answer, fresh: !answer.continued });
       }
       case "steer":
         this.heard = performance.now();
@@ -70,6 +73,13 @@ class Clockwork {
         return post({ tell: "saved", text: answer.saved, share: message.share });
       }
     }
+  }
+
+  /** The row of the instant: changes wait for the next sample, which the clock has then passed. */
+  private keepRow(): void {
+    const row = this.core.frame();
+    if (row[0]! > this.lastRow) this.rows.push(row);
+    this.lastRow = row[0]!;
   }
 
   private restartClock(): void {
@@ -105,7 +115,7 @@ class Clockwork {
       this.ticks += ticks;
       this.owed -= ticks;
       this.window.ticks += ticks;
-      if (this.ticks % ROW === 0) this.rows.push(this.core.frame());
+      if (this.ticks % ROW === 0) this.keepRow();
     }
     this.busy += performance.now() - now;
   }
@@ -126,7 +136,8 @@ class Clockwork {
     this.rows = [];
     const { factor, load } = this.measurePace(now);
     const pace = { factor, load, lost: this.lost };
-    const { events, ended, replaying } = this.core.events();
+    const { events, ended, replaying, changed } = this.core.events();
+    if (changed) post({ tell: "opened", description: changed, fresh: false });
     post({ tell: "rows", latest, history, width, pace, replaying }, [latest.buffer, history.buffer]);
     if (events.length) post({ tell: "happened", events, ended });
   }

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-from hydrocrane.app.console import bar, complain, say, waiting
+from hydrocrane.app.console import bar, complain, say, waiting, warn
 from hydrocrane.app.control import control
 from hydrocrane.app.identify import identify
 from hydrocrane.app.live import live
@@ -78,8 +78,11 @@ def simulate(
 
     wanted: dict[str, Any] = {"payload": payload, "duration": duration, "method": method, "rtol": rtol, "step": step}
     changes = {name: value for name, value in wanted.items() if value is not None}
+    plan = hc.load_scenario(scenario)
+    if plan.recorded_by not in ("", hc.__version__):
+        warn(f"{scenario} was recorded with version {plan.recorded_by}, this is {hc.__version__}: the drive may differ")
     with waiting("simulating"):
-        run = hc.simulate(scenario, machine=machine, overrides=overrides(settings), **changes)
+        run = hc.simulate(plan, machine=machine, overrides=overrides(settings), **changes)
     paths = _write_run(run, output, also, film)
     say(run.summary(), "", "written:", *(f"  {path}" for path in paths))
     if not run.outcome.completed:
