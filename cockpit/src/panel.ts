@@ -11,6 +11,7 @@ export interface Actions {
   /** Another machine. */
   open: (request: Request) => void;
   carry: (mass: number) => void;
+  drop: () => void;
   save: () => void;
   share: () => void;
   /** `machine`: text of the machine file that the scenario names, where it was chosen with it. */
@@ -74,7 +75,7 @@ export class Panel {
         "div",
         { className: "row" },
         button("Pick up", "The tip takes up the log, which lies still", () => this.act.carry(this.load)),
-        button("Drop", "The tip lets the log go", () => this.act.carry(0)),
+        button("Drop", "The tip lets the log go", () => this.act.drop()),
       ),
     );
   }
@@ -83,7 +84,7 @@ export class Panel {
     const tasks: [string, string][] = [["", "none"], ...Object.entries(TASKS)];
     return section(
       "Task",
-      choice("Lead the tip along a", tasks, this.task, (task) => {
+      choice("To be done", tasks, this.task, (task) => {
         this.task = task;
         this.act.task(task ? (task as TaskName) : null);
       }),
@@ -108,7 +109,8 @@ export class Panel {
       ),
     );
     const head = make("tr", {}, ...["", "time", "worst", "mean", "work"].map((text) => make("th", {}, text)));
-    this.board.replaceChildren(make("table", {}, head, ...rows));
+    const about = "Worst and mean distance from the path, of logs from the middle of the bunk; work of the pump.";
+    this.board.replaceChildren(make("table", {}, head, ...rows), make("p", { className: "hint" }, about));
   }
 
   private plant(description: Description, request: Request): HTMLElement {

@@ -180,6 +180,11 @@ impl Cockpit {
         }
     }
 
+    /// The numbers of a recorded instant of the same machine: time, payload, states in order. Nothing where they are none.
+    pub fn show(&mut self, recorded: &[f64]) -> &[f64] {
+        self.drive.as_ref().and_then(|drive| self.frame.show(drive, recorded)).unwrap_or_default()
+    }
+
     /// What has happened since the last call, and how the drive ended if it has; what there is to see and steer where a
     /// replay has come to another phase.
     pub fn events(&mut self) -> Value {

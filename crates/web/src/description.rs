@@ -30,6 +30,7 @@ pub fn of(drive: &Drive) -> Value {
         "request": request,
         "joints": joints(drive),
         "cylinders": cylinders(drive),
+        "states": model.layout().names,
         "signals": signals(drive),
         "ledger": LEDGER_TERMS.iter().chain(&PAYLOAD_TERMS).map(|(name, _, sign)| json!([name, sign])).collect::<Vec<_>>(),
         "shapes": shapes(drive),

@@ -53,23 +53,68 @@ impl Frame {
 
     /// The row of the instant.
     pub fn fill(&mut self, drive: &Drive) -> &[f64] {
-        let (model, live) = (drive.now.model.as_ref(), &drive.live);
-        let (x, n) = (live.state(), model.layout().joints());
-        let [vx, vz] = model.tip_velocity(&x[..n], &x[n..2 * n]);
-        let [px, pz] = live.set_point().unwrap_or([f64::NAN; 2]);
-        let [wx, wz] = wanted_velocity(drive);
-        model.outputs_without_oil(x, live.payload(), &mut self.outputs);
+        let live = &drive.live;
+        let (set_point, energies) = (live.set_point().unwrap_or([f64::NAN; 2]), live.energies());
+        let instant = Instant {
+            time: live.time(),
+            payload: live.payload(),
+            state: live.state(),
+            set_point,
+            wanted: wanted_velocity(drive),
+            commands: live.commands(),
+            energies: &energies,
+        };
+        self.write(drive, instant)
+    }
+
+    /// The row of a recorded instant: `recorded` holds time, payload and the states. What a record need not have is NaN.
+    pub fn show(&mut self, drive: &Drive, recorded: &[f64]) -> Option<&[f64]> {
+        let (layout, cylinders) = (drive.now.model.layout(), drive.now.model.machine().cylinders.len());
+        let [time, payload, state @ ..] = recorded else { return None };
+        if state.len() != layout.len() {
+            return None;
+        }
+        let unknown = vec![f64::NAN; cylinders * LEDGER_PER_CYLINDER + PAYLOAD_TERMS.len()];
+        let instant = Instant {
+            time: *time,
+            payload: *payload,
+            state,
+            set_point: [f64::NAN; 2],
+            wanted: [f64::NAN; 2],
+            commands: &unknown[..cylinders],
+            energies: &unknown,
+        };
+        Some(self.write(drive, instant))
+    }
+
+    fn write(&mut self, drive: &Drive, now: Instant) -> &[f64] {
+        let model = drive.now.model.as_ref();
+        let n = model.layout().joints();
+        let velocity = model.tip_velocity(&now.state[..n], &now.state[n..2 * n]);
+        model.outputs_without_oil(now.state, now.payload, &mut self.outputs);
         self.row.clear();
-        self.row.extend([drive.live.time(), live.payload(), vx, vz, px, pz, wx, wz]);
-        self.row.extend_from_slice(x);
+        self.row.extend([now.time, now.payload]);
+        self.row.extend([velocity, now.set_point, now.wanted].iter().flatten());
+        self.row.extend_from_slice(now.state);
         self.row.extend_from_slice(&self.outputs);
-        self.row.extend_from_slice(live.commands());
-        self.row.extend(ledger(&live.energies(), n));
-        for shape in model.drawing(&x[..n]) {
+        self.row.extend_from_slice(now.commands);
+        self.row.extend(ledger(now.energies, n));
+        for shape in model.drawing(&now.state[..n]) {
             self.row.extend(shape.line.iter().flatten());
         }
         &self.row
     }
+}
+
+/// What a row is made of.
+struct Instant<'a> {
+    time: f64,
+    payload: f64,
+    state: &'a [f64],
+    set_point: [f64; 2],
+    wanted: [f64; 2],
+    commands: &'a [f64],
+    energies: &'a [f64],
 }
 
 /// The terms of the account, each over all cylinders.
