@@ -48,8 +48,8 @@ class Loop:
         kept: dict[str, Any] = {}
 
         def work() -> np.ndarray:
-            given = (self.plan.driver, core, loop, self.record, settings, None)
-            kept.update(_core.simulate_controlled(core, self.start, DURATION, *given))
+            whole = {"from": 0.0, "machine": core, "controller": self.plan.driver, "believed": core, "plan": loop}
+            kept.update(_core.simulate_controlled(self.start, DURATION, [whole], self.record, settings, None))
             return kept["states"]
 
         run = clocked(work, lambda: {name: kept["stats"][name] for name in ("steps", "rhs", "jacobians")})

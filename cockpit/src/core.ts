@@ -15,6 +15,7 @@ interface Exports extends WebAssembly.Exports {
   carry(mass: number): void;
   advance(ticks: number): number;
   frame(): number;
+  show(): number;
   frame_at(): number;
   events(): void;
   save(): void;
@@ -33,9 +34,7 @@ export class Core {
   }
 
   open(request: Request): Description | { error: Problem } {
-    const bytes = new TextEncoder().encode(JSON.stringify(request));
-    const at = this.wasm.input(bytes.length);
-    new Uint8Array(this.wasm.memory.buffer, at, bytes.length).set(bytes);
+    this.give(new TextEncoder().encode(JSON.stringify(request)));
     this.wasm.open();
     return this.json();
   }
@@ -55,8 +54,13 @@ export class Core {
 
   /** A copy of the row of numbers of this instant. */
   frame(): Float64Array {
-    const length = this.wasm.frame();
-    return new Float64Array(this.wasm.memory.buffer, this.wasm.frame_at(), length).slice();
+    return this.row(this.wasm.frame());
+  }
+
+  /** The row of a recorded instant: time, payload and the states go in. */
+  show(recorded: number[]): Float64Array {
+    this.give(new Uint8Array(new Float64Array(recorded).buffer));
+    return this.row(this.wasm.show());
   }
 
   events(): News {
@@ -72,6 +76,16 @@ export class Core {
   /** Why the core stopped, where it says so. */
   panic(): string {
     return this.text(this.wasm.panic_at(), this.wasm.panic_length());
+  }
+
+  private give(bytes: Uint8Array): void {
+    // Asking for room can move the memory.
+    const at = this.wasm.input(bytes.length);
+    new Uint8Array(this.wasm.memory.buffer, at, bytes.length).set(bytes);
+  }
+
+  private row(length: number): Float64Array {
+    return new Float64Array(this.wasm.memory.buffer, this.wasm.frame_at(), length).slice();
   }
 
   private json<T>(): T {

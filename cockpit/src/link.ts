@@ -1,4 +1,9 @@
-/** A drive in the address of the page: its scenario, compressed, behind the `#`, so that no server ever sees it. */
+/**
+ * A drive in the address of the page: its scenario, with the machine file where it is one of somebody's own, compressed,
+ * behind the `#`, so that no server ever sees it.
+ */
+
+import type { Request } from "./messages";
 
 const MARK = "drive=";
 /** Longest address that browsers and mail programs can be trusted with. */
@@ -9,24 +14,32 @@ async function through(bytes: Uint8Array<ArrayBuffer>, stream: CompressionStream
   return new Uint8Array(await new Response(flow).arrayBuffer());
 }
 
-/** The address for a scenario, or null where it would be too long. */
-export async function linkOf(scenario: string): Promise<string | null> {
-  const packed = await through(new TextEncoder().encode(scenario), new CompressionStream("deflate-raw"));
+/** The address for a scenario and the text of its machine; an error where it would be too long. */
+export async function linkOf(scenario: string, machine: string | null): Promise<string> {
+  const whole = machine === null ? scenario : JSON.stringify({ scenario, text: machine });
+  const packed = await through(new TextEncoder().encode(whole), new CompressionStream("deflate-raw"));
   let letters = "";
   packed.forEach((byte) => (letters += String.fromCharCode(byte)));
   const text = btoa(letters).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
   const address = `${location.origin}${location.pathname}#${MARK}${text}`;
-  return address.length > LONGEST ? null : address;
+  if (address.length <= LONGEST) return address;
+  const [size, most] = [address.length, LONGEST].map((letters) => `${Math.ceil(letters / 1000)} kB`);
+  const what = machine === null ? "The drive is" : "The drive with its machine file is";
+  const cure = machine === null ? "send the file" : "send it with the machine file";
+  throw new Error(`${what} too long for a link: ${size}, where ${most} are safe. Save the scenario and ${cure}.`);
 }
 
-/** The scenario of an address, null where it has none; an error where what it has is nonsense. */
-export async function scenarioOf(hash: string): Promise<string | null> {
+/** What an address asks for, null where it has no drive; an error where what it has is nonsense. */
+export async function requestOf(hash: string): Promise<Request | null> {
   const text = hash.replace(/^#/, "");
   if (!text.startsWith(MARK)) return null;
   try {
     const letters = atob(text.slice(MARK.length).replaceAll("-", "+").replaceAll("_", "/"));
     const packed = Uint8Array.from(letters, (letter) => letter.charCodeAt(0));
-    return new TextDecoder("utf-8", { fatal: true }).decode(await through(packed, new DecompressionStream("deflate-raw")));
+    const whole = new TextDecoder("utf-8", { fatal: true }).decode(await through(packed, new DecompressionStream("deflate-raw")));
+    if (!whole.startsWith("{")) return { scenario: whole };
+    const both = JSON.parse(whole) as Record<string, unknown>;
+    return { scenario: String(both["scenario"]), text: String(both["text"]) };
   } catch {
     throw new Error("The link holds no drive that can be read; was it cut short?");
   }

@@ -4,13 +4,15 @@ import "./style.css";
 import { Charts } from "./charts";
 import { button, download, make } from "./elements";
 import { History } from "./history";
-import { linkOf, scenarioOf } from "./link";
-import type { Description, Ended, FromWorker, Occurrence, Pace, Point, Request, ToWorker } from "./messages";
+import { linkOf, requestOf } from "./link";
+import type { Description, Ended, FromWorker, Occurrence, Pace, Point, Recording, Request, ToWorker } from "./messages";
 import { palette, scaleColour } from "./palette";
+import { LogTask } from "./logs";
 import { Panel } from "./panel";
 import { limitOf, Picture } from "./picture";
 import { Sticks } from "./sticks";
 import { Task, type TaskName } from "./tasks";
+import { aboutRun, Timeline } from "./timeline";
 import { steerView } from "./view";
 
 /** Time between two drawings of the charts, ms. */
@@ -21,6 +23,8 @@ const TRAIL = 4;
 const TASK_SIZE = 0.15;
 /** Speeds of the clock. */
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
+/** Further ones of a run that is only looked at. */
+const FASTER = [5, 10];
 /** Where a drive begins unless the address says otherwise: comfortable sticks. */
 const COMFORT: Partial<Request> = { "full-speed": 0.3, "dead-zone": 0.02, ramp: 0.15 };
 const USUAL: Request = { machine: "rottne-f9-lab", controller: "tip", ...COMFORT };
@@ -42,21 +46,26 @@ class CockpitPage {
   private paused = false;
   private replaying = false;
   private task: TaskName | null = null;
+  private timeline: Timeline | null = null;
   private drawnCharts = 0;
   private sinceTrail = 0;
   private sentSticks = "";
   private sentAt = 0;
 
-  constructor(first: Request) {
+  constructor(
+    first: Request,
+    private readonly run: Run | null = null,
+  ) {
     this.panel = new Panel(part("panel"), {
       change: (changes) => this.change(changes),
       open: (request) => this.open({ ...COMFORT, controller: this.request.controller ?? "tip", ...request }),
-      carry: (mass) => this.send({ do: "carry", mass }),
+      carry: (mass) => (this.logs ? this.grip(this.logs) : this.send({ do: "carry", mass })),
+      drop: () => (this.logs ? this.grip(this.logs) : this.send({ do: "carry", mass: 0 })),
       save: () => this.send({ do: "save", share: false }),
       share: () => this.send({ do: "save", share: true }),
-      replay: (scenario) => this.open({ scenario }),
+      replay: (scenario, machine) => this.open({ scenario, text: machine ?? this.request.text ?? null }),
       task: (task) => this.setTask(task),
-      data: () => download("drive.csv", this.history.csv(), "text/csv"),
+      data: () => this.data(),
     });
     this.worker.onmessage = (event: MessageEvent<FromWorker>) => this.hear(event.data);
     this.worker.onerror = (event) => this.notice(`The simulation cannot run here: ${event.message}`, "error", 0);
@@ -66,7 +75,8 @@ class CockpitPage {
     this.addLegend();
     window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recolour());
     window.addEventListener("keydown", (event) => this.shortcut(event));
-    this.open(first);
+    if (this.run) this.view(first, this.run);
+    else this.open(first);
     const frame = (now: number): void => {
       this.frame(now);
       requestAnimationFrame(frame);
@@ -76,6 +86,16 @@ class CockpitPage {
 
   private send(message: ToWorker): void {
     this.worker.postMessage(message);
+  }
+
+  /** A run in place of a drive. */
+  private view(request: Request, { about, table }: Run): void {
+    document.body.classList.add("viewing");
+    this.worker.postMessage({ do: "view", request, columns: about.columns, table } satisfies ToWorker, [table.buffer]);
+  }
+
+  private seek(time: number): void {
+    this.send({ do: "seek", time });
   }
 
   private open(request: Request): void {
@@ -89,6 +109,7 @@ class CockpitPage {
 
   private reset(): void {
     if (this.paused) this.pause(false);
+    if (this.run) return this.seek(0);
     this.open(this.request);
   }
 
@@ -106,12 +127,13 @@ class CockpitPage {
         return this.begin(message.description, message.fresh);
       case "rows":
         this.replaying = message.replaying;
+        if (message.anew) this.clearWay();
         return this.take(message.latest, message.history, message.width, message.pace);
       case "refused":
         this.notice(message.problem.message, "error", 0);
         // Where the very first wish fails, the usual crane takes its place.
         if (this.description) this.panel.show(this.description, this.request);
-        else this.open(USUAL);
+        else if (!this.run) this.open(USUAL);
         return;
       case "happened":
         return this.happened(message.events, message.ended);
@@ -134,17 +156,34 @@ class CockpitPage {
     this.warnOfVersion(description);
     this.history.begin(description.signals, !fresh);
     this.picture.show(description, !fresh);
-    // The pump's work is counted anew by every drive.
-    this.picture.task = null;
-    if (axes !== description.axes.join()) this.sticks.show(description.axes);
-    this.sentSticks = "";
-    this.panel.show(description, this.request);
+    if (fresh) this.picture.task = null;
+    if (this.run) this.showRun(this.run.about, description);
+    else this.showControls(description, axes);
     this.charts.rebuild();
     document.querySelectorAll<HTMLButtonElement>("#modes button").forEach((made) => {
       made.setAttribute("aria-pressed", String(made.value === description.controller));
     });
     part("machine-name").textContent = description.machine.name;
     document.title = `${description.machine.name} · hydrocrane cockpit`;
+  }
+
+  private showControls(description: Description, axesBefore: string | undefined): void {
+    if (axesBefore !== description.axes.join()) this.sticks.show(description.axes);
+    this.sentSticks = "";
+    this.panel.show(description, this.request);
+  }
+
+  private showRun(about: Recording, description: Description): void {
+    const seek = (time: number): void => this.seek(time);
+    this.timeline = new Timeline(part("sticks"), description["replay-until"] ?? 1, seek);
+    part("panel").replaceChildren(...aboutRun(about, description.machine.title, seek, () => this.data()));
+  }
+
+  /** Charts and trail begin anew. */
+  private clearWay(): void {
+    if (!this.description) return;
+    this.history.begin(this.description.signals, false);
+    this.picture.show(this.description, false);
   }
 
   private setTask(task: TaskName | null): void {
@@ -158,17 +197,34 @@ class CockpitPage {
     if (!this.task || !this.description) return;
     const read = (name: string): number => row[this.history.at(name)]!;
     const tip: Point = [read("tip.x"), read("tip.z")];
-    if (!this.picture.task) {
-      const reach = Math.max(...this.description.workspace.flat().map(([x]) => x));
-      this.picture.task = new Task(this.task, tip, TASK_SIZE * reach);
-    }
-    const task = this.picture.task as Task;
+    const task = (this.picture.task ??= this.newTask(this.task, tip, this.description));
+    if (!task) return this.setTask(null);
     const mode = this.description.controller;
-    const score = task.done < task.path.length - 2 ? task.follow(read("time"), tip, read("ledger.supply"), mode) : null;
+    const score = task.over ? null : task.follow(read("time"), tip, read("ledger.supply"), mode);
     if (score) {
       this.panel.score(score);
       this.notice("Done. Reset begins the task again, key 2 first tries it with levers.", "info", 8000);
     }
+  }
+
+  private newTask(name: TaskName, tip: Point, description: Description): Task | LogTask | null {
+    if (name !== "logs") return new Task(name, tip, TASK_SIZE * Math.max(...description.workspace.flat().map(([x]) => x)));
+    const task = LogTask.within(description, tip);
+    if (task) this.notice("Bring the tip to a ring, Space grips; bring the log over the bunk, Space lets go.", "info", 10000);
+    else this.notice("This crane has no room for logs and a bunk.", "error", 0);
+    return task;
+  }
+
+  private get logs(): LogTask | null {
+    return this.picture.task instanceof LogTask ? this.picture.task : null;
+  }
+
+  /** The grapple closes or opens where the tip is. */
+  private grip(task: LogTask): void {
+    if (!this.row) return;
+    const done = task.grip([this.row[this.history.at("tip.x")]!, this.row[this.history.at("tip.z")]!]);
+    if (typeof done === "number") this.send({ do: "carry", mass: done });
+    else this.notice(done, "info", 4000);
   }
 
   private warnOfVersion(description: Description): void {
@@ -192,7 +248,7 @@ class CockpitPage {
   }
 
   private showPace(pace: Pace): void {
-    const slow = !this.paused && pace.factor < 0.95 * this.speed && (this.row?.[0] ?? 0) > 2;
+    const slow = !this.paused && !this.run && pace.factor < 0.95 * this.speed && (this.row?.[0] ?? 0) > 2;
     const until = this.description?.["replay-until"]?.toFixed(1);
     const doing = this.replaying ? `replay until ${until} s, any stick takes over · ` : "";
     const text = doing + (this.paused ? "paused" : `${pace.factor.toFixed(2)} × real time`);
@@ -208,6 +264,10 @@ class CockpitPage {
     if (ended) this.notice(`The drive ended at ${ended.time.toFixed(2)} s (${ended.kind}): ${ended.message}. Reset begins anew.`, "error", 0);
   }
 
+  private data(): void {
+    download("drive.csv", this.history.csv(), "text/csv");
+  }
+
   private saved(text: string): void {
     download("drive.toml", text, "application/toml");
     const own = this.request.text ? ` Keep it beside ${this.request.machine}.` : "";
@@ -215,9 +275,12 @@ class CockpitPage {
   }
 
   private async shared(text: string): Promise<void> {
-    if (this.request.text) return this.notice("A link cannot carry a machine file: save the scenario and send both.", "error", 0);
-    const address = await linkOf(text);
-    if (!address) return this.notice("The drive is too long for a link: save the scenario and send the file.", "error", 0);
+    let address: string;
+    try {
+      address = await linkOf(text, this.request.text ?? null);
+    } catch (error) {
+      return this.notice((error as Error).message, "error", 0);
+    }
     const copied = await navigator.clipboard?.writeText(address).then(
       () => true,
       () => false,
@@ -239,7 +302,7 @@ class CockpitPage {
     const axes = this.sticks.read();
     const text = axes.join();
     // Told again now and then, so that the simulation knows that somebody is there.
-    if (this.description && (text !== this.sentSticks || now - this.sentAt > 100)) {
+    if (this.description && !this.run && (text !== this.sentSticks || now - this.sentAt > 100)) {
       this.send({ do: "steer", axes });
       this.sentSticks = text;
       this.sentAt = now;
@@ -248,6 +311,7 @@ class CockpitPage {
     const row = this.row;
     const read = (name: string): number => row[this.history.at(name)] ?? NaN;
     this.picture.draw(row, read);
+    this.timeline?.show(read("time"));
     if (now - this.drawnCharts > CHARTS) {
       this.drawnCharts = now;
       this.charts.draw(!this.paused);
@@ -288,7 +352,7 @@ class CockpitPage {
       modes.append(made);
     }
     const speed = make("select", { id: "speed", title: "Speed of the clock" });
-    SPEEDS.forEach((s) => speed.add(new Option(`${s} ×`, String(s), s === 1, s === 1)));
+    [...SPEEDS, ...(this.run ? FASTER : [])].forEach((s) => speed.add(new Option(`${s} ×`, String(s), s === 1, s === 1)));
     speed.addEventListener("change", () => {
       this.speed = Number(speed.value);
       this.pause(this.paused);
@@ -354,27 +418,50 @@ class CockpitPage {
   private shortcut(event: KeyboardEvent): void {
     const target = event.target as HTMLElement;
     if (event.repeat || event.ctrlKey || event.metaKey || event.altKey || /^(INPUT|SELECT|TEXTAREA)$/.test(target.tagName)) return;
+    if (this.run && event.code.startsWith("Digit") && event.code !== "Digit0") return;
     if (event.code === "Digit1") this.change({ controller: "tip" });
     else if (event.code === "Digit2") this.change({ controller: "lever" });
-    else if (event.code === "KeyP") this.pause(!this.paused);
+    else if (event.code === "Space" && this.logs && target.tagName !== "BUTTON") {
+      event.preventDefault();
+      this.grip(this.logs);
+    } else if (event.code === "KeyP") this.pause(!this.paused);
     else if (event.code === "Digit0") this.reset();
   }
 }
 
-/** What the address asks for: `?machine=NAME`, or `?chosen` for what `hydrocrane live` lays beside the page. */
-async function firstRequest(): Promise<Request> {
-  const scenario = await scenarioOf(location.hash);
-  if (scenario !== null) return { scenario };
+/** A run to be looked at. */
+interface Run {
+  about: Recording;
+  table: Float64Array<ArrayBuffer>;
+}
+
+/** What the page is to open. */
+interface First {
+  request: Request;
+  run?: Run;
+}
+
+/** What the address asks for: `?machine=NAME`, or `?chosen` for what `hydrocrane live` or `view` lays beside the page. */
+async function firstRequest(): Promise<First> {
+  const shared = await requestOf(location.hash);
+  if (shared) return { request: shared };
   const asked = new URLSearchParams(location.search);
   if (asked.has("chosen")) {
     const answer = await fetch("chosen.json");
-    if (answer.ok) return { ...USUAL, ...((await answer.json()) as Request) };
+    if (answer.ok) return chosen((await answer.json()) as Request & { recording?: Recording });
   }
   const machine = asked.get("machine");
-  return machine ? { ...USUAL, machine } : USUAL;
+  return { request: machine ? { ...USUAL, machine } : USUAL };
+}
+
+async function chosen({ recording, ...request }: Request & { recording?: Recording }): Promise<First> {
+  if (!recording) return { request: { ...USUAL, ...request } };
+  const answer = await fetch("recorded.bin");
+  if (!answer.ok) throw new Error(`The run cannot be read: ${answer.status} ${answer.statusText}`);
+  return { request, run: { about: recording, table: new Float64Array(await answer.arrayBuffer()) } };
 }
 
 void firstRequest().then(
-  (request) => new CockpitPage(request),
+  ({ request, run }) => new CockpitPage(request, run ?? null),
   (error: Error) => new CockpitPage(USUAL).notice(error.message, "error", 0),
 );

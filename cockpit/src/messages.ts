@@ -53,7 +53,8 @@ export interface Description {
   "full-speed": number | null;
   gains: Gain[];
   sensors: boolean;
-  continued: number | null;
+  /** Whether it goes on from what was before. */
+  continued: boolean;
   /** When a replay ends, s. */
   "replay-until": number | null;
   /** Version of the cockpit that recorded what is replayed. */
@@ -62,6 +63,8 @@ export interface Description {
   request: Request;
   joints: Joint[];
   cylinders: Cylinder[];
+  /** Names of the states, in order; they are signals too. */
+  states: string[];
   signals: Signal[];
   ledger: [string, number][];
   shapes: Shape[];
@@ -84,9 +87,20 @@ export interface Request {
   "dead-zone"?: number;
   ramp?: number;
   delay?: number;
-  /** A scenario to be replayed; it stands for everything else. */
+  /** A scenario to be replayed; it stands for everything else but the `text` of its machine. */
   scenario?: string;
   "keep-state"?: boolean;
+}
+
+/** What is told of a run that somebody looks at. */
+export interface Recording {
+  title: string;
+  /** What simulated it. */
+  source: string;
+  outcome: string;
+  /** Names of the columns of its table, time first. */
+  columns: string[];
+  events: [number, string][];
 }
 
 export interface Problem {
@@ -104,6 +118,8 @@ export interface News {
   events: Occurrence[];
   ended: Ended | null;
   replaying: boolean;
+  /** Where a replay has come to another phase: what there is to see and steer in it. */
+  changed: Description | null;
 }
 
 export interface Ended {
@@ -114,6 +130,9 @@ export interface Ended {
 
 export type ToWorker =
   | { do: "open"; request: Request }
+  /** A run in place of a drive: its table, row by row. */
+  | { do: "view"; request: Request; columns: string[]; table: Float64Array }
+  | { do: "seek"; time: number }
   | { do: "steer"; axes: number[] }
   | { do: "carry"; mass: number }
   | { do: "pace"; speed: number; paused: boolean }
@@ -134,7 +153,7 @@ export type FromWorker =
   | { tell: "ready" }
   | { tell: "opened"; description: Description; fresh: boolean }
   | { tell: "refused"; problem: Problem }
-  | { tell: "rows"; latest: Float64Array; history: Float64Array; width: number; pace: Pace; replaying: boolean }
+  | { tell: "rows"; latest: Float64Array; history: Float64Array; width: number; pace: Pace; replaying: boolean; anew: boolean }
   | { tell: "happened"; events: Occurrence[]; ended: Ended | null }
   | { tell: "saved"; text: string; share: boolean }
   | { tell: "broken"; message: string };

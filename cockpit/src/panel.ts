@@ -11,9 +11,11 @@ export interface Actions {
   /** Another machine. */
   open: (request: Request) => void;
   carry: (mass: number) => void;
+  drop: () => void;
   save: () => void;
   share: () => void;
-  replay: (scenario: string) => void;
+  /** `machine`: text of the machine file that the scenario names, where it was chosen with it. */
+  replay: (scenario: string, machine: string | null) => void;
   data: () => void;
   /** Back to the start with something to do, or nothing. */
   task: (task: TaskName | null) => void;
@@ -54,7 +56,7 @@ export class Panel {
     const bundled = description.machines.map(({ name }): [string, string] => [name, name]);
     const name = description.machine.source;
     const own: [string, string][] = request.text ? [[name, name]] : [];
-    const file = fileInput("machine-file", (name, text) => this.act.open({ machine: name, text }));
+    const file = fileInput("machine-file", ([chosen]) => chosen && this.act.open({ machine: chosen.name, text: chosen.text }));
     return section(
       "Machine",
       choice("Crane", [...own, ...bundled], name, (machine) => this.act.open({ machine })),
@@ -73,7 +75,7 @@ export class Panel {
         "div",
         { className: "row" },
         button("Pick up", "The tip takes up the log, which lies still", () => this.act.carry(this.load)),
-        button("Drop", "The tip lets the log go", () => this.act.carry(0)),
+        button("Drop", "The tip lets the log go", () => this.act.drop()),
       ),
     );
   }
@@ -82,7 +84,7 @@ export class Panel {
     const tasks: [string, string][] = [["", "none"], ...Object.entries(TASKS)];
     return section(
       "Task",
-      choice("Lead the tip along a", tasks, this.task, (task) => {
+      choice("To be done", tasks, this.task, (task) => {
         this.task = task;
         this.act.task(task ? (task as TaskName) : null);
       }),
@@ -107,7 +109,8 @@ export class Panel {
       ),
     );
     const head = make("tr", {}, ...["", "time", "worst", "mean", "work"].map((text) => make("th", {}, text)));
-    this.board.replaceChildren(make("table", {}, head, ...rows));
+    const about = "Worst and mean distance from the path, of logs from the middle of the bunk; work of the pump.";
+    this.board.replaceChildren(make("table", {}, head, ...rows), make("p", { className: "hint" }, about));
   }
 
   private plant(description: Description, request: Request): HTMLElement {
@@ -184,33 +187,38 @@ export class Panel {
   }
 
   private files(): HTMLElement {
-    const file = fileInput("drive-file", (_, text) => this.act.replay(text));
+    const file = fileInput("drive-file", (files) => {
+      const scenario = files.find(({ text }) => /^\s*\[scenario\]/m.test(text)) ?? files[0];
+      const machine = files.find((other) => other !== scenario);
+      if (scenario) this.act.replay(scenario.text, machine?.text ?? null);
+    });
+    file.multiple = true;
     return section(
       "Keep this drive",
       file,
       make(
         "div",
         { className: "row" },
-        button("Scenario", "Save what you did since the last reset as a scenario for hydrocrane simulate", this.act.save),
+        button("Scenario", "Save what you did since the last reset, changes of mode and knobs included, as a scenario for hydrocrane simulate", this.act.save),
         button("Data", "Save the last two minutes as CSV", this.act.data),
       ),
       make(
         "div",
         { className: "row" },
         button("Link", "Copy an address that opens this page and replays the drive", this.act.share),
-        button("Replay …", "Replay a saved drive, or another scenario with a joystick", () => file.click()),
+        button("Replay …", "Replay a saved drive, or another scenario with a joystick; choose its machine file with it", () => file.click()),
       ),
     );
   }
 }
 
-/** A hidden input that hands on the name and text of the file that somebody chooses. */
-function fileInput(id: string, act: (name: string, text: string) => void): HTMLInputElement {
+/** A hidden input that hands on the names and texts of the files that somebody chooses. */
+function fileInput(id: string, act: (files: { name: string; text: string }[]) => void): HTMLInputElement {
   const file = make("input", { type: "file", accept: ".toml", id, hidden: true });
   file.addEventListener("change", () => {
-    const chosen = file.files?.[0];
+    const chosen = [...(file.files ?? [])];
     file.value = "";
-    if (chosen) void chosen.text().then((text) => act(chosen.name, text));
+    void Promise.all(chosen.map(async (one) => ({ name: one.name, text: await one.text() }))).then(act);
   });
   return file;
 }

@@ -1,7 +1,9 @@
 /** The crane to scale: ground, reach, links, cylinders with their oil, load, trail, velocities. */
 
+import { HALF, LINE, LOG, LogTask, radius } from "./logs";
 import type { Cylinder, Description, Joint, Point, Shape } from "./messages";
 import { palette, scaleColour, type Palette } from "./palette";
+import type { Task } from "./tasks";
 import { View } from "./view";
 
 /** Length of the velocity arrows: metres per metre per second. */
@@ -36,8 +38,8 @@ export class Picture {
   private description: Description | null = null;
   private reach = new Path2D();
   private trail: Point[] = [];
-  /** A path to be followed, and how many of its points are behind. */
-  task: { path: Point[]; done: number } | null = null;
+  /** A path to be followed, or logs to be moved. */
+  task: Task | LogTask | null = null;
 
   constructor(private readonly canvas: HTMLCanvasElement) {
     this.context = canvas.getContext("2d")!;
@@ -155,6 +157,8 @@ export class Picture {
 
   private drawTask(colours: Palette): void {
     if (!this.task) return;
+    if (this.task instanceof LogTask) return this.drawLogs(this.task, colours);
+    const { path, done } = this.task;
     const c = this.context;
     const line = (points: Point[], width: number, dash: number[]): void => {
       c.lineWidth = this.pixels(width);
@@ -165,12 +169,49 @@ export class Picture {
       c.setLineDash([]);
     };
     c.strokeStyle = colours.task;
-    line(this.task.path, 2.5, [9, 8]);
-    line(this.task.path.slice(0, this.task.done + 1), 5, []);
-    const [x, z] = this.task.path.at(-1)!;
+    line(path, 2.5, [9, 8]);
+    line(path.slice(0, done + 1), 5, []);
+    this.ring(path.at(-1)!, this.pixels(9));
+  }
+
+  private ring([x, z]: Point, size: number): void {
+    const c = this.context;
     c.beginPath();
-    c.arc(x, z, this.pixels(9), 0, 2 * Math.PI);
+    c.arc(x, z, size, 0, 2 * Math.PI);
     c.lineWidth = this.pixels(2.5);
+    c.stroke();
+  }
+
+  /** Logs on the ground with the place of the tip that grips them, and the bunk with those that are done. */
+  private drawLogs(task: LogTask, colours: Palette): void {
+    const c = this.context;
+    const below = LINE + radius(LOG);
+    for (const [x, z] of task.lying) {
+      this.log([x, z - below], colours);
+      c.strokeStyle = colours.task;
+      this.ring([x, z], 0.15);
+    }
+    const [x, z] = task.bunk;
+    const floor = z - below - radius(LOG);
+    task.placed.forEach((off, i) => this.log([x + off, z - below + 1.6 * i * radius(LOG)], colours));
+    c.strokeStyle = task.holds ? colours.task : colours.steelEdge;
+    c.lineWidth = this.pixels(5);
+    c.beginPath();
+    c.moveTo(x - HALF - 0.1, floor + 0.75);
+    c.lineTo(x - HALF - 0.1, floor);
+    c.lineTo(x + HALF + 0.1, floor);
+    c.lineTo(x + HALF + 0.1, floor + 0.75);
+    c.stroke();
+  }
+
+  private log([x, z]: Point, colours: Palette): void {
+    const c = this.context;
+    c.beginPath();
+    c.arc(x, z, radius(LOG), 0, 2 * Math.PI);
+    c.fillStyle = colours.load;
+    c.fill();
+    c.strokeStyle = colours.ink;
+    c.lineWidth = this.pixels(1.5);
     c.stroke();
   }
 
@@ -270,19 +311,19 @@ export class Picture {
     const c = this.context;
     const payload = read("payload");
     if (payload > 0) {
-      const size = 0.1 + 0.022 * Math.sqrt(payload);
+      const size = radius(payload);
       c.strokeStyle = colours.ink;
       c.lineWidth = this.pixels(1.5);
       c.beginPath();
       c.moveTo(...tip);
-      c.lineTo(tip[0], tip[1] - 0.12);
+      c.lineTo(tip[0], tip[1] - LINE);
       c.stroke();
       c.beginPath();
-      c.arc(tip[0], tip[1] - 0.12 - size, size, 0, 2 * Math.PI);
+      c.arc(tip[0], tip[1] - LINE - size, size, 0, 2 * Math.PI);
       c.fillStyle = colours.load;
       c.fill();
       c.stroke();
-      this.label(`${payload.toFixed(0)} kg`, [tip[0], tip[1] - 0.12 - size], "#fff", "center");
+      this.label(`${payload.toFixed(0)} kg`, [tip[0], tip[1] - LINE - size], "#fff", "center");
     }
     const velocity = (name: string): Point => [read(`${name}.vx`), read(`${name}.vz`)];
     this.arrow(tip, velocity("wanted"), colours.wanted, 7);

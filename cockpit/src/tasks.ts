@@ -2,15 +2,21 @@
 
 import type { Point } from "./messages";
 
-export const TASKS = { line: "Line, straight up", square: "Square", circle: "Circle" } as const;
+export const TASKS = {
+  line: "Follow a line, straight up",
+  square: "Follow a square",
+  circle: "Follow a circle",
+  logs: "Move logs into the bunk",
+} as const;
 export type TaskName = keyof typeof TASKS;
+export type PathName = Exclude<TaskName, "logs">;
 
 export interface Score {
   task: TaskName;
   mode: string;
   /** s */
   time: number;
-  /** Distance from the path, m. */
+  /** Distance from the path, or of logs from the middle of the bunk, m. */
   worst: number;
   mean: number;
   /** Work of the pump, J. */
@@ -25,7 +31,7 @@ const AHEAD = 12;
 const OFF = 0.01;
 
 /** Corners of each path in sizes, from the start, outward (x) and up (z). */
-const CORNERS: Record<Exclude<TaskName, "circle">, Point[]> = {
+const CORNERS: Record<Exclude<PathName, "circle">, Point[]> = {
   line: [
     [0, 0],
     [0, 1.4],
@@ -39,7 +45,7 @@ const CORNERS: Record<Exclude<TaskName, "circle">, Point[]> = {
   ],
 };
 
-function shape(task: TaskName, share: number): Point {
+function shape(task: PathName, share: number): Point {
   if (task === "circle") {
     const angle = 2 * Math.PI * share;
     return [-0.5 * Math.sin(angle), 0.5 - 0.5 * Math.cos(angle)];
@@ -55,6 +61,8 @@ export class Task {
   readonly path: Point[];
   /** Points behind the tip. */
   done = 0;
+  over = false;
+  private readonly modes = new Set<string>();
   private began: { time: number; work: number } | null = null;
   private worst = 0;
   private sum = 0;
@@ -62,7 +70,7 @@ export class Task {
 
   /** `size`: edge of the square, m. */
   constructor(
-    readonly name: TaskName,
+    readonly name: PathName,
     start: Point,
     size: number,
   ) {
@@ -79,6 +87,7 @@ export class Task {
       if (away(0) > OFF) this.began = { time, work };
       return null;
     }
+    this.modes.add(mode);
     let nearest = this.done;
     for (let i = this.done; i <= Math.min(this.done + AHEAD, POINTS); i++) if (away(i) < away(nearest)) nearest = i;
     this.done = nearest;
@@ -87,7 +96,8 @@ export class Task {
     this.sum += distance;
     this.samples++;
     if (nearest < POINTS - 1) return null;
+    this.over = true;
     const mean = this.sum / this.samples;
-    return { task: this.name, mode, time: time - this.began.time, worst: this.worst, mean, work: work - this.began.work };
+    return { task: this.name, mode: [...this.modes].join(" + "), time: time - this.began.time, worst: this.worst, mean, work: work - this.began.work };
   }
 }

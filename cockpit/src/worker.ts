@@ -3,6 +3,7 @@
 import coreUrl from "./core.wasm?url";
 import { Core } from "./core";
 import type { FromWorker, ToWorker } from "./messages";
+import { Tape } from "./tape";
 
 /** Time between two turns, ms. */
 const TURN = 4;
@@ -14,6 +15,9 @@ const ROW = 10;
 const BUDGET = 30;
 /** Time that can be made up for, ms; what is owed beyond it is given up. */
 const PATIENCE = 200;
+/** What is shown of a run before the place where somebody jumps to, s, and rows of it at most. */
+const BEFORE = 20;
+const BEFORE_ROWS = 2000;
 /** Silence of the page after which nobody holds the sticks, ms. */
 const SILENCE = 400;
 
@@ -21,6 +25,11 @@ const post = (message: FromWorker, transfer: Transferable[] = []): void => self.
 
 class Clockwork {
   private open = false;
+  /** The run that is looked at in place of a drive, and how far it is played, s. */
+  private tape: Tape | null = null;
+  private played = 0;
+  /** Whether the rows to come stand alone. */
+  private anew = false;
   private speed = 1;
   private paused = false;
   private clock = performance.now();
@@ -28,6 +37,8 @@ class Clockwork {
   /** Ticks since the drive began. */
   private ticks = 0;
   private rows: Float64Array[] = [];
+  /** Simulated time of the last row, s. */
+  private lastRow = 0;
   private posted = 0;
   private heard = 0;
   private held = false;
@@ -49,11 +60,23 @@ class Clockwork {
         const answer = this.core.open(message.request);
         if ("error" in answer) return post({ tell: "refused", problem: answer.error });
         this.open = true;
+        this.tape = null;
         this.ticks = 0;
-        this.rows = [];
+        if (answer.continued) this.keepRow();
+        else [this.rows, this.lastRow] = [[], 0];
         this.restartClock();
-        return post({ tell: "opened", description: answer, fresh: answer.continued === null });
+        return post({ tell: "opened", description: answer, fresh: !answer.continued });
       }
+      case "view": {
+        const answer = this.core.open(message.request);
+        if ("error" in answer) return post({ tell: "refused", problem: answer.error });
+        this.tape = new Tape(this.core, answer, message.columns, message.table);
+        this.open = true;
+        post({ tell: "opened", description: { ...answer, "replay-until": this.tape.end }, fresh: true });
+        return this.seek(this.tape.time(0));
+      }
+      case "seek":
+        return this.seek(message.time);
       case "steer":
         this.heard = performance.now();
         this.held = message.axes.some((axis) => axis !== 0);
@@ -72,6 +95,21 @@ class Clockwork {
     }
   }
 
+  private seek(time: number): void {
+    if (!this.tape) return;
+    this.played = time;
+    this.rows = this.tape.seek(time, BEFORE, BEFORE_ROWS);
+    this.anew = true;
+    this.restartClock();
+  }
+
+  /** The row of the instant: changes wait for the next sample, which the clock has then passed. */
+  private keepRow(): void {
+    const row = this.core.frame();
+    if (row[0]! > this.lastRow) this.rows.push(row);
+    this.lastRow = row[0]!;
+  }
+
   private restartClock(): void {
     this.clock = performance.now();
     this.owed = 0;
@@ -83,7 +121,8 @@ class Clockwork {
     this.clock = now;
     if (!this.open) return;
     if (this.held && now - this.heard > SILENCE) this.letGo();
-    if (!this.paused) this.catchUp(passed * this.speed, now);
+    if (!this.paused && this.tape) this.play(this.tape, passed * this.speed);
+    else if (!this.paused) this.catchUp(passed * this.speed, now);
     if (now - this.posted >= FRAME) this.report(now);
   }
 
@@ -91,6 +130,13 @@ class Clockwork {
   private letGo(): void {
     this.held = false;
     this.core.steer(Array<number>(8).fill(0));
+  }
+
+  private play(tape: Tape, passed: number): void {
+    const before = this.played;
+    this.played = Math.min(before + passed / 1000, tape.end);
+    this.rows.push(...tape.play(this.played));
+    this.window.ticks += 1000 * (this.played - before);
   }
 
   private catchUp(passed: number, now: number): void {
@@ -105,7 +151,7 @@ class Clockwork {
       this.ticks += ticks;
       this.owed -= ticks;
       this.window.ticks += ticks;
-      if (this.ticks % ROW === 0) this.rows.push(this.core.frame());
+      if (this.ticks % ROW === 0) this.keepRow();
     }
     this.busy += performance.now() - now;
   }
@@ -119,15 +165,18 @@ class Clockwork {
 
   private report(now: number): void {
     this.posted = now;
-    const latest = this.core.frame();
+    const latest = this.tape ? this.tape.frame() : this.core.frame();
     const width = latest.length;
     const history = new Float64Array(this.rows.length * width);
     this.rows.forEach((row, i) => history.set(row, i * width));
     this.rows = [];
     const { factor, load } = this.measurePace(now);
     const pace = { factor, load, lost: this.lost };
-    const { events, ended, replaying } = this.core.events();
-    post({ tell: "rows", latest, history, width, pace, replaying }, [latest.buffer, history.buffer]);
+    const { events, ended, replaying, changed } = this.core.events();
+    if (changed) post({ tell: "opened", description: changed, fresh: false });
+    const anew = this.anew;
+    this.anew = false;
+    post({ tell: "rows", latest, history, width, pace, replaying, anew }, [latest.buffer, history.buffer]);
     if (events.length) post({ tell: "happened", events, ended });
   }
 

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from hydrocrane.logs import Log, read_log
     from hydrocrane.machine import Machine, Value, bundled_machines, load_machine
     from hydrocrane.payload import PayloadChange
+    from hydrocrane.phases import Phase
     from hydrocrane.result import Event, Outcome, Run, load_run
     from hydrocrane.scenario import Command, Scenario, Solver, bundled_scenarios, load_scenario
     from hydrocrane.sensitivity import Sensitivities, sensitivities
@@ -63,6 +64,7 @@ _HOME = {
     "OutOfReachError": "errors",
     "Outcome": "result",
     "PayloadChange": "payload",
+    "Phase": "phases",
     "ResultFileError": "errors",
     "Run": "result",
     "Scenario": "scenario",
@@ -112,6 +114,7 @@ __all__ = [
     "OutOfReachError",
     "Outcome",
     "PayloadChange",
+    "Phase",
     "ResultFileError",
     "Run",
     "Scenario",

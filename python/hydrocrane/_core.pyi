@@ -219,12 +219,9 @@ def simulate(
     should_stop: Callable[[], bool] | None,
 ) -> dict[str, Any]: ...
 def simulate_controlled(
-    machine: Machine,
     x0: _Array,
     t_end: float,
-    controller: Any,
-    believed: Machine,
-    plan: dict[str, Any],
+    phases: list[dict[str, Any]],
     record_times: _Array,
     settings: dict[str, Any],
     should_stop: Callable[[], bool] | None,

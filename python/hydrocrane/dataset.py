@@ -11,7 +11,7 @@ import xarray as xr
 
 from hydrocrane.machine import Machine
 from hydrocrane.payload import PayloadChange
-from hydrocrane.samples import add_samples
+from hydrocrane.samples import add_samples, stage_rows
 from hydrocrane.scenario import Scenario
 
 
@@ -29,7 +29,7 @@ def run_dataset(crane: Machine, plan: Scenario, raw: dict[str, Any], *, payload:
     payloads = np.asarray(raw["payloads"])
     # One construction from all columns: adding variables one by one to a data set costs more than the run.
     columns = _columns(states_info, states) | _columns(commands_info, commands)
-    columns |= _columns(crane.core.output_info, outputs_table(crane, states, commands, payloads))
+    columns |= _columns(crane.core.output_info, outputs_table(crane, plan, raw))
     columns["payload"] = ("time", payloads, {"units": "kg", "long_name": "payload at the tip"})
     if np.size(raw["ledger"]):
         info = [(f"ledger.{name}", unit, text) for name, unit, text in crane.core.ledger_info]
@@ -45,17 +45,25 @@ def run_dataset(crane: Machine, plan: Scenario, raw: dict[str, Any], *, payload:
     return data
 
 
-def outputs_table(
-    crane: Machine, states: np.ndarray, commands: np.ndarray, payloads: np.ndarray, *, oil: bool = True
-) -> np.ndarray:
+def stage_machine(crane: Machine, stage: Scenario) -> Machine:
+    """The machine of a phase of a run that began on `crane`."""
+    changed = {key: value for key, value in stage.machine_overrides.items() if crane.overrides.get(key) != value}
+    return crane.changed(changed)
+
+
+def outputs_table(crane: Machine, plan: Scenario, raw: dict[str, Any], *, oil: bool = True) -> np.ndarray:
     """Everything derived from the states, (m, n_outputs), in the order of the core's ``output_info``.
 
     Without `oil`, ``energy.oil`` is NaN, and a machine that runs only once is spared the making of its tables.
     """
+    time, payloads = np.asarray(raw["t"]), np.asarray(raw["payloads"])
+    states, commands = np.asarray(raw["states"]), np.asarray(raw["commands"])
     table = np.empty((len(states), len(crane.core.output_info)))
-    for mass in np.unique(payloads):
-        rows = payloads == mass
-        table[rows] = crane.core.outputs(states[rows], commands[rows], float(mass), oil)
+    for rows, stage in stage_rows(plan, time):
+        here = stage_machine(crane, stage) if plan.phases else crane
+        for mass in np.unique(payloads[rows]):
+            some = rows & (payloads == mass)
+            table[some] = here.core.outputs(states[some], commands[some], float(mass), oil)
     return table
 
 
@@ -98,6 +106,7 @@ def _run_attributes(crane: Machine, plan: Scenario, raw: dict[str, Any], payload
         "payload_changes": json.dumps(raw["payload_changes"]),
         "events": json.dumps(_events(raw)),
         "seed": plan.seed,
+        "phases": json.dumps([(begin, str(then.driver), then.machine_overrides) for begin, then in plan.stages()[1:]]),
         "outcome": kind,
         "outcome_time": float(time),
         "outcome_message": message or "",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -12,46 +13,67 @@ from hydrocrane.joystick import TIP_AXES
 from hydrocrane.machine import Machine
 from hydrocrane.scenario import Scenario
 
+# Between a time of the record and one of a sample or phase, s.
+ROUNDING = 1e-9
 # Points whose distances are found together: some hundred kilobytes at a time.
 TOGETHER = 64
 
 
+def stage_rows(plan: Scenario, time: Array) -> Iterator[tuple[np.ndarray, Scenario]]:
+    """Rows (m,) of each phase among the times (m,) of a run, and what holds there; where it begins, the old holds."""
+    stages = plan.stages()
+    ends = [begin for begin, _ in stages[1:]] + [np.inf]
+    for (begin, stage), end in zip(stages, ends, strict=True):
+        yield (time <= end + ROUNDING) & ((time > begin + ROUNDING) | (begin == 0.0)), stage
+
+
 def add_samples(data: xr.Dataset, crane: Machine, plan: Scenario, raw: dict[str, Any]) -> xr.Dataset:
-    """`data` with the samples of a run, each held over ``time`` until the next one."""
-    samples = raw["samples"]
+    """`data` with the samples of a run, each held over ``time`` until the next one; NaN where a phase has none."""
     driver = plan.driver
     data.attrs["controller"] = driver if isinstance(driver, str) else getattr(driver, "__name__", type(driver).__name__)
     data.attrs["sensors"] = plan.sensors
-    if not np.size(samples["t"]):
-        return data
-    held = np.searchsorted(samples["t"], data.time.values + 1e-9, side="right") - 1
+    time = data.time.values
+    tip = np.column_stack([data["tip.x"].values, data["tip.z"].values])
+    columns: dict[str, Any] = {}
+    for (rows, stage), samples in zip(stage_rows(plan, time), raw["samples"], strict=False):
+        if not np.size(samples["t"]) or not rows.any():
+            continue
+        held = np.searchsorted(samples["t"], time[rows] + ROUNDING, side="right") - 1
+        found = _sampled(samples, held, crane, stage) | _set_point(tip[rows], samples["set_points"], held)
+        for name, (values, about) in found.items():
+            columns.setdefault(name, ("time", np.full(time.size, np.nan), about))[1][rows] = values
+    return data.assign(columns)
+
+
+# What a signal is called is held with its values (m,).
+_Columns = dict[str, tuple[Array, dict[str, str]]]
+
+
+def _sampled(samples: dict[str, Any], held: np.ndarray, crane: Machine, stage: Scenario) -> _Columns:
     units = dict(zip(crane.state_names, crane.state_units, strict=True))
     units |= {name: unit for name, unit, _ in crane.core.output_info}
-    columns: dict[str, Any] = {}
+    columns: _Columns = {}
     for signal, column in zip(samples["signals"], samples["measured"].T, strict=True):
         about = {"units": units[signal], "long_name": f"{signal} as measured"}
-        columns[f"measured.{signal}"] = ("time", column[held], about)
-    axes = TIP_AXES if plan.stick_mode == "tip" else crane.cylinder_names
+        columns[f"measured.{signal}"] = (column[held], about)
+    axes = TIP_AXES if stage.stick_mode == "tip" else crane.cylinder_names
     for axis, column in zip(axes, samples["sticks"].T, strict=True):
-        about = {"units": "1", "long_name": f"deflection of the stick, {axis}"}
-        columns[f"stick.{axis}"] = ("time", column[held], about)
+        columns[f"stick.{axis}"] = (column[held], {"units": "1", "long_name": f"deflection of the stick, {axis}"})
     for cylinder, column in zip(crane.cylinder_names, samples["commands"].T, strict=True):
         about = {"units": "m", "long_name": f"{cylinder} spool command as the controller gave it"}
-        columns[f"controller.{cylinder}"] = ("time", column[held], about)
-    tip = np.column_stack([data["tip.x"].values, data["tip.z"].values])
-    return data.assign(columns | _set_point(tip, samples["set_points"], held))
+        columns[f"controller.{cylinder}"] = (column[held], about)
+    return columns
 
 
-def _set_point(tip: Array, set_points: Array, held: np.ndarray) -> dict[str, Any]:
+def _set_point(tip: Array, set_points: Array, held: np.ndarray) -> _Columns:
     if not np.isfinite(set_points).all(axis=1).any():
         return {}
-    columns: dict[str, Any] = {}
+    columns: _Columns = {}
     for axis, column in zip(TIP_AXES, set_points.T, strict=True):
         about = {"units": "m", "long_name": f"set-point of the crane tip, {axis}"}
-        columns[f"set_point.{axis}"] = ("time", column[held], about)
+        columns[f"set_point.{axis}"] = (column[held], about)
     about = {"units": "m", "long_name": "distance of the crane tip from the way of its set-point"}
-    columns["tip.deviation"] = ("time", distance_to_path(tip, set_points), about)
-    return columns
+    return columns | {"tip.deviation": (distance_to_path(tip, set_points), about)}
 
 
 def distance_to_path(points: Array, path: Array) -> Array:

@@ -26,6 +26,7 @@ from hydrocrane.errors import InputError, nearest, translated, unknown
 from hydrocrane.joystick import TIP_AXES, Joystick
 from hydrocrane.machine import Machine, load_machine, plain_overrides
 from hydrocrane.payload import payload_changes
+from hydrocrane.phases import Phase, checked_phases
 
 METHODS = ("rodas5p", "tsit5", "ros3l")
 FIXED_STEPS = "ros3l"
@@ -146,6 +147,11 @@ class Scenario:
     monitor : bool, optional
         Whether sensors that cannot be right close the valves until they can; default is yes for ``tip`` and
         ``heinze-pid``, no for ``lever``, which measures nothing, and for a controller of one's own.
+    phases : sequence of Phase
+        What changes on the way: controller, sticks, values of the machine. What lies beyond the duration does not
+        happen.
+    recorded_by : str
+        Version of hydrocrane whose cockpit recorded it; empty where it is no drive.
     """
 
     machine: str = "rottne-f9-lab"
@@ -169,9 +175,14 @@ class Scenario:
     payload_changes: Mapping[float, float] = field(default_factory=dict)
     believed: Any = None
     monitor: bool | None = None
+    phases: Sequence[Phase] = ()
+    recorded_by: str = ""
 
     def __post_init__(self) -> None:
         self._check_loop()
+        object.__setattr__(self, "phases", checked_phases(self.phases))
+        if self.phases and not self.closed_loop:
+            raise InputError("phases change who drives the crane: give a controller or a joystick in place of commands")
         object.__setattr__(self, "seed", seed_number(self.seed))
         object.__setattr__(self, "payload_changes", payload_changes(self.payload_changes))
         _positive("duration", self.duration)
@@ -303,6 +314,14 @@ class Scenario:
             "monitor": self.monitored,
         }
 
+    def stages(self) -> list[tuple[float, Scenario]]:
+        """The time, s, at which each phase begins, and the scenario that holds from then on; the first from 0 on."""
+        stages = [(0.0, self.changed(phases=()) if self.phases else self)]
+        for phase in self.phases:
+            before = stages[-1][1]
+            stages.append((phase.time, before.changed(**phase.changes(before.driver, before.stick_mode))))
+        return stages
+
     def load_machine(self) -> Machine:
         """The scenario's machine with its overrides."""
         return load_machine(self.machine, self.machine_overrides)
@@ -395,14 +414,21 @@ def load_scenario(source: str | PathLike[str], overrides: Mapping[str, Any] | No
         seed=raw["seed"],
         joystick=_joystick(raw["joystick"], raw["cylinders"]),
         sensor_faults=tuple(SensorFault(**fault) for fault in raw["sensor_faults"]),
+        phases=tuple(_phase(phase, raw["cylinders"]) for phase in raw["phases"]),
+        recorded_by=raw["recorded_by"] or "",
         **_loop(raw["controller"]),
     )
+
+
+def _phase(raw: dict[str, Any], cylinders: list[str]) -> Phase:
+    stick = _joystick(raw["joystick"], cylinders)
+    return Phase(raw["time"], dict(raw["overrides"]), joystick=stick, **_loop(raw["controller"]))
 
 
 def _loop(raw: dict[str, Any] | None) -> dict[str, Any]:
     if raw is None:
         return {}
-    known = {key: raw[key] for key in ("period", "delay", "sensors")}
+    known = {key: raw[key] for key in ("period", "delay", "sensors", "monitor")}
     return {"controller": raw["name"], "believed": dict(raw["believed"]) or None, **known}
 
 

@@ -14,7 +14,7 @@ from typing import Any
 from hydrocrane import _core
 from hydrocrane.arrays import Array
 from hydrocrane.controllers import SampledController
-from hydrocrane.dataset import run_dataset
+from hydrocrane.dataset import run_dataset, stage_machine
 from hydrocrane.errors import translated
 from hydrocrane.machine import Machine, load_machine
 from hydrocrane.result import Run
@@ -79,18 +79,26 @@ def integrate(
     start = plan.initial_state(crane)
     settings = {**dataclasses.asdict(plan.solver), "payload": payload, "ledger": ledger}
     settings["payload_changes"] = list(plan.payload_changes.items())
-    head = (crane.core, start, float(plan.duration))
     if plan.closed_loop:
-        driver, believed = plan.driver, plan.believed_machine(crane)
-        if not isinstance(driver, str):
-            full_speed = plan.joystick.full_speed if plan.joystick else None
-            driver = SampledController(driver, believed, plan.stick_mode, full_speed)
+        stages = [_stage(begin, stage, crane) for begin, stage in plan.stages() if begin < plan.duration]
         with translated():
-            loop = plan.loop_plan(crane)
-            return _core.simulate_controlled(*head, driver, believed.core, loop, record, settings, should_stop)
+            return _core.simulate_controlled(start, float(plan.duration), stages, record, settings, should_stop)
     times, spools, linear = plan.command_grid(crane)
+    head = (crane.core, start, float(plan.duration))
     with translated():
         return _core.simulate(*head, times, spools, linear, record, settings, should_stop)
+
+
+def _stage(begin: float, stage: Scenario, crane: Machine) -> dict[str, Any]:
+    """What holds from `begin` (s) on, as the core takes it; `crane` is the machine at the start."""
+    here = stage_machine(crane, stage)
+    driver, believed = stage.driver, stage.believed_machine(here)
+    if not isinstance(driver, str):
+        full_speed = stage.joystick.full_speed if stage.joystick else None
+        driver = SampledController(driver, believed, stage.stick_mode, full_speed)
+    with translated():
+        plan = stage.loop_plan(here)
+    return {"from": begin, "machine": here.core, "controller": driver, "believed": believed.core, "plan": plan}
 
 
 def _machine_for(plan: Scenario, machine: Machine | str | PathLike[str] | None) -> Machine:

@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from typing import Any
 
 from hydrocrane.app.live import cockpit_server
+from hydrocrane.app.view import viewer_server
+from hydrocrane.result import Run
 
 # Names of browsers that understand Chromium's remote control.
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
@@ -42,9 +44,9 @@ def chromium() -> Iterator[Any]:
 
 
 @contextmanager
-def served(target: str | None = None) -> Iterator[str]:
-    """Address of the cockpit, served in a thread."""
-    with cockpit_server(target) as server:
+def served(target: str | Run | None = None) -> Iterator[str]:
+    """Address of the cockpit, served in a thread, on a machine, scenario or run."""
+    with viewer_server(target) if isinstance(target, Run) else cockpit_server(target) as server:
         thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
         thread.start()
         try:

@@ -73,6 +73,20 @@ def test_simulate_writes_data_charts_and_film(tmp_path):
     assert hc.load_run(tmp_path / "vertical-lift-open-loop.nc").outcome.completed
 
 
+def test_a_drive_of_another_version_warns(tmp_path):
+    drive = tmp_path / "drive.toml"
+    head = '[scenario]\nname = "drive"\nmachine = "single-cylinder"\nduration = "0.1 s"\nrecorded-by = "0.0.1"\n'
+    drive.write_text(
+        head + '[initial.joint]\nslide = "0 m"\n[joystick]\nmode = "lever"\ntime = ["0 s"]\ntest = [0.1]\n',
+        encoding="utf-8",
+    )
+    for version, warned in (("0.0.1", True), (hc.__version__, False)):
+        drive.write_text(drive.read_text(encoding="utf-8").replace("0.0.1", version), encoding="utf-8")
+        done = hydrocrane("simulate", drive, "--film", "none", folder=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert ("recorded with version 0.0.1" in done.stderr) is warned
+
+
 def test_set_reaches_the_machine(tmp_path):
     settings = ["--set", 'supply.pressure="100 bar"', "--set", "payload.mass=120"]
     works("simulate", "vertical-lift-open-loop", "--duration", 0.05, *settings, "--film", "none", "-o", tmp_path)

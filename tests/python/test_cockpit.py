@@ -188,6 +188,33 @@ def test_a_drive_in_webassembly_is_repeated_by_the_native_core(drive, mode, tmp_
     assert end[names.index("ledger.supply")] == pytest.approx(work, rel=1e-9) and work > 1e3
 
 
+def test_a_drive_with_changes_on_the_way_is_repeated_by_the_native_core(drive, tmp_path):
+    """60 s with two changes of mode, weaker supply, more friction, and a load."""
+    moves = restless(3, 60.0)
+    weak = {"controller": "lever", "overrides": {"supply.pressure": 105e5}}
+    for part, request in [(30, {"controller": "lever"}), (60, weak), (90, {**weak, "friction": 1.4}),
+                          (120, {**weak, "controller": "tip", "real-sensors": True})]:  # fmt: skip
+        # Between two samples: the change goes on to the next one, 7 ms later.
+        moves[part - 1]["ticks"] += 3
+        moves[part]["request"] = request
+    driven = drive(REQUESTS["tip"], moves)
+    names = [signal["name"] for signal in driven["description"]["signals"]]
+    path = tmp_path / "drive.toml"
+    path.write_text(driven["saved"]["saved"], encoding="utf-8")
+    plan = hc.load_scenario(path)
+    assert [stage.driver for _, stage in plan.stages()] == ["tip", "lever", "lever", "lever", "tip"]
+    assert plan.recorded_by == hc.__version__ and plan.payload_changes
+    run = hc.simulate(path)
+    assert run.outcome.completed and run.outcome.time == pytest.approx(60.04)
+    rows = np.array(driven["rows"])[:, : len(names)]
+    at = np.searchsorted(run.data.time.values, rows[:, 0] - 1e-6).clip(max=run.data.sizes["time"] - 1)
+    same = np.abs(run.data.time.values[at] - rows[:, 0]) < 1e-6
+    assert same[-2] and same.sum() > 20
+    for name in ("tip.x", "tip.z"):
+        driven_tip, native = rows[same, names.index(name)], run.data[name].values[at[same]]
+        assert np.ptp(native) > 0.1 and np.abs(driven_tip - native).max() < 1e-9, name
+
+
 def test_webassembly_tells_the_errors_of_the_command_line(drive, tmp_path):
     text = 'extends = "rottne-f9-lab"\n\n[supply]\npresure = "140 bar"\n'
     told = drive({"machine": "mine.toml", "text": text}, [])["error"]

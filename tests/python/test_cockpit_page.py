@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 import re
 import time
 
@@ -12,6 +13,7 @@ import pytest
 from browser import NoBrowser, chromium, served
 
 import hydrocrane as hc
+from hydrocrane.app.view import viewer_server
 from hydrocrane.errors import InputError
 
 STARTS = 20_000
@@ -234,6 +236,56 @@ def test_a_recorded_drive_is_repeated_by_the_native_core(cockpit, tmp_path):
         assert np.ptp(recorded) > 0.05
 
 
+def test_a_drive_with_changes_of_mode_and_knobs_is_repeated_by_the_native_core(cockpit, tmp_path):
+    cockpit.button("Reset").click()
+    cockpit.tab.keyboard.down("ArrowUp")
+    cockpit.wait(0.6)
+    cockpit.tab.keyboard.press("2")
+    cockpit.tab.locator(".lever").nth(2).wait_for(timeout=STARTS)
+    cockpit.tab.keyboard.up("ArrowUp")
+    cockpit.tab.keyboard.down("KeyQ")
+    cockpit.wait(0.5)
+    slider = cockpit.tab.locator("label", has_text="Supply pressure").locator("input")
+    slider.fill("10000000")
+    cockpit.wait(0.5)
+    cockpit.tab.keyboard.up("KeyQ")
+    cockpit.tab.keyboard.press("1")
+    cockpit.wait(0.5)
+    path = tmp_path / "drive.toml"
+    path.write_text(cockpit.download("Scenario"), encoding="utf-8")
+    driven = table(cockpit.download("Data"))
+    plan = hc.load_scenario(path)
+    assert [stage.driver for _, stage in plan.stages()] == ["tip", "lever", "lever", "tip"]
+    run = hc.simulate(path)
+    assert run.outcome.completed and (np.diff(driven["time"]) < 0.0101).all(), "no row is lost where a phase begins"
+    rows = np.searchsorted(driven["time"], run.data["time"].values[1:] - 1e-6)
+    for name in ("tip.x", "tip.z"):
+        recorded = run.data[name].values[1:]
+        assert np.abs(driven[name][rows] - recorded).max() < 1e-9
+        assert np.ptp(recorded) > 0.01
+
+
+def test_a_link_carries_a_machine_file_until_it_is_too_large(cockpit, tmp_path):
+    path = tmp_path / "mine.toml"
+    own = 'extends = "rottne-f9-lab"\n[supply]\nclass = "setting"\npressure = "120 bar"\n'
+    path.write_text(own, encoding="utf-8")
+    cockpit.tab.locator("#machine-file").set_input_files(path)
+    cockpit.until(lambda: cockpit.tab.locator("select").first.input_value() != "rottne-f9-lab")
+    cockpit.wait(0.5)
+    cockpit.button("Link").click()
+    cockpit.until(lambda: "#drive=" in cockpit.tab.url)
+    with Page(cockpit.browser, cockpit.tab.url) as other:
+        assert "120 bar" in other.tab.locator("label", has_text="Supply pressure").inner_text()
+        assert not other.complaints
+    noise = np.random.default_rng(1).integers(0, 2**62, 5000)
+    path.write_text(own + "".join(f"# {n}\n" for n in noise), encoding="utf-8")
+    cockpit.tab.locator("#machine-file").set_input_files(path)
+    cockpit.wait(0.7)
+    cockpit.button("Link").click()
+    cockpit.until(lambda: "too long for a link" in cockpit.notices())
+    assert "60 kB are safe" in cockpit.notices() and "machine file" in cockpit.notices()
+
+
 def test_a_drive_is_shared_as_a_link_and_replayed(cockpit, address):
     cockpit.button("Reset").click()
     cockpit.tab.keyboard.down("ArrowUp")
@@ -266,7 +318,7 @@ def test_a_saved_drive_is_replayed_until_a_stick_is_moved(cockpit, tmp_path):
 
 
 def test_a_task_is_scored_in_each_mode(cockpit):
-    task = cockpit.tab.locator("label", has_text="Lead the tip").locator("select")
+    task = cockpit.tab.locator("label", has_text="To be done").locator("select")
     task.select_option("line")
     cockpit.until(lambda: cockpit.shown("time")[0] < 1)
     cockpit.tab.keyboard.down("ArrowUp")
@@ -292,6 +344,45 @@ def test_nonsense_in_a_link_is_one_clear_message(browser, address, nonsense):
         page.wait(0.3)
         assert page.shown("time")[0] > 0, "the usual crane stands in"
         assert not page.complaints
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """A run as `hydrocrane simulate` saves it."""
+    path = tmp_path_factory.mktemp("run") / "lift.nc"
+    hc.simulate("vertical-lift-open-loop", duration=4.0).save(path)
+    return hc.load_run(path)
+
+
+def test_a_run_is_looked_at(browser, address, run):
+    with served(run) as viewer, Page(browser, viewer) as page:
+        assert not page.tab.locator("#modes").is_visible() and page.tab.locator(".pad").count() == 0
+        page.tab.locator("#speed").select_option("2")
+        page.until(lambda: page.shown("time")[0] == 4.0)
+        assert np.abs(page.tip - [run.data["tip.x"][-1], run.data["tip.z"][-1]]).max() <= 0.0005
+        work = sum(float(run.data[f"ledger.{c}.supply"][-1]) for c in run.cylinder_names)
+        assert page.shown("work")[0] == pytest.approx(work / 1000, abs=0.051)
+        driven = table(page.download("Data"))
+        for name in ("tip.z", "joint.boom.q", "cylinder.lift.p1", "cylinder.lift.friction", "supply.power"):
+            np.testing.assert_allclose(driven[name], run.data[name].values, rtol=1e-12, atol=1e-12)
+        # There and back.
+        page.tab.locator("#timeline").fill("250")
+        page.until(lambda: 0.9 < page.shown("time")[0] < 1.6)
+        page.button("Reset").click()
+        page.until(lambda: page.shown("time")[0] < 0.6)
+        assert not page.complaints
+
+
+def test_the_viewer_serves_page_and_run_alone(run):
+    with viewer_server(run) as server:
+        names = set(server.files)
+        table = np.frombuffer(server.files["/recorded.bin"][1], "<f8")
+        assert server.server_address[0] == "127.0.0.1" and {"/chosen.json", "/recorded.bin"} < names
+        assert not any(".nc" in name or ".." in name for name in names)
+        about = json.loads(server.files["/chosen.json"][1])["recording"]
+        rows = table.reshape(-1, len(about["columns"]))
+        np.testing.assert_array_equal(rows[:, about["columns"].index("tip.x")], run.data["tip.x"])
+        np.testing.assert_array_equal(rows[:, 0], run.data["time"])
 
 
 def table(text):

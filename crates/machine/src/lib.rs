@@ -23,6 +23,6 @@ pub use errors::{ErrorKind, FilePosition, Location, MachineError, ERROR_SLUGS};
 pub use load::{load, parse, Template};
 pub use merge::OverrideValue;
 pub use model::Machine;
-pub use scenario::{load_scenario, parse_scenario, Scenario};
+pub use scenario::{load_scenario, parse_scenario, parse_scenario_with, Scenario};
 pub use sections::{CONTROLLERS, PLAUSIBILITY};
 pub use units::quantity;

@@ -42,8 +42,13 @@ pub fn placed(overrides: &[(String, OverrideValue)]) -> Vec<Override> {
 /// # Errors
 /// The first problem met, with its place and cure.
 pub fn parse(text: &str, origin: &str, overrides: &[(String, OverrideValue)]) -> Result<Machine> {
+    parse_with(text, origin, &placed(overrides))
+}
+
+/// As [`parse`], for overrides written in a file.
+pub fn parse_with(text: &str, origin: &str, overrides: &[Override]) -> Result<Machine> {
     let file = Arc::new(SourceFile { name: origin.into(), text: text.into() });
-    build(&Source { file, folder: None }, &placed(overrides))
+    build(&Source { file, folder: None }, overrides)
 }
 
 fn build(source: &Source, overrides: &[Override]) -> Result<Machine> {

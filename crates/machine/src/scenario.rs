@@ -1,9 +1,11 @@
 //! Scenario files: which machine does what, from where, for how long.
 
 mod closed_loop;
+mod phase;
 mod sensor_fault;
 
 pub use closed_loop::{ControllerChoice, Joystick, SensorQuality, StickMode};
+pub use phase::Phase;
 pub use sensor_fault::{FaultKind, SensorFault};
 
 use crate::bundled::{bundled_machines, bundled_scenarios};
@@ -41,9 +43,13 @@ pub struct Scenario {
     pub cylinders: Vec<String>,
     pub controller: Option<ControllerChoice>,
     pub joystick: Option<Joystick>,
+    /// What changes on the way, in order of time; phases beyond the duration do not happen.
+    pub phases: Vec<Phase>,
     pub sensor_faults: Vec<SensorFault>,
     pub solver: Solver,
     pub seed: u64,
+    /// Version of hydrocrane that recorded it, where it is a drive of the cockpit.
+    pub recorded_by: Option<String>,
 }
 
 /// The state at the start; joints that are not named are at zero.
@@ -90,9 +96,20 @@ pub struct Solver {
     pub step: Option<f64>,
 }
 
-const ROOT_KEYS: [&str; 9] =
-    ["scenario", "overrides", "initial", "payload", "command", "controller", "joystick", "sensor-fault", "solver"];
-const SCENARIO_KEYS: [&str; 7] = ["name", "title", "machine", "duration", "record-interval", "payload", "seed"];
+const ROOT_KEYS: [&str; 10] = [
+    "scenario",
+    "overrides",
+    "initial",
+    "payload",
+    "command",
+    "controller",
+    "joystick",
+    "phase",
+    "sensor-fault",
+    "solver",
+];
+const SCENARIO_KEYS: [&str; 8] =
+    ["name", "title", "machine", "duration", "record-interval", "payload", "seed", "recorded-by"];
 const METHODS: [(&str, &str); 3] = [("rodas5p", "rodas5p"), ("tsit5", "tsit5"), (FIXED_STEPS, FIXED_STEPS)];
 /// The method that takes steps of the size it is given.
 const FIXED_STEPS: &str = "ros3l";
@@ -107,7 +124,7 @@ const DEFAULT_MAX_STEP: f64 = 0.05;
 /// # Errors
 /// The first problem met, with its place and cure.
 pub fn load_scenario(source: &str, overrides: &[(String, OverrideValue)]) -> Result<Scenario> {
-    build(&load::open(source, "scenario", bundled_scenarios())?, overrides)
+    build(&load::open(source, "scenario", bundled_scenarios())?, overrides, None)
 }
 
 /// As [`load_scenario`], for text in memory; `origin` is what errors call it.
@@ -115,11 +132,39 @@ pub fn load_scenario(source: &str, overrides: &[(String, OverrideValue)]) -> Res
 /// # Errors
 /// The first problem met, with its place and cure.
 pub fn parse_scenario(text: &str, origin: &str, overrides: &[(String, OverrideValue)]) -> Result<Scenario> {
-    let file = std::sync::Arc::new(SourceFile { name: origin.into(), text: text.into() });
-    build(&Source { file, folder: None }, overrides)
+    build(&in_memory(text, origin), overrides, None)
 }
 
-fn build(source: &Source, overrides: &[(String, OverrideValue)]) -> Result<Scenario> {
+/// As [`parse_scenario`], where `machine` is the text of the machine file that the scenario names.
+///
+/// # Errors
+/// The first problem met, with its place and cure.
+pub fn parse_scenario_with(text: &str, origin: &str, machine: &str) -> Result<Scenario> {
+    build(&in_memory(text, origin), &[], Some(machine))
+}
+
+fn in_memory(text: &str, origin: &str) -> Source {
+    Source { file: std::sync::Arc::new(SourceFile { name: origin.into(), text: text.into() }), folder: None }
+}
+
+/// Where a scenario's machine is found.
+struct MachineSource {
+    /// Bundled name or path.
+    name: String,
+    /// In place of the file of that name.
+    text: Option<String>,
+}
+
+impl MachineSource {
+    fn load(&self, overrides: &[Override]) -> Result<Machine> {
+        match &self.text {
+            Some(text) => load::parse_with(text, &self.name, overrides),
+            None => load::load_with(&self.name, overrides),
+        }
+    }
+}
+
+fn build(source: &Source, overrides: &[(String, OverrideValue)], machine_text: Option<&str>) -> Result<Scenario> {
     let mut tree = document::parse(&source.file)?;
     for change in load::placed(overrides) {
         apply_override(&mut tree, &change)?;
@@ -131,15 +176,24 @@ fn build(source: &Source, overrides: &[(String, OverrideValue)]) -> Result<Scena
         return Err(root.missing("scenario", "add the table [scenario]"));
     };
     let machine_overrides = overrides_in(&root, "overrides")?;
-    let machine_source = machine_source(source, head.text("machine")?);
+    let name = machine_source(source, head.text("machine")?);
+    let text = machine_text.filter(|_| is_path(&name)).map(str::to_string);
+    let machine_source = MachineSource { name, text };
     let machine = machine(&head, &machine_source, &machine_overrides)?;
     let joystick = closed_loop::joystick(&root, &machine, source)?;
     let controller = closed_loop::controller(&root, joystick.as_ref(), &machine_source, &machine_overrides)?;
+    let before = phase::Before {
+        machine: &machine_source,
+        overrides: machine_overrides.clone(),
+        controller: controller.as_ref(),
+        joystick: joystick.as_ref(),
+    };
+    let phases = phase::read(&root, &machine, source, before)?;
     let positive = |key: &str| head.quantity(key, &time(), Sign::Positive);
     Ok(Scenario {
         name: head.text("name")?.into(),
         title: head.text_or("title", "")?.into(),
-        machine: machine_source,
+        machine: machine_source.name,
         overrides: plain(machine_overrides),
         payload: head.optional_quantity("payload", &mass(), Sign::NonNegative)?,
         payload_changes: payload_changes(&root)?,
@@ -151,8 +205,10 @@ fn build(source: &Source, overrides: &[(String, OverrideValue)]) -> Result<Scena
         sensor_faults: sensor_fault::read(&root, &machine, controller.as_ref())?,
         controller,
         joystick,
+        phases,
         solver: solver(&root)?,
         seed: seed(&head)?,
+        recorded_by: head.optional("recorded-by")?.map(|field| field.text().map(str::to_string)).transpose()?,
     })
 }
 
@@ -165,11 +221,13 @@ fn machine_source(source: &Source, name: &str) -> String {
 }
 
 /// The machine, for its names. An error inside its own file keeps its place there; a wrong name is reported here.
-fn machine(head: &Reader, source: &str, overrides: &[Override]) -> Result<Machine> {
+fn machine(head: &Reader, source: &MachineSource, overrides: &[Override]) -> Result<Machine> {
     let place = head.required("machine", "the name of a machine")?;
-    let opened = load::open(source, "machine", bundled_machines());
-    opened.map_err(|error| load::relocate(&error, place.place, "scenario.machine"))?;
-    load::load_with(source, overrides)
+    if source.text.is_none() {
+        let opened = load::open(&source.name, "machine", bundled_machines());
+        opened.map_err(|error| load::relocate(&error, place.place, "scenario.machine"))?;
+    }
+    source.load(overrides)
 }
 
 /// The overrides of a machine in the sub-table `name`.

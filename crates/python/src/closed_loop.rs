@@ -5,7 +5,7 @@ use crate::machine::Machine;
 use crate::simulation::{record_of, stopper, Settings};
 use hydrocrane_sim::controller::{Controller, Fault, Measurement, Stick};
 use hydrocrane_sim::{
-    simulate_sampled, FaultKind, SampledPlan, SampledRun, SensorFault, SensorMode, Sensors, StickKind, Sticks,
+    simulate_phases, FaultKind, Phase, SampledPlan, Samples, SensorFault, SensorMode, Sensors, StickKind, Sticks,
 };
 use numpy::PyArray2;
 use pyo3::exceptions::PyValueError;
@@ -156,62 +156,97 @@ impl Controller for PythonController {
     }
 }
 
+/// From a time on: a machine, a controller and what surrounds it.
+///
 /// `controller` is a name or an object with the methods of [`PythonController`]; `believed` is the machine that one of
 /// that name takes its nominal model from.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct PhaseEntry<'py> {
+    from: f64,
+    machine: PyRef<'py, Machine>,
+    controller: Bound<'py, PyAny>,
+    believed: PyRef<'py, Machine>,
+    plan: Plan,
+}
+
+impl PhaseEntry<'_> {
+    fn controller(&self) -> PyResult<Box<dyn Controller>> {
+        let believed = &self.believed.model;
+        let controller: Box<dyn Controller> = match self.controller.extract::<String>() {
+            Ok(name) => believed.controller(&name).map_err(PyValueError::new_err)?,
+            Err(_) => {
+                let object = self.controller.clone().unbind();
+                Box::new(PythonController { object, period: self.plan.period, failed: None })
+            }
+        };
+        Ok(if self.plan.monitor { believed.monitored(controller, self.plan.delay) } else { controller })
+    }
+
+    fn surroundings(&self) -> PyResult<SampledPlan> {
+        let plan = &self.plan;
+        Ok(SampledPlan {
+            sticks: plan.sticks(self.machine.model.machine().cylinders.len()),
+            sensors: sensors(&self.machine, &plan.sensors, plan.seed, &plan.faults)?,
+            delay: plan.delay,
+        })
+    }
+}
+
+/// A run in phases, the first from time zero on.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
 pub fn simulate_controlled<'py>(
     py: Python<'py>,
-    machine: &Machine,
     x0: Row<'py>,
     t_end: f64,
-    controller: &Bound<'py, PyAny>,
-    believed: &Machine,
-    plan: Plan,
+    phases: Vec<PhaseEntry<'py>>,
     record_times: Row<'py>,
     settings: Settings,
     should_stop: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let model = machine.model.clone();
-    let mut controller: Box<dyn Controller> = match controller.extract::<String>() {
-        Ok(name) => believed.model.controller(&name).map_err(PyValueError::new_err)?,
-        Err(_) => Box::new(PythonController { object: controller.clone().unbind(), period: plan.period, failed: None }),
-    };
-    if plan.monitor {
-        controller = believed.model.monitored(controller, plan.delay);
-    }
-    let surroundings = SampledPlan {
-        sticks: plan.sticks(model.machine().cylinders.len()),
-        sensors: sensors(machine, &plan.sensors, plan.seed, &plan.faults)?,
-        delay: plan.delay,
-    };
+    let mut controllers = phases.iter().map(PhaseEntry::controller).collect::<PyResult<Vec<_>>>()?;
+    let plans = phases.iter().map(PhaseEntry::surroundings).collect::<PyResult<Vec<_>>>()?;
+    let models: Vec<_> = phases.iter().map(|phase| (phase.from, phase.machine.model.clone())).collect();
     let (x0, record) = (x0.as_slice()?.to_vec(), record_times.as_slice()?.to_vec());
     let options = settings.options();
     let done = py.detach(|| {
         let mut keep_going = stopper(should_stop.as_ref());
-        let controller = controller.as_mut();
-        simulate_sampled(model.as_ref(), &x0, t_end, controller, &surroundings, &record, &options, &mut keep_going)
+        let each = models.iter().zip(&mut controllers).zip(&plans);
+        let mut made = each.map(|(((from, model), controller), plan)| Phase {
+            from: *from,
+            model: model.as_ref(),
+            controller: controller.as_mut(),
+            plan: plan.clone(),
+        });
+        let first = made.next()?;
+        Some(simulate_phases(&x0, t_end, first, made.collect(), &record, &options, &mut keep_going))
     });
-    samples_of(py, machine, done, &surroundings)
+    let (Some(done), Some(first)) = (done, phases.first()) else {
+        return Err(PyValueError::new_err("a controlled run needs at least one phase"));
+    };
+    let out = record_of(py, &first.machine, done.run)?;
+    let began = done.samples.into_iter().zip(&phases).zip(&plans);
+    let samples: PyResult<Vec<_>> = began.map(|((rows, phase), plan)| samples_of(py, rows, phase, plan)).collect();
+    out.set_item("samples", samples?)?;
+    let events: Vec<(f64, String)> = done.events.into_iter().map(|event| (event.time, event.text)).collect();
+    out.set_item("events", events)?;
+    Ok(out)
 }
 
 fn samples_of<'py>(
     py: Python<'py>,
-    machine: &Machine,
-    done: SampledRun,
+    rows: Samples,
+    phase: &PhaseEntry,
     plan: &SampledPlan,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let out = record_of(py, machine, done.run)?;
     let signals: Vec<&str> = plan.sensors.signals().collect();
     let samples = PyDict::new(py);
-    samples.set_item("t", vector(py, done.samples.times))?;
-    samples.set_item("measured", matrix(py, done.samples.measured, signals.len())?)?;
-    samples.set_item("sticks", matrix(py, done.samples.sticks, plan.sticks.axes)?)?;
-    samples.set_item("set_points", matrix(py, done.samples.set_points.concat(), 2)?)?;
-    samples.set_item("commands", matrix(py, done.samples.commands, machine.model.layout().joints())?)?;
+    samples.set_item("t", vector(py, rows.times))?;
+    samples.set_item("measured", matrix(py, rows.measured, signals.len())?)?;
+    samples.set_item("sticks", matrix(py, rows.sticks, plan.sticks.axes)?)?;
+    samples.set_item("set_points", matrix(py, rows.set_points.concat(), 2)?)?;
+    samples.set_item("commands", matrix(py, rows.commands, phase.machine.model.layout().joints())?)?;
     samples.set_item("signals", signals)?;
-    out.set_item("samples", samples)?;
-    let events: Vec<(f64, String)> = done.events.into_iter().map(|event| (event.time, event.text)).collect();
-    out.set_item("events", events)?;
-    Ok(out)
+    Ok(samples)
 }

@@ -2,7 +2,7 @@
 
 use crate::machine::Machine;
 use hydrocrane_machine::scenario::{
-    ControllerChoice, FaultKind, Interpolation, Joystick, Pressures, SensorFault, SensorQuality, StickMode,
+    ControllerChoice, FaultKind, Interpolation, Joystick, Phase, Pressures, SensorFault, SensorQuality, StickMode,
 };
 use hydrocrane_machine::{MachineError, OverrideValue, Template};
 use hydrocrane_sim::BuildError;
@@ -146,6 +146,9 @@ pub fn load_scenario<'py>(py: Python<'py>, source: &str, pairs: &Bound<'py, PyLi
     out.set_item("controller", s.controller.map(|c| controller_of(py, c)).transpose()?)?;
     out.set_item("cylinders", s.cylinders)?;
     out.set_item("joystick", s.joystick.map(|j| joystick_of(py, j)).transpose()?)?;
+    let phases: PyResult<Vec<_>> = s.phases.into_iter().map(|phase| phase_of(py, phase)).collect();
+    out.set_item("phases", phases?)?;
+    out.set_item("recorded_by", s.recorded_by)?;
     let faults: PyResult<Vec<_>> = s.sensor_faults.into_iter().map(|f| fault_of(py, f)).collect();
     out.set_item("sensor_faults", faults?)?;
     let solver = PyDict::new(py);
@@ -155,6 +158,15 @@ pub fn load_scenario<'py>(py: Python<'py>, source: &str, pairs: &Bound<'py, PyLi
     solver.set_item("max_step", s.solver.max_step)?;
     solver.set_item("step", s.solver.step)?;
     out.set_item("solver", solver)?;
+    Ok(out)
+}
+
+fn phase_of<'py>(py: Python<'py>, p: Phase) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    out.set_item("time", p.time)?;
+    out.set_item("overrides", pairs_of(py, &p.overrides)?)?;
+    out.set_item("controller", controller_of(py, p.controller)?)?;
+    out.set_item("joystick", p.joystick.map(|j| joystick_of(py, j)).transpose()?)?;
     Ok(out)
 }
 

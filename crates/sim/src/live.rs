@@ -1,12 +1,13 @@
 //! A crane driven live: the loop of a sampled run, taken step by step while somebody moves the sticks.
 //!
 //! What the operator does takes effect at the controller's next sample and is written down there, so that
-//! [`simulate_sampled`](crate::simulate_sampled) with the same options repeats the drive to the last bit.
+//! [`simulate_phases`](crate::simulate_phases) with the same options repeats the drive to the last bit.
 
 use crate::model::Model;
 use crate::outcome::Outcome;
 use crate::payload::{Loads, PayloadChange, PayloadEvent};
-use crate::run::{start_fault, stepper, Driven, RunOptions};
+use crate::phases::states_fault;
+use crate::run::{start_fault, state_fault, stepper, Driven, RunOptions};
 use crate::sampled::{plan_fault, ClosedLoop, Event, SampledPlan};
 use crate::sensing::Sensors;
 use crate::stick::Sticks;
@@ -28,6 +29,8 @@ pub struct Live {
     deflections: Vec<f64>,
     set_point: Option<[f64; 2]>,
     sampled_until: f64,
+    /// Time at which another phase is to begin, s.
+    phase_end: f64,
     /// Sticks and loads are those of the plan; nobody drives.
     replaying: bool,
     ended: Option<Outcome>,
@@ -61,6 +64,7 @@ impl Live {
             deflections: vec![0.0; plan.sticks.axes],
             set_point: None,
             sampled_until: 0.0,
+            phase_end: f64::INFINITY,
             ended: None,
             options,
             model,
@@ -97,6 +101,47 @@ impl Live {
         }
     }
 
+    /// Another phase begins here: `model` under `controller`, with the sticks of `plan`, which go on where they are if they
+    /// are the same ones. Tells what was done with the sticks until here. After an error everything stays as it was.
+    ///
+    /// A phase that somebody begins by hand begins [at a sample](Self::finish_sample).
+    pub fn go_on(
+        &mut self,
+        model: Arc<dyn Model>,
+        controller: Box<dyn Controller>,
+        plan: &SampledPlan,
+    ) -> Result<Sticks, String> {
+        let fault = states_fault(self.model.as_ref(), model.as_ref())
+            .or_else(|| plan_fault(plan, controller.period()))
+            .or_else(|| state_fault(model.as_ref(), self.state()));
+        if let Some(fault) = fault {
+            return Err(fault);
+        }
+        let sticks = self.sticks().clone();
+        if (sticks.kind, sticks.axes) != (plan.sticks.kind, plan.sticks.axes) {
+            self.deflections = vec![0.0; plan.sticks.axes];
+        }
+        self.closed.go_on(model.as_ref(), plan);
+        (self.model, self.controller, self.set_point) = (model, controller, None);
+        self.phase_end = f64::INFINITY;
+        Ok(sticks)
+    }
+
+    /// Goes on to the next sample after time `after` (s), where another phase can begin. An error is how the drive ended.
+    pub fn finish_sample(&mut self, after: f64) -> Result<f64, Outcome> {
+        loop {
+            match self.closed.sample_due(self.controller.period()) {
+                Some(now) if now > after => return Ok(now),
+                _ => self.advance(self.time() + 2.0 * ROUNDING)?,
+            }
+        }
+    }
+
+    /// The phase at hand ends at `time` (s): steps end there.
+    pub fn end_phase_at(&mut self, time: f64) {
+        self.phase_end = time;
+    }
+
     /// Goes on until time `until` (s), by whole steps. An error is how the drive ended; it stays so.
     pub fn advance(&mut self, until: f64) -> Result<(), Outcome> {
         if let Some(outcome) = &self.ended {
@@ -110,7 +155,7 @@ impl Live {
         let mut going = Ok(());
         while going.is_ok() && self.time() < until - ROUNDING {
             self.write_down(&mut driven);
-            going = self.closed.step(&mut driven, self.controller.as_mut(), f64::INFINITY);
+            going = self.closed.step(&mut driven, self.controller.as_mut(), self.phase_end);
             if let Some(place) = self.closed.samples.set_points.last() {
                 self.set_point = (!place[0].is_nan()).then_some(*place);
                 self.closed.samples.clear();

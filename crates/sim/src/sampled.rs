@@ -7,8 +7,9 @@
 use crate::integrator::Stepper;
 use crate::model::Model;
 use crate::outcome::{Outcome, OutcomeKind};
+use crate::phases::{simulate_phases, Phase};
 use crate::recorder::Recorder;
-use crate::run::{failed, given_up, start_fault, stepper, Driven, Run, RunOptions};
+use crate::run::{failed, given_up, Driven, Run, RunOptions};
 use crate::sensing::Sensors;
 use crate::stick::{Hand, Sticks};
 use crate::valve_line::ValveLines;
@@ -79,28 +80,9 @@ pub fn simulate_sampled(
     options: &RunOptions,
     keep_going: &mut dyn FnMut(f64) -> bool,
 ) -> SampledRun {
-    let mut recorder = Recorder::new(model, record, options);
-    let mut driven = Driven::new(model, options, 0.0);
-    let period = controller.period();
-    let fault = start_fault(model, x0, options).or_else(|| plan_fault(plan, period));
-    if let Some(message) = fault {
-        return bad_start(recorder, message);
-    }
-    let Some(stepper) = stepper(x0, &driven, options) else {
-        return bad_start(recorder, format!("no method `{}`", options.method));
-    };
-    let mut closed = ClosedLoop::new(stepper, model, plan);
-    let outcome = closed.run(&mut driven, controller, &mut recorder, end, options, keep_going);
-    SampledRun {
-        run: recorder.finish(outcome, Some((&closed.stepper, &driven))),
-        samples: closed.samples,
-        events: closed.events,
-    }
-}
-
-fn bad_start(recorder: Recorder, message: String) -> SampledRun {
-    let run = recorder.finish(Outcome { kind: OutcomeKind::BadState, time: 0.0, message }, None);
-    SampledRun { run, samples: Samples::default(), events: Vec::new() }
+    let only = Phase { from: 0.0, model, controller, plan: plan.clone() };
+    let mut done = simulate_phases(x0, end, only, Vec::new(), record, options, keep_going);
+    SampledRun { run: done.run, samples: done.samples.swap_remove(0), events: done.events }
 }
 
 /// Why a plan cannot be carried out, if it cannot.
@@ -127,7 +109,8 @@ pub(crate) struct ClosedLoop {
     pub hand: Hand,
     pub lines: ValveLines,
     delay: f64,
-    /// Samples taken so far.
+    /// When the first sample of the phase at hand is due, s, and how many it has taken.
+    began: f64,
     sample: u64,
     /// End of the stretch under constant commands, s.
     limit: f64,
@@ -151,6 +134,7 @@ impl ClosedLoop {
             hand: Hand::new(plan.sticks.clone()),
             lines: ValveLines::new(model.machine()),
             delay: plan.delay,
+            began: 0.0,
             sample: 0,
             limit: 0.0,
             failing: 0,
@@ -161,7 +145,24 @@ impl ClosedLoop {
         }
     }
 
-    fn run(
+    /// Another phase begins where the loop stands, in a state that `model` can have.
+    pub fn go_on(&mut self, model: &dyn Model, plan: &SampledPlan) {
+        let now = self.limit;
+        self.stepper.restart();
+        self.sensors = plan.sensors.clone();
+        self.sensors.settle(now, &self.stepper.x);
+        self.hand.take(plan.sticks.clone(), now);
+        self.lines.follow(model.machine());
+        self.delay = plan.delay;
+        (self.began, self.sample, self.failing) = (now, 0, 0);
+    }
+
+    /// When the controller measures next, s.
+    fn next_sample(&self, period: f64) -> f64 {
+        self.began + self.sample as f64 * period
+    }
+
+    pub fn run(
         &mut self,
         driven: &mut Driven,
         controller: &mut dyn Controller,
@@ -195,13 +196,13 @@ impl ClosedLoop {
 
     /// When the next sample is taken, if that is before the next step.
     pub fn sample_due(&self, period: f64) -> Option<f64> {
-        (self.stepper.t >= self.limit && self.limit >= self.sample as f64 * period).then_some(self.limit)
+        (self.stepper.t >= self.limit && self.limit >= self.next_sample(period)).then_some(self.limit)
     }
 
     /// A sample if it is due, commands that arrive, loads that come and go; then on to the next of these.
     fn interrupt(&mut self, driven: &mut Driven, controller: &mut dyn Controller, end: f64) -> Result<(), Outcome> {
         let (now, period) = (self.limit, controller.period());
-        if now >= self.sample as f64 * period {
+        if now >= self.next_sample(period) {
             self.take_sample(driven, controller, now);
             if self.failing >= FAILURES_IN_A_ROW {
                 let message = format!("{FAILURES_IN_A_ROW} samples in a row without a command: {}", self.last_fault);
@@ -212,7 +213,7 @@ impl ClosedLoop {
         self.receive(driven, now);
         driven.change_payload(&mut self.stepper);
         // The next sample counts its times anew, so that no rounding piles up.
-        let next = (self.sample as f64 * period).min(end);
+        let next = self.next_sample(period).min(end);
         let interruptions = self.lines.next_arrival().into_iter().chain(driven.loads.next_time());
         self.limit = interruptions.fold(next, f64::min);
         Ok(())

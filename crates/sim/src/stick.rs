@@ -65,6 +65,15 @@ impl Hand {
         Hand { at: vec![0.0; sticks.axes], sticks, since: 0.0 }
     }
 
+    /// From time `t` on the operator does what `sticks` say; levers in another hand begin centred.
+    pub fn take(&mut self, sticks: Sticks, t: f64) {
+        let same = sticks.kind == self.sticks.kind && sticks.axes == self.sticks.axes;
+        if !same {
+            (self.at, self.since) = (vec![0.0; sticks.axes], t);
+        }
+        self.sticks = sticks;
+    }
+
     /// What the operator has done so far.
     pub fn sticks(&self) -> &Sticks {
         &self.sticks

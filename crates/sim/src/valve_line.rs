@@ -20,18 +20,27 @@ struct Line {
     pending: VecDeque<(f64, f64)>,
 }
 
+impl Line {
+    fn new(valve: &Valve) -> Self {
+        Line { chain: valve.command, stroke: valve.stroke, delay: delay(valve), pending: VecDeque::new() }
+    }
+}
+
 /// Rounding allowed between a time of arrival and the time at hand, s.
 const ROUNDING: f64 = 1e-12;
 
 impl ValveLines {
     pub fn new(machine: &Machine) -> Self {
-        let line = |c: &hydrocrane_machine::model::Cylinder| Line {
-            chain: c.valve.command,
-            stroke: c.valve.stroke,
-            delay: delay(&c.valve),
-            pending: VecDeque::new(),
-        };
-        ValveLines { lines: machine.cylinders.iter().map(line).collect(), arrived: [0.0; MAX_JOINTS] }
+        let lines = machine.cylinders.iter().map(|c| Line::new(&c.valve)).collect();
+        ValveLines { lines, arrived: [0.0; MAX_JOINTS] }
+    }
+
+    /// Goes on with the valves of `machine`; commands under way still arrive when they would have.
+    pub fn follow(&mut self, machine: &Machine) {
+        for (line, cylinder) in self.lines.iter_mut().zip(&machine.cylinders) {
+            let pending = std::mem::take(&mut line.pending);
+            *line = Line { pending, ..Line::new(&cylinder.valve) };
+        }
     }
 
     pub fn clear(&mut self) {

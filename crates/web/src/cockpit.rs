@@ -3,10 +3,11 @@
 use crate::description;
 use crate::frame::Frame;
 use crate::problem::Problem;
-use crate::replay::{self, Replay};
+use crate::replay::{self, Replay, Stage};
 use crate::request::Request;
 use crate::saved;
-use hydrocrane_machine::OverrideValue;
+use hydrocrane_machine::{Machine, OverrideValue};
+use hydrocrane_sim::controller::Controller;
 use hydrocrane_sim::integrator::Tolerances;
 use hydrocrane_sim::{
     build, EquilibriumMode, Live, Model, RunOptions, SampledPlan, SensorMode, Sensors, StickKind, Sticks,
@@ -26,48 +27,127 @@ pub struct Cockpit {
 
 /// A drive under way.
 pub struct Drive {
-    pub request: Request,
-    pub overrides: Vec<(String, OverrideValue)>,
-    pub model: Arc<dyn Model>,
+    pub now: Setting,
+    /// What was in force before on this drive, and what was done with the sticks under it.
+    pub earlier: Vec<(Setting, Sticks)>,
     pub live: Live,
     /// Start pose, rad or m.
     pub pose: Vec<f64>,
-    /// Where it went on from another drive, the time shown when it began, s; else it began at rest in its start pose.
-    pub continued: Option<f64>,
-    /// When a replay ends, s.
-    pub replay_until: Option<f64>,
+    pub replay: Option<Replay>,
     ticks: u64,
     loads_told: usize,
+    /// Whether a phase of a replay has begun since the last call of [`Cockpit::events`].
+    changed: bool,
+    /// Why the next phase of a replay cannot begin.
+    stuck: Option<Problem>,
+}
+
+/// What is in force from a time on.
+pub struct Setting {
+    /// s
+    pub from: f64,
+    pub request: Request,
+    pub overrides: Vec<(String, OverrideValue)>,
+    pub model: Arc<dyn Model>,
 }
 
 impl Drive {
-    /// Time since the last fresh start, s.
-    pub fn time(&self) -> f64 {
-        self.continued.unwrap_or(0.0) + self.live.time()
+    pub fn continued(&self) -> bool {
+        !self.earlier.is_empty()
+    }
+
+    /// Whoever moves a stick, a load or a knob drives.
+    fn take_over(&mut self) {
+        self.live.take_over();
+        self.live.end_phase_at(f64::INFINITY);
+        if let Some(replay) = &mut self.replay {
+            replay.stages.clear();
+        }
+    }
+
+    /// When the next phase of a replay begins, s.
+    fn next_phase(&self) -> f64 {
+        self.replay.as_ref().and_then(|replay| replay.stages.front()).map_or(f64::INFINITY, |stage| stage.from)
+    }
+
+    /// Goes on to time `until` (s), from phase to phase of a replay; whether it goes on after that.
+    fn advance(&mut self, until: f64) -> bool {
+        while self.next_phase() <= until && self.stuck.is_none() && self.live.advance(self.next_phase()).is_ok() {
+            self.stuck = self.next_stage().err();
+        }
+        self.stuck.is_none() && self.live.advance(until).is_ok()
+    }
+
+    /// The next phase of a replay begins.
+    fn next_stage(&mut self) -> Result<(), Problem> {
+        let Some(stage) = self.replay.as_mut().and_then(|replay| replay.stages.pop_front()) else { return Ok(()) };
+        let (setting, _) = setting(stage.request.clone(), &self.now.overrides)?;
+        self.go_on(Setting { from: stage.from, ..setting }, Some(&stage))?;
+        self.live.end_phase_at(self.next_phase());
+        self.changed = true;
+        Ok(())
+    }
+
+    /// How the drive ended, if it has: kind, time (s), message.
+    fn ended(&self) -> Option<(&'static str, f64, String)> {
+        let stuck = self.stuck.as_ref().map(|problem| ("bad-state", self.live.time(), problem.message().to_string()));
+        stuck.or_else(|| self.live.outcome().map(|o| (o.kind.name(), o.time, o.message.clone())))
+    }
+
+    fn go_on(&mut self, setting: Setting, stage: Option<&Stage>) -> Result<(), Problem> {
+        let (controller, plan) = surroundings(&setting, stage)?;
+        let sticks = self.live.go_on(setting.model.clone(), controller, &plan).map_err(Problem::plain)?;
+        self.earlier.push((std::mem::replace(&mut self.now, setting), sticks));
+        Ok(())
+    }
+
+    /// Goes on under other settings by hand, at the next sample; whether that could be.
+    fn change(&mut self, request: &Request) -> Result<bool, Problem> {
+        let (own, other) = (&self.now.request, request);
+        if (&own.machine, &own.text) != (&other.machine, &other.text) || self.live.outcome().is_some() {
+            return Ok(false);
+        }
+        let request = Request { seed: own.seed, ..request.clone() };
+        let (setting, _) = setting(request, &self.now.overrides)?;
+        if setting.model.layout().names != self.now.model.layout().names {
+            return Ok(false);
+        }
+        self.take_over();
+        let Ok(from) = self.live.finish_sample(self.now.from) else { return Ok(false) };
+        self.ticks = (self.live.time() / TICK).round() as u64;
+        self.go_on(Setting { from, ..setting }, None)?;
+        Ok(true)
     }
 }
 
 impl Cockpit {
-    /// Begins the drive that `request` (JSON) describes; answers with what there is to see and steer.
+    /// Begins the drive that `request` (JSON) describes, or goes on under it; answers with what there is to see and steer.
     /// After an error the drive at hand goes on.
     pub fn open(&mut self, request: &str) -> Result<Value, Problem> {
         let request = Request::read(request)?;
-        let drive = match request.scenario.as_deref().map(replay::of).transpose()? {
-            Some((request, again)) => begin(request, None, Some(&again))?,
-            None => begin(request, self.drive.as_ref(), None)?,
-        };
-        let described = description::of(&drive);
-        self.frame.measure(&drive);
-        self.drive = Some(drive);
-        Ok(described)
+        let replay = request.scenario.as_deref().map(|text| replay::of(text, request.text.as_deref())).transpose()?;
+        let going = self.drive.as_mut().filter(|_| request.keep_state && replay.is_none());
+        let goes_on = going.map_or(Ok(false), |drive| drive.change(&request))?;
+        if !goes_on {
+            self.drive = Some(match replay {
+                Some(mut replay) => {
+                    let first = replay.stages.pop_front();
+                    let request = first.as_ref().map_or(request, |stage| stage.request.clone());
+                    begin(request, first, Some(replay))?
+                }
+                None => begin(request, None, None)?,
+            });
+        }
+        let Some(drive) = &self.drive else { return Err(Problem::plain("there is no drive")) };
+        self.frame.measure(drive);
+        Ok(description::of(drive))
     }
 
     /// Deflections from -1 to 1: x and z of the tip, or one per cylinder.
     pub fn steer(&mut self, deflections: &[f64]) {
         if let Some(drive) = &mut self.drive {
-            // Whoever moves a stick drives.
             if deflections.iter().any(|deflection| *deflection != 0.0) {
-                drive.live.take_over();
+                drive.take_over();
             }
             drive.live.steer(deflections);
         }
@@ -76,7 +156,7 @@ impl Cockpit {
     /// Takes up a load or lets one go: the payload from the next sample on, kg.
     pub fn carry(&mut self, mass: f64) {
         if let Some(drive) = &mut self.drive {
-            drive.live.take_over();
+            drive.take_over();
             drive.live.carry(mass);
         }
     }
@@ -85,9 +165,9 @@ impl Cockpit {
     pub fn advance(&mut self, ticks: u32) -> bool {
         let Some(drive) = &mut self.drive else { return false };
         drive.ticks += u64::from(ticks);
-        let goes_on = drive.live.advance(drive.ticks as f64 * TICK).is_ok();
-        if drive.replay_until.is_some_and(|end| drive.live.time() > end) {
-            drive.live.take_over();
+        let goes_on = drive.advance(drive.ticks as f64 * TICK);
+        if drive.replay.as_ref().is_some_and(|replay| drive.live.time() > replay.duration) {
+            drive.take_over();
         }
         goes_on
     }
@@ -100,23 +180,29 @@ impl Cockpit {
         }
     }
 
-    /// What has happened since the last call, and how the drive ended if it has.
+    /// The numbers of a recorded instant of the same machine: time, payload, states in order. Nothing where they are none.
+    pub fn show(&mut self, recorded: &[f64]) -> &[f64] {
+        self.drive.as_ref().and_then(|drive| self.frame.show(drive, recorded)).unwrap_or_default()
+    }
+
+    /// What has happened since the last call, and how the drive ended if it has; what there is to see and steer where a
+    /// replay has come to another phase.
     pub fn events(&mut self) -> Value {
         let Some(drive) = &mut self.drive else { return json!({ "events": [], "ended": null, "replaying": false }) };
-        let from = drive.continued.unwrap_or(0.0);
         let mut events: Vec<Value> = Vec::new();
         for event in drive.live.events() {
-            events.push(json!({ "time": from + event.time, "text": event.text }));
+            events.push(json!({ "time": event.time, "text": event.text }));
         }
         let (_, loads) = drive.live.loads();
         for load in &loads[drive.loads_told..] {
             let text = format!("the tip carries {} kg in place of {} kg", load.mass[1], load.mass[0]);
-            events.push(json!({ "time": from + load.time, "text": text }));
+            events.push(json!({ "time": load.time, "text": text }));
         }
         drive.loads_told = loads.len();
+        let changed = std::mem::take(&mut drive.changed).then(|| description::of(drive));
         let ended =
-            drive.live.outcome().map(|o| json!({ "kind": o.kind.name(), "time": from + o.time, "message": o.message }));
-        json!({ "events": events, "ended": ended, "replaying": drive.live.replaying() })
+            drive.ended().map(|(kind, time, message)| json!({ "kind": kind, "time": time, "message": message }));
+        json!({ "events": events, "ended": ended, "replaying": drive.live.replaying(), "changed": changed })
     }
 
     /// The drive as a scenario file that `hydrocrane simulate` repeats.
@@ -126,57 +212,54 @@ impl Cockpit {
     }
 }
 
-fn begin(request: Request, before: Option<&Drive>, again: Option<&Replay>) -> Result<Drive, Problem> {
-    let (machine, overrides) = request.machine()?;
-    let model =
-        build(&machine).map_err(|error| Problem::plain(format!("{}: [cannot-build] {error}", request.machine)))?;
-    let payload = request.payload.unwrap_or(machine.payload.mass);
-    let limits = model.joint_limits();
-    let stated = request.pose(&machine)?;
+/// A drive from rest, moved by a replay where there is one.
+fn begin(request: Request, stage: Option<Stage>, replay: Option<Replay>) -> Result<Drive, Problem> {
+    let (now, machine) = setting(request, &[])?;
+    let payload = now.request.payload.unwrap_or(machine.payload.mass);
+    let stated = now.request.pose(&machine)?;
+    let limits = now.model.joint_limits();
     let pose: Vec<f64> = stated.iter().zip(limits).map(|(q, l)| q.unwrap_or(0.5 * (l.lower + l.upper))).collect();
-    let going = before.filter(|drive| request.keep_state && drive.model.layout().names == model.layout().names);
-    let (x0, payload) = match going {
-        Some(drive) => (drive.live.state().to_vec(), drive.live.payload()),
-        None => {
-            let at_rest = model.equilibrium(&pose, EquilibriumMode::Hold, payload);
-            (at_rest.map_err(|error| Problem::plain(error.to_string()))?, payload)
-        }
+    let at_rest = now.model.equilibrium(&pose, EquilibriumMode::Hold, payload);
+    let x0 = at_rest.map_err(|error| Problem::plain(error.to_string()))?;
+    let (controller, plan) = surroundings(&now, stage.as_ref())?;
+    let options = RunOptions {
+        method: "ros3l".into(),
+        tolerances: Tolerances { relative: 1e-4, absolute: 1e-4, max_step: TICK },
+        payload,
+        payload_changes: replay.as_ref().map(|replay| replay.loads.clone()).unwrap_or_default(),
+        ledger: true,
+        max_steps: u64::MAX,
     };
-    let live = live(&request, &model, &x0, payload, again)?;
-    let continued = going.map(Drive::time);
-    let replay_until = again.map(|replay| replay.duration);
-    Ok(Drive { request, overrides, live, model, pose, continued, replay_until, ticks: 0, loads_told: 0 })
+    let live = Live::new(now.model.clone(), controller, &x0, &plan, options).map_err(Problem::plain)?;
+    let mut drive =
+        Drive { now, earlier: Vec::new(), live, pose, replay, ticks: 0, loads_told: 0, changed: false, stuck: None };
+    drive.live.end_phase_at(drive.next_phase());
+    Ok(drive)
 }
 
-/// The loop of plant, sensors and controller, as a scenario with the same settings has it.
-fn live(
-    request: &Request,
-    model: &Arc<dyn Model>,
-    x0: &[f64],
-    payload: f64,
-    again: Option<&Replay>,
-) -> Result<Live, Problem> {
-    let machine = model.machine();
+/// What a request puts in force from time zero on, after what was changed `before`.
+fn setting(request: Request, before: &[(String, OverrideValue)]) -> Result<(Setting, Machine), Problem> {
+    let (machine, overrides) = request.machine(before)?;
+    let model =
+        build(&machine).map_err(|error| Problem::plain(format!("{}: [cannot-build] {error}", request.machine)))?;
+    Ok((Setting { from: 0.0, request, overrides, model }, machine))
+}
+
+/// Controller, sensors and sticks, as a scenario with the same settings has them.
+fn surroundings(setting: &Setting, stage: Option<&Stage>) -> Result<(Box<dyn Controller>, SampledPlan), Problem> {
+    let (request, model) = (&setting.request, &setting.model);
     let mut controller = model.controller(&request.controller).map_err(Problem::plain)?;
     if !request.lever() {
         controller = model.monitored(controller, request.delay);
     }
     let kind = if request.lever() { StickKind::Lever } else { StickKind::Tip };
-    let centred = Sticks::centred(kind, machine.cylinders.len());
-    let sticks = again.map_or_else(|| centred.clone(), |replay| replay.sticks(centred.clone()));
+    let centred = Sticks::centred(kind, model.machine().cylinders.len());
+    let sticks = stage.map_or_else(|| centred.clone(), |stage| stage.sticks(centred.clone()));
     let mode = if request.real_sensors { SensorMode::DataSheet } else { SensorMode::Ideal };
     let plan = SampledPlan {
         sticks: Sticks { dead_zone: request.dead_zone, ramp: request.ramp, ..sticks },
         sensors: Sensors::new(model.as_ref(), mode, request.seed, &[]).map_err(Problem::plain)?,
         delay: request.delay,
     };
-    let options = RunOptions {
-        method: "ros3l".into(),
-        tolerances: Tolerances { relative: 1e-4, absolute: 1e-4, max_step: TICK },
-        payload,
-        payload_changes: again.map(|replay| replay.loads.clone()).unwrap_or_default(),
-        ledger: true,
-        max_steps: u64::MAX,
-    };
-    Live::new(model.clone(), controller, x0, &plan, options).map_err(Problem::plain)
+    Ok((controller, plan))
 }

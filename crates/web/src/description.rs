@@ -2,14 +2,13 @@
 
 use crate::cockpit::{Drive, TICK};
 use crate::frame::signals;
-use crate::replay::recorded_by;
 use hydrocrane_machine::bundled_machines;
 use hydrocrane_sim::controllers::{tip_gain, tip_gain_unit, CONTROLLERS, LEVER, TIP_GAINS};
 use hydrocrane_sim::{LEDGER_TERMS, PAYLOAD_TERMS};
 use serde_json::{json, Value};
 
 pub fn of(drive: &Drive) -> Value {
-    let (model, request) = (drive.model.as_ref(), &drive.request);
+    let (model, request) = (drive.now.model.as_ref(), &drive.now.request);
     let machine = model.machine();
     let controllers: Vec<&str> = CONTROLLERS.into_iter().chain([LEVER]).collect();
     json!({
@@ -25,12 +24,13 @@ pub fn of(drive: &Drive) -> Value {
         "full-speed": machine.control.gain(&request.controller, "full-speed"),
         "gains": gains(drive),
         "sensors": !machine.sensors.is_empty(),
-        "continued": drive.continued,
-        "replay-until": drive.replay_until,
-        "recorded-by": request.scenario.as_deref().and_then(recorded_by),
+        "continued": drive.continued(),
+        "replay-until": drive.replay.as_ref().map(|replay| replay.duration),
+        "recorded-by": drive.replay.as_ref().and_then(|replay| replay.recorded_by.as_deref()),
         "request": request,
         "joints": joints(drive),
         "cylinders": cylinders(drive),
+        "states": model.layout().names,
         "signals": signals(drive),
         "ledger": LEDGER_TERMS.iter().chain(&PAYLOAD_TERMS).map(|(name, _, sign)| json!([name, sign])).collect::<Vec<_>>(),
         "shapes": shapes(drive),
@@ -48,16 +48,16 @@ fn machines() -> Vec<Value> {
 }
 
 fn cylinder_names(drive: &Drive) -> Vec<String> {
-    drive.model.machine().cylinders.iter().map(|cylinder| cylinder.name.clone()).collect()
+    drive.now.model.machine().cylinders.iter().map(|cylinder| cylinder.name.clone()).collect()
 }
 
 fn joints(drive: &Drive) -> Vec<Value> {
-    let layout = drive.model.layout();
-    let limits = drive.model.joint_limits().iter().enumerate();
+    let layout = drive.now.model.layout();
+    let limits = drive.now.model.joint_limits().iter().enumerate();
     limits
         .map(|(i, limit)| {
             json!({
-                "name": drive.model.machine().joints[i].name,
+                "name": drive.now.model.machine().joints[i].name,
                 "unit": layout.units[i],
                 "limits": [limit.lower, limit.upper],
                 "reasons": limit.reasons.map(|reason| reason.name()),
@@ -68,8 +68,8 @@ fn joints(drive: &Drive) -> Vec<Value> {
 }
 
 fn cylinders(drive: &Drive) -> Vec<Value> {
-    let limits = drive.model.stroke_limits();
-    let all = drive.model.machine().cylinders.iter().zip(limits);
+    let limits = drive.now.model.stroke_limits();
+    let all = drive.now.model.machine().cylinders.iter().zip(limits);
     all.map(|(c, limits)| {
         json!({
             "name": c.name, "bore": c.bore, "rod": c.rod_diameter, "stroke": c.stroke, "limits": limits,
@@ -80,10 +80,10 @@ fn cylinders(drive: &Drive) -> Vec<Value> {
 }
 
 fn gains(drive: &Drive) -> Vec<Value> {
-    if drive.request.controller != CONTROLLERS[0] {
+    if drive.now.request.controller != CONTROLLERS[0] {
         return Vec::new();
     }
-    let machine = drive.model.machine();
+    let machine = drive.now.model.machine();
     let entry = |key: &str| {
         let key_of_file = format!("control.{}.{key}", CONTROLLERS[0]);
         json!({ "name": key, "key": key_of_file, "unit": tip_gain_unit(key), "value": tip_gain(machine, key) })
@@ -92,6 +92,6 @@ fn gains(drive: &Drive) -> Vec<Value> {
 }
 
 fn shapes(drive: &Drive) -> Vec<Value> {
-    let shapes = drive.model.drawing(&drive.pose);
+    let shapes = drive.now.model.drawing(&drive.pose);
     shapes.iter().map(|s| json!({ "kind": s.kind.name(), "name": s.name, "points": s.line.len() })).collect()
 }

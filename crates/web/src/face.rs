@@ -116,6 +116,18 @@ pub extern "C" fn frame() -> usize {
     })
 }
 
+/// As [`frame`] for a recorded instant: the numbers of [`Cockpit::show`] in [`input`], as bytes, the least first.
+#[no_mangle]
+pub extern "C" fn show() -> usize {
+    with(|desk| {
+        let numbers = desk.input.chunks_exact(8).map(|bytes| bytes.try_into().map_or(f64::NAN, f64::from_le_bytes));
+        let recorded: Vec<f64> = numbers.collect();
+        desk.frame.clear();
+        desk.frame.extend_from_slice(desk.cockpit.show(&recorded));
+        desk.frame.len()
+    })
+}
+
 #[no_mangle]
 pub extern "C" fn frame_at() -> *const f64 {
     with(|desk| desk.frame.as_ptr())

@@ -27,14 +27,14 @@ pub struct Frame {
 pub fn signals(drive: &Drive) -> Vec<Value> {
     let entry = |name: &str, unit: &str, long: &str| json!({ "name": name, "unit": unit, "long": long });
     let mut all: Vec<Value> = HEAD.iter().map(|(name, unit, long)| entry(name, unit, long)).collect();
-    let layout = drive.model.layout();
+    let layout = drive.now.model.layout();
     for i in 0..layout.len() {
         all.push(entry(&layout.names[i], layout.units[i], &layout.long_names[i]));
     }
-    for output in drive.model.output_info() {
+    for output in drive.now.model.output_info() {
         all.push(entry(&output.name, output.unit, &output.long_name));
     }
-    for cylinder in &drive.model.machine().cylinders {
+    for cylinder in &drive.now.model.machine().cylinders {
         let long = format!("{} spool command at the valve", cylinder.name);
         all.push(entry(&format!("command.{}", cylinder.name), "m", &long));
     }
@@ -47,29 +47,74 @@ pub fn signals(drive: &Drive) -> Vec<Value> {
 impl Frame {
     /// Makes room for the rows of a drive.
     pub fn measure(&mut self, drive: &Drive) {
-        self.outputs = vec![0.0; drive.model.output_info().len()];
+        self.outputs = vec![0.0; drive.now.model.output_info().len()];
         self.row.clear();
     }
 
     /// The row of the instant.
     pub fn fill(&mut self, drive: &Drive) -> &[f64] {
-        let (model, live) = (drive.model.as_ref(), &drive.live);
-        let (x, n) = (live.state(), model.layout().joints());
-        let [vx, vz] = model.tip_velocity(&x[..n], &x[n..2 * n]);
-        let [px, pz] = live.set_point().unwrap_or([f64::NAN; 2]);
-        let [wx, wz] = wanted_velocity(drive);
-        model.outputs_without_oil(x, live.payload(), &mut self.outputs);
+        let live = &drive.live;
+        let (set_point, energies) = (live.set_point().unwrap_or([f64::NAN; 2]), live.energies());
+        let instant = Instant {
+            time: live.time(),
+            payload: live.payload(),
+            state: live.state(),
+            set_point,
+            wanted: wanted_velocity(drive),
+            commands: live.commands(),
+            energies: &energies,
+        };
+        self.write(drive, instant)
+    }
+
+    /// The row of a recorded instant: `recorded` holds time, payload and the states. What a record need not have is NaN.
+    pub fn show(&mut self, drive: &Drive, recorded: &[f64]) -> Option<&[f64]> {
+        let (layout, cylinders) = (drive.now.model.layout(), drive.now.model.machine().cylinders.len());
+        let [time, payload, state @ ..] = recorded else { return None };
+        if state.len() != layout.len() {
+            return None;
+        }
+        let unknown = vec![f64::NAN; cylinders * LEDGER_PER_CYLINDER + PAYLOAD_TERMS.len()];
+        let instant = Instant {
+            time: *time,
+            payload: *payload,
+            state,
+            set_point: [f64::NAN; 2],
+            wanted: [f64::NAN; 2],
+            commands: &unknown[..cylinders],
+            energies: &unknown,
+        };
+        Some(self.write(drive, instant))
+    }
+
+    fn write(&mut self, drive: &Drive, now: Instant) -> &[f64] {
+        let model = drive.now.model.as_ref();
+        let n = model.layout().joints();
+        let velocity = model.tip_velocity(&now.state[..n], &now.state[n..2 * n]);
+        model.outputs_without_oil(now.state, now.payload, &mut self.outputs);
         self.row.clear();
-        self.row.extend([drive.time(), live.payload(), vx, vz, px, pz, wx, wz]);
-        self.row.extend_from_slice(x);
+        self.row.extend([now.time, now.payload]);
+        self.row.extend([velocity, now.set_point, now.wanted].iter().flatten());
+        self.row.extend_from_slice(now.state);
         self.row.extend_from_slice(&self.outputs);
-        self.row.extend_from_slice(live.commands());
-        self.row.extend(ledger(&live.energies(), n));
-        for shape in model.drawing(&x[..n]) {
+        self.row.extend_from_slice(now.commands);
+        self.row.extend(ledger(now.energies, n));
+        for shape in model.drawing(&now.state[..n]) {
             self.row.extend(shape.line.iter().flatten());
         }
         &self.row
     }
+}
+
+/// What a row is made of.
+struct Instant<'a> {
+    time: f64,
+    payload: f64,
+    state: &'a [f64],
+    set_point: [f64; 2],
+    wanted: [f64; 2],
+    commands: &'a [f64],
+    energies: &'a [f64],
 }
 
 /// The terms of the account, each over all cylinders.
@@ -81,9 +126,9 @@ fn ledger(energies: &[f64], cylinders: usize) -> Vec<f64> {
 
 /// The velocity of the tip that the stick asks for; none where levers move the cylinders.
 fn wanted_velocity(drive: &Drive) -> [f64; 2] {
-    let speed = drive.model.machine().control.gain(&drive.request.controller, "full-speed");
+    let speed = drive.now.model.machine().control.gain(&drive.now.request.controller, "full-speed");
     match (speed, drive.live.sticks_at()) {
-        (Some(speed), &[x, z]) if !drive.request.lever() => [speed * x, speed * z],
+        (Some(speed), &[x, z]) if !drive.now.request.lever() => [speed * x, speed * z],
         _ => [f64::NAN; 2],
     }
 }

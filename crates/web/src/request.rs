@@ -1,7 +1,7 @@
 //! What a page asks for: machine, start, controller, sensors, as JSON.
 
 use crate::problem::Problem;
-use hydrocrane_machine::{bundled_scenarios, load, parse, parse_scenario, Machine, OverrideValue};
+use hydrocrane_machine::{bundled_scenarios, load, parse, parse_scenario, Machine, OverrideValue, CONTROLLERS};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
@@ -39,7 +39,7 @@ pub struct Request {
     pub dead_zone: f64,
     #[serde(default)]
     pub ramp: f64,
-    /// A scenario whose sticks and loads are repeated; it stands for everything above.
+    /// A scenario whose sticks and loads are repeated; it stands for everything above but the `text` of its machine.
     pub scenario: Option<String>,
     /// Go on from the state at hand where the machine still has the same states.
     #[serde(default)]
@@ -80,19 +80,34 @@ impl Request {
         self.controller == "lever"
     }
 
-    /// The machine with everything that is changed on it, and all the changes.
-    pub fn machine(&self) -> Result<(Machine, Vec<(String, OverrideValue)>), Problem> {
+    /// The machine with everything that is changed on it, and all the changes. What was changed `before` and is changed no
+    /// longer is among them, as the machine states it, so that a list of changes tells what it goes back to.
+    pub fn machine(
+        &self,
+        before: &[(String, OverrideValue)],
+    ) -> Result<(Machine, Vec<(String, OverrideValue)>), Problem> {
         let mut changes = self
             .overrides
             .iter()
             .map(|(key, value)| Ok((key.clone(), override_value(key, value)?)))
             .collect::<Result<Vec<_>, Problem>>()?;
-        if let Some(speed) = self.full_speed.filter(|_| !self.lever()) {
-            changes.push((format!("control.{}.full-speed", self.controller), OverrideValue::Number(speed)));
+        if let Some(speed) = self.full_speed {
+            let speeds = CONTROLLERS.iter().map(|(name, _)| format!("control.{name}.full-speed"));
+            changes.extend(speeds.map(|key| (key, OverrideValue::Number(speed))));
         }
         let mut machine = self.load(&changes)?;
         if self.friction != 1.0 {
             changes.extend(friction_changes(&machine, self.friction));
+            machine = self.load(&changes)?;
+        }
+        let lost = |key: &String| !changes.iter().any(|(kept, _)| kept == key);
+        let back: Vec<_> = before
+            .iter()
+            .filter(|(key, _)| lost(key))
+            .map(|(key, value)| (key.clone(), stated(&machine, key).unwrap_or_else(|| value.clone())))
+            .collect();
+        if !back.is_empty() {
+            changes.extend(back);
             machine = self.load(&changes)?;
         }
         Ok((machine, changes))
@@ -137,13 +152,22 @@ fn friction_changes(machine: &Machine, level: f64) -> Vec<(String, OverrideValue
         parts.next() == Some("friction") && parts.nth(1).is_some_and(|last| FRICTION_FORCES.contains(&last))
     };
     let values = machine.provenance.iter().filter(|entry| force(&entry.key));
-    values
-        .map(|entry| {
-            let si: Vec<OverrideValue> = entry.value.si.iter().map(|v| OverrideValue::Number(v * level)).collect();
-            let value = if let [one] = si.as_slice() { one.clone() } else { OverrideValue::List(si) };
-            (entry.key.clone(), value)
-        })
-        .collect()
+    values.map(|entry| (entry.key.clone(), in_si(&entry.value.si, level))).collect()
+}
+
+/// The numbers that the machine states for a key.
+fn stated(machine: &Machine, key: &str) -> Option<OverrideValue> {
+    let entry = machine.provenance.iter().find(|entry| entry.key == key && !entry.value.si.is_empty())?;
+    Some(in_si(&entry.value.si, 1.0))
+}
+
+fn in_si(values: &[f64], factor: f64) -> OverrideValue {
+    let si: Vec<OverrideValue> = values.iter().map(|v| OverrideValue::Number(v * factor)).collect();
+    if let [one] = si.as_slice() {
+        one.clone()
+    } else {
+        OverrideValue::List(si)
+    }
 }
 
 fn override_value(key: &str, value: &Value) -> Result<OverrideValue, Problem> {

@@ -1,57 +1,76 @@
 //! A drive as a scenario file.
 
-use crate::cockpit::{Drive, TICK};
+use crate::cockpit::{Drive, Setting, TICK};
 use crate::problem::Problem;
 use hydrocrane_machine::OverrideValue;
+use hydrocrane_sim::Sticks;
 use std::fmt::Write;
 
 /// Numbers are written with all their digits, so that the file repeats the drive exactly.
 pub fn scenario(drive: &Drive) -> Result<String, Problem> {
-    if let Some(from) = drive.continued {
-        return Err(Problem::plain(format!(
-            "this drive went on from another one at {from:.3} s, which no scenario can begin with; reset, then drive"
-        )));
-    }
-    if drive.live.sticks().linear {
-        return Err(Problem::plain(
-            "this drive began as a replay of sticks that move in straight lines; reset, then drive",
-        ));
-    }
     let end = drive.live.sampled_until();
     if end <= 0.0 {
         return Err(Problem::plain("nothing has been driven yet"));
     }
-    let mut text = head(drive, end);
-    overrides(drive, &mut text);
-    start(drive, &mut text);
-    loads(drive, end, &mut text);
-    controls(drive, &mut text);
+    let earlier = drive.earlier.iter().map(|(setting, sticks)| (setting, sticks));
+    let parts: Vec<(&Setting, &Sticks)> =
+        earlier.chain([(&drive.now, drive.live.sticks())]).filter(|(setting, _)| setting.from < end).collect();
+    if parts.iter().any(|(_, sticks)| sticks.linear) {
+        return Err(Problem::plain(
+            "this drive began as a replay of sticks that move in straight lines; reset, then drive",
+        ));
+    }
+    let mut text = String::new();
+    let mut before: Option<&Setting> = None;
+    for (phase, (setting, sticks)) in parts.into_iter().enumerate() {
+        let table = match before {
+            None => {
+                head(drive, setting, end, &mut text);
+                String::new()
+            }
+            Some(_) => {
+                let _ = write!(text, "\n[phase.{phase}]\ntime = \"{:?} s\"\n", setting.from);
+                format!("phase.{phase}.")
+            }
+        };
+        overrides(setting, before.map_or(&[], |setting| &setting.overrides), &table, &mut text);
+        if before.is_none() {
+            start(drive, &mut text);
+            loads(drive, end, &mut text);
+        }
+        controls(setting, sticks, &table, &mut text);
+        before = Some(setting);
+    }
     let _ = write!(text, "\n[solver]\nmethod = \"ros3l\"\nstep = \"{TICK:?} s\"\n");
     Ok(text)
 }
 
-fn head(drive: &Drive, end: f64) -> String {
-    let request = &drive.request;
+fn head(drive: &Drive, first: &Setting, end: f64, text: &mut String) {
+    let request = &first.request;
     // A file of one's own is expected beside the scenario.
     let machine = if request.text.is_some() { format!("./{}", request.machine) } else { request.machine.clone() };
-    format!(
-        "# A drive in the cockpit of hydrocrane {}, which `hydrocrane simulate` repeats.\n\n[scenario]\nname = \"drive\"\n\
-         title = {}\nmachine = {}\nduration = \"{end:?} s\"\nrecord-interval = \"10 ms\"\npayload = \"{:?} kg\"\nseed = {}\n",
-        env!("CARGO_PKG_VERSION"),
-        quoted(&format!("{} driven by hand", drive.model.machine().name)),
+    let _ = write!(
+        text,
+        "# A drive in the cockpit, which `hydrocrane simulate` repeats.\n\n[scenario]\nname = \"drive\"\n\
+         title = {}\nmachine = {}\nduration = \"{end:?} s\"\nrecord-interval = \"10 ms\"\npayload = \"{:?} kg\"\nseed = {}\n\
+         recorded-by = \"{}\"\n",
+        quoted(&format!("{} driven by hand", first.model.machine().name)),
         quoted(&machine),
         drive.live.loads().0,
         request.seed,
-    )
+        env!("CARGO_PKG_VERSION"),
+    );
 }
 
-fn overrides(drive: &Drive, text: &mut String) {
-    if drive.overrides.is_empty() {
+/// What is changed that was not so `before`.
+fn overrides(setting: &Setting, before: &[(String, OverrideValue)], table: &str, text: &mut String) {
+    let changed: Vec<_> = setting.overrides.iter().filter(|change| !before.contains(change)).collect();
+    if changed.is_empty() {
         return;
     }
-    text.push_str("\n[overrides]\n");
-    for (key, value) in &drive.overrides {
-        let recorded = drive.model.machine().provenance.iter().find(|entry| entry.key == *key);
+    let _ = write!(text, "\n[{table}overrides]\n");
+    for (key, value) in changed {
+        let recorded = setting.model.machine().provenance.iter().find(|entry| entry.key == *key);
         let units = recorded.map_or(&[][..], |entry| &entry.value.units);
         let _ = writeln!(text, "{} = {}", quoted(key), written(value, units));
     }
@@ -59,8 +78,8 @@ fn overrides(drive: &Drive, text: &mut String) {
 
 fn start(drive: &Drive, text: &mut String) {
     text.push_str("\n[initial]\npressures = \"equilibrium\"\n\n[initial.joint]\n");
-    let units = &drive.model.layout().units;
-    for ((joint, q), unit) in drive.model.machine().joints.iter().zip(&drive.pose).zip(units) {
+    let model = &drive.now.model;
+    for ((joint, q), unit) in model.machine().joints.iter().zip(&drive.pose).zip(&model.layout().units) {
         let _ = writeln!(text, "{} = \"{q:?} {unit}\"", quoted(&joint.name));
     }
 }
@@ -76,13 +95,13 @@ fn loads(drive: &Drive, end: f64, text: &mut String) {
     let _ = write!(text, "\n[payload]\ntime = {times}\nmass = {masses}\n");
 }
 
-fn controls(drive: &Drive, text: &mut String) {
-    let (request, sticks) = (&drive.request, drive.live.sticks());
+fn controls(setting: &Setting, sticks: &Sticks, table: &str, text: &mut String) {
+    let request = &setting.request;
     let sensors = if request.real_sensors { "data-sheet" } else { "ideal" };
     let _ = write!(
         text,
-        "\n[controller]\nname = {}\ndelay = \"{:?} s\"\nsensors = \"{sensors}\"\n\n[joystick]\nmode = \"{}\"\n\
-         dead-zone = {:?}\nramp = \"{:?} s\"\ntime = {}\n",
+        "\n[{table}controller]\nname = {}\ndelay = \"{:?} s\"\nsensors = \"{sensors}\"\n\n[{table}joystick]\n\
+         mode = \"{}\"\ndead-zone = {:?}\nramp = \"{:?} s\"\ntime = {}\n",
         quoted(&request.controller),
         request.delay,
         if request.lever() { "lever" } else { "tip" },
@@ -90,7 +109,7 @@ fn controls(drive: &Drive, text: &mut String) {
         sticks.ramp,
         list(sticks.times.iter().map(|t| format!("\"{t:?} s\""))),
     );
-    let cylinders = drive.model.machine().cylinders.iter().map(|c| c.name.clone());
+    let cylinders = setting.model.machine().cylinders.iter().map(|c| c.name.clone());
     let axes: Vec<String> = if request.lever() { cylinders.collect() } else { vec!["x".to_string(), "z".to_string()] };
     for (i, axis) in axes.iter().enumerate() {
         let column = sticks.deflections.iter().skip(i).step_by(sticks.axes);

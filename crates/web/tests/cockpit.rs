@@ -1,14 +1,16 @@
 //! The cockpit against the native run: a drive that is saved and simulated ends in the same place.
 
-use hydrocrane_machine::scenario::{Scenario, SensorQuality, StickMode};
-use hydrocrane_machine::{load, parse_scenario};
+use hydrocrane_machine::scenario::{ControllerChoice, Joystick, Scenario, SensorQuality, StickMode};
+use hydrocrane_machine::{load, parse_scenario, OverrideValue};
+use hydrocrane_sim::controller::Controller;
 use hydrocrane_sim::integrator::Tolerances;
 use hydrocrane_sim::{
-    build, simulate_sampled, EquilibriumMode, OutcomeKind, PayloadChange, RunOptions, SampledPlan, SensorMode, Sensors,
-    StickKind, Sticks,
+    build, simulate_phases, EquilibriumMode, Model, OutcomeKind, PayloadChange, Phase, RunOptions, SampledPlan,
+    SensorMode, Sensors, StickKind, Sticks,
 };
 use hydrocrane_web::Cockpit;
 use serde_json::{json, Value};
+use std::sync::Arc;
 
 /// Period of the controllers in ticks.
 const SAMPLE: u32 = 10;
@@ -50,33 +52,58 @@ fn drive(cockpit: &mut Cockpit, description: &Value, axes: usize) -> [f64; 2] {
     end
 }
 
-/// What `hydrocrane simulate` does with a scenario that has a joystick: (time, tip) at its end.
-fn simulated(scenario: &Scenario) -> (f64, [f64; 2]) {
-    let machine = load(&scenario.machine, &scenario.overrides).expect("the machine of the drive");
-    let model = build(&machine).expect("a machine that can be built");
-    let at = |name: &str| scenario.initial.joints.iter().find(|(joint, _)| joint == name).map_or(0.0, |(_, q)| *q);
-    let q: Vec<f64> = machine.joints.iter().map(|joint| at(&joint.name)).collect();
-    let payload = scenario.payload.expect("written in the file");
-    let x0 = model.equilibrium(&q, EquilibriumMode::Hold, payload).expect("a pose to rest in");
-    let (choice, stick) = (scenario.controller.as_ref().expect("one"), scenario.joystick.as_ref().expect("one"));
-    let mut controller = model.controller(&choice.name).expect("a known controller");
-    if choice.name != "lever" {
-        controller = model.monitored(controller, choice.delay);
+fn built(machine: &str, overrides: &[(String, OverrideValue)]) -> Arc<dyn Model> {
+    build(&load(machine, overrides).expect("the machine of the drive")).expect("a machine that can be built")
+}
+
+fn named(model: &dyn Model, choice: &ControllerChoice) -> Box<dyn Controller> {
+    let controller = model.controller(&choice.name).expect("a known controller");
+    if choice.name == "lever" {
+        return controller;
     }
+    model.monitored(controller, choice.delay)
+}
+
+fn plan(model: &dyn Model, choice: &ControllerChoice, stick: &Joystick, seed: u64) -> SampledPlan {
     let kind = if stick.mode == StickMode::Tip { StickKind::Tip } else { StickKind::Lever };
     let deflections = (0..stick.time.len()).flat_map(|row| stick.axes.iter().map(move |axis| axis[row])).collect();
     let sensors = if choice.sensors == SensorQuality::Ideal { SensorMode::Ideal } else { SensorMode::DataSheet };
-    let plan = SampledPlan {
+    SampledPlan {
         sticks: Sticks {
             times: stick.time.clone(),
             deflections,
             dead_zone: stick.dead_zone,
             ramp: stick.ramp,
-            ..Sticks::centred(kind, machine.cylinders.len())
+            ..Sticks::centred(kind, model.machine().cylinders.len())
         },
-        sensors: Sensors::new(model.as_ref(), sensors, scenario.seed, &[]).expect("sensors"),
+        sensors: Sensors::new(model, sensors, seed, &[]).expect("sensors"),
         delay: choice.delay,
-    };
+    }
+}
+
+/// What `hydrocrane simulate` does with a scenario that has a joystick: (time, tip) at its end.
+fn simulated(scenario: &Scenario) -> (f64, [f64; 2]) {
+    let mut overrides = scenario.overrides.clone();
+    let (choice, stick) = (scenario.controller.as_ref().expect("one"), scenario.joystick.as_ref().expect("one"));
+    let mut parts = vec![(0.0, built(&scenario.machine, &overrides), choice, stick)];
+    for phase in &scenario.phases {
+        overrides.extend(phase.overrides.iter().cloned());
+        let stick = phase.joystick.as_ref().expect("one");
+        parts.push((phase.time, built(&scenario.machine, &overrides), &phase.controller, stick));
+    }
+    let mut controllers: Vec<_> = parts.iter().map(|(_, model, choice, _)| named(model.as_ref(), choice)).collect();
+    let phases = parts.iter().zip(&mut controllers).map(|((from, model, choice, stick), controller)| Phase {
+        from: *from,
+        model: model.as_ref(),
+        controller: controller.as_mut(),
+        plan: plan(model.as_ref(), choice, stick, scenario.seed),
+    });
+    let mut phases: Vec<Phase> = phases.collect();
+    let first = phases.remove(0);
+    let at = |name: &str| scenario.initial.joints.iter().find(|(joint, _)| joint == name).map_or(0.0, |(_, q)| *q);
+    let q: Vec<f64> = first.model.machine().joints.iter().map(|joint| at(&joint.name)).collect();
+    let payload = scenario.payload.expect("written in the file");
+    let x0 = first.model.equilibrium(&q, EquilibriumMode::Hold, payload).expect("a pose to rest in");
     let step = scenario.solver.step.expect("fixed steps");
     let options = RunOptions {
         method: scenario.solver.method.clone(),
@@ -87,7 +114,8 @@ fn simulated(scenario: &Scenario) -> (f64, [f64; 2]) {
         max_steps: 1_000_000,
     };
     let end = scenario.duration;
-    let done = simulate_sampled(model.as_ref(), &x0, end, controller.as_mut(), &plan, &[end], &options, &mut |_| true);
+    let model = first.model;
+    let done = simulate_phases(&x0, end, first, phases, &[end], &options, &mut |_| true);
     assert_eq!(done.run.outcome.kind, OutcomeKind::Completed, "{}", done.run.outcome.message);
     (end, model.tip(&done.run.states[..q.len()]))
 }
@@ -170,20 +198,110 @@ fn scenarios_beyond_a_drive_are_refused_with_the_reason() {
     assert!(problem.message().starts_with("drive.toml:"), "{}", problem.message());
 }
 
+/// A drive with two changes of mode, weaker supply, more friction and back, real sensors, and a load; where it ends.
+fn switching(cockpit: &mut Cockpit) -> [f64; 2] {
+    let settings = [
+        json!({ "controller": "tip" }),
+        json!({ "controller": "lever" }),
+        json!({ "controller": "lever", "overrides": { "supply.pressure": 1.1e7 }, "friction": 1.7 }),
+        json!({ "controller": "tip", "overrides": { "supply.pressure": 1.1e7 }, "real-sensors": true }),
+        json!({ "controller": "tip", "overrides": { "control.tip.reserve": 0.2 }, "full-speed": 0.2 }),
+    ];
+    let mut description = Value::Null;
+    for (part, setting) in settings.iter().enumerate() {
+        let mut request = json!({
+            "machine": "rottne-f9-lab", "full-speed": 0.3, "dead-zone": 0.05, "ramp": 0.3, "delay": 0.002, "seed": 4,
+            "keep-state": true,
+        });
+        let wanted = setting.as_object().expect("settings").clone();
+        request.as_object_mut().expect("an object").extend(wanted);
+        let before = cockpit.frame().to_vec();
+        description = cockpit.open(&request.to_string()).expect("the same machine");
+        if part > 0 {
+            let went = cockpit.frame()[0] - before[0];
+            assert!(went > 0.0 && went < 0.0101, "a change waits for the next sample: {went}");
+        }
+        for move_ in 0..12u32 {
+            cockpit.steer(&[0, 1, 2].map(|axis| (1.3 * f64::from(move_ + 12 * part as u32) + f64::from(axis)).sin()));
+            if (part, move_) == (2, 5) {
+                cockpit.carry(50.0);
+            }
+            assert!(cockpit.advance(163 + move_), "{}", cockpit.events());
+        }
+    }
+    let ticks = (1000.0 * cockpit.frame()[0]).round() as u32;
+    assert!(cockpit.advance(SAMPLE - ticks % SAMPLE));
+    let end = tip(cockpit, &description);
+    assert!(cockpit.advance(1));
+    end
+}
+
 #[test]
-fn a_change_on_the_way_goes_on_from_the_state_at_hand_and_says_that_it_cannot_be_saved() {
-    let (mut cockpit, description) = opened(json!({ "machine": "rottne-f9-lab", "full-speed": 0.3 }));
-    cockpit.steer(&[1.0, 0.5]);
-    assert!(cockpit.advance(700));
-    let before = cockpit.frame().to_vec();
-    let changed = json!({ "machine": "rottne-f9-lab", "controller": "lever", "keep-state": true });
-    let again = cockpit.open(&changed.to_string()).expect("the same machine");
-    let tip_at = index(&description, "tip.x");
-    assert_eq!(before[tip_at], cockpit.frame()[index(&again, "tip.x")]);
-    assert_eq!(before[0], cockpit.frame()[0], "time goes on");
-    assert!(cockpit.advance(20));
-    let refused = cockpit.save().expect_err("it began in motion");
-    assert!(refused.message().contains("reset"), "{}", refused.message());
+fn a_drive_with_changes_on_the_way_is_repeated_and_replayed_to_the_last_bit() {
+    let mut cockpit = Cockpit::default();
+    let driven = switching(&mut cockpit);
+    let text = cockpit.save().expect("a drive in phases");
+    let scenario = parse_scenario(&text, "drive.toml", &[]).expect("a scenario");
+    assert_eq!(scenario.phases.len(), 4);
+    assert_eq!(
+        scenario.phases.iter().map(|phase| phase.controller.name.as_str()).collect::<Vec<_>>()[1..3],
+        ["lever", "tip"]
+    );
+    let (time, simulated) = simulated(&scenario);
+    assert!(time > 9.9);
+    assert_eq!(driven, simulated);
+
+    let (mut again, told) = opened(json!({ "scenario": text }));
+    assert_eq!(told["axes"].as_array().map(Vec::len), Some(2));
+    let mut described = told.clone();
+    let mut changes = 0;
+    for _ in 0..(1000.0 * time).round() as u32 {
+        assert!(again.advance(1), "{}", again.events());
+        let news = again.events();
+        if !news["changed"].is_null() {
+            (described, changes) = (news["changed"].clone(), changes + 1);
+        }
+    }
+    assert_eq!((changes, tip(&mut again, &described)), (4, driven));
+    assert!(again.advance(1));
+    let twice = parse_scenario(&again.save().expect("the same drive"), "drive.toml", &[]).expect("a scenario");
+    assert_eq!(twice.phases.len(), 4);
+    assert_eq!(self::simulated(&twice), (time, simulated));
+}
+
+#[test]
+fn a_replay_in_phases_ends_where_somebody_takes_over() {
+    let mut cockpit = Cockpit::default();
+    switching(&mut cockpit);
+    let (mut other, _) = opened(json!({ "scenario": cockpit.save().expect("a drive") }));
+    other.advance(3000);
+    assert_eq!(other.events()["changed"]["controller"], "lever");
+    other.steer(&[0.0, -1.0, 0.0]);
+    assert!(other.advance(5000), "no phase of the replay is left");
+    assert!(other.events()["changed"].is_null());
+    let saved = parse_scenario(&other.save().expect("a drive"), "drive.toml", &[]).expect("a scenario");
+    assert_eq!(saved.phases.len(), 1);
+    assert!(saved.payload_changes.is_empty());
+}
+
+#[test]
+fn changes_while_nothing_moves_are_one_sample_apart() {
+    let (mut cockpit, _) = opened(json!({ "machine": "rottne-f9-lab" }));
+    for controller in ["lever", "tip", "lever"] {
+        let request = json!({ "machine": "rottne-f9-lab", "controller": controller, "keep-state": true });
+        cockpit.open(&request.to_string()).expect("the same machine");
+    }
+    assert!(cockpit.advance(500));
+    let saved = parse_scenario(&cockpit.save().expect("a drive"), "drive.toml", &[]).expect("a scenario");
+    assert_eq!(saved.phases.iter().map(|phase| phase.time).collect::<Vec<_>>(), [0.01, 0.02, 0.03]);
+}
+
+#[test]
+fn another_machine_begins_anew() {
+    let (mut cockpit, _) = opened(json!({ "machine": "rottne-f9-lab" }));
+    cockpit.advance(500);
+    let told = cockpit.open(&json!({ "machine": "hiab-xs031", "keep-state": true }).to_string()).expect("a machine");
+    assert_eq!((told["continued"].as_bool(), cockpit.frame()[0]), (Some(false), 0.0));
 }
 
 #[test]

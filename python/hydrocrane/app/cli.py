@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-from hydrocrane.app.console import bar, complain, say, waiting
+from hydrocrane.app.console import bar, complain, say, waiting, warn
 from hydrocrane.app.control import control
 from hydrocrane.app.identify import identify
 from hydrocrane.app.live import live
 from hydrocrane.app.rig import rig
 from hydrocrane.app.sweep import sweep
+from hydrocrane.app.view import view
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,6 +37,7 @@ app.add_typer(control)
 app.add_typer(identify)
 app.add_typer(rig)
 app.command(epilog="Example:  hydrocrane live rottne-f9-lab")(live)
+app.command(epilog="Example:  hydrocrane view results/vertical-lift-open-loop.nc")(view)
 app.command(epilog="Example:  hydrocrane sweep study.toml --store results/study.zarr --picture study.png")(sweep)
 
 
@@ -78,8 +80,11 @@ def simulate(
 
     wanted: dict[str, Any] = {"payload": payload, "duration": duration, "method": method, "rtol": rtol, "step": step}
     changes = {name: value for name, value in wanted.items() if value is not None}
+    plan = hc.load_scenario(scenario)
+    if plan.recorded_by not in ("", hc.__version__):
+        warn(f"{scenario} was recorded with version {plan.recorded_by}, this is {hc.__version__}: the drive may differ")
     with waiting("simulating"):
-        run = hc.simulate(scenario, machine=machine, overrides=overrides(settings), **changes)
+        run = hc.simulate(plan, machine=machine, overrides=overrides(settings), **changes)
     paths = _write_run(run, output, also, film)
     say(run.summary(), "", "written:", *(f"  {path}" for path in paths))
     if not run.outcome.completed:
@@ -140,23 +145,6 @@ def _machine_chart(crane: Machine, chart: Chart, cylinder: str | None) -> Figure
     if chart is Chart.friction:
         return plots.friction_maps(crane, cylinder)
     return plots.joint_stroke(crane, cylinder and crane.joint_names[crane.cylinder_names.index(cylinder)])
-
-
-@app.command(epilog="Example:  hydrocrane view results/vertical-lift-open-loop.nc")
-def view(run: RunName, settings: Settings = [], speed: float = 1.0) -> None:  # noqa: B006
-    """Open a window with the charts and the moving crane."""
-    import matplotlib.pyplot as plt
-
-    from hydrocrane.errors import InputError
-
-    if plt.get_backend().lower() in ("agg", "pdf", "svg", "ps", "cairo", "template"):
-        raise InputError("no window can be opened here; `hydrocrane animate` writes a film to a file")
-    record = _run(run, settings)
-    record.plot()
-    # The animation lives as long as something holds it.
-    film = record.animate(speed=speed)
-    plt.show()
-    del film
 
 
 @app.command(epilog="Example:  hydrocrane animate results/vertical-lift-open-loop.nc -o lift.gif --speed 2")

@@ -25,14 +25,15 @@ def drive_request(target: str, settings: Mapping[str, Any]) -> dict[str, Any]:
     from hydrocrane.app.options import is_scenario
 
     if not is_scenario(target):
-        return _machine_request(hc.load_machine(target, dict(settings)))
+        return machine_request(hc.load_machine(target, dict(settings)))
     plan = hc.load_scenario(target).changed(overrides=dict(settings))
     crane = plan.load_machine()
     plan.initial_state(crane)
-    return {**_machine_request(crane), **_scenario_request(plan)}
+    return {**machine_request(crane), **_scenario_request(plan)}
 
 
-def _machine_request(crane: Machine) -> dict[str, Any]:
+def machine_request(crane: Machine) -> dict[str, Any]:
+    """A machine as the page is asked for it."""
     path = Path(crane.source)
     request: dict[str, Any] = {"machine": crane.source, "overrides": dict(crane.overrides)}
     if path.suffix == ".toml":
@@ -89,15 +90,20 @@ def live(
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
 ) -> None:
     """Drive a crane in the browser, with mouse, keyboard or joystick; Ctrl-C ends."""
-    import webbrowser
-
     from hydrocrane.app.options import overrides
 
     with cockpit_server(target, overrides(settings), port) as server:
         say(f"the cockpit is at {server.address}  (Ctrl-C ends)")
-        if browser:
-            webbrowser.open(server.address)
-        try:
-            server.serve_forever()
-        except KeyboardInterrupt:
-            say("ended")
+        serve(server, browser=browser)
+
+
+def serve(server: Server, *, browser: bool) -> None:
+    """Serve until Ctrl-C, with the page opened where `browser` says so."""
+    import webbrowser
+
+    if browser:
+        webbrowser.open(server.address)
+    try:
+        server.serve_forever()
+    except KeyboardInterrupt:
+        say("ended")

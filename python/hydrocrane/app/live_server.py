@@ -31,6 +31,7 @@ HEADERS = {
 # What a computer's own list may lack or have otherwise.
 TYPES = {".js": "text/javascript", ".wasm": "application/wasm", ".css": "text/css", ".html": "text/html; charset=utf-8"}
 CHOSEN = "/chosen.json"
+RECORDED = "/recorded.bin"
 
 Files = Mapping[str, tuple[str, bytes]]
 

@@ -91,6 +91,7 @@ def scenario_report(plan: Scenario, crane: Machine) -> list[Text]:
         Text(f"start at {', '.join(q)}; pressures {plan.pressures if isinstance(plan.pressures, str) else 'given'}"),
         Text(f"{_drive(plan, crane)}; solver {plan.solver.method}"),
         *_loads(plan),
+        *(Text(f"from {begin:g} s on: {_loop(stage)}") for begin, stage in plan.stages()[1:]),
     ]
 
 
@@ -103,10 +104,14 @@ def _loads(plan: Scenario) -> list[Text]:
 def _drive(plan: Scenario, crane: Machine) -> str:
     """What moves the spools."""
     if plan.closed_loop:
-        count = 0 if plan.joystick is None else plan.joystick.time.size
-        return f"controller {plan.driver}, {plan.sensors} sensors, {count} stick times"
+        return _loop(plan)
     times, _, linear = plan.command_grid(crane)
     return f"{len(times)} command times, {'joined linearly' if linear else 'held'}"
+
+
+def _loop(plan: Scenario) -> str:
+    count = 0 if plan.joystick is None else plan.joystick.time.size
+    return f"controller {plan.driver}, {plan.sensors} sensors, {count} stick times"
 
 
 def _start(plan: Scenario, crane: Machine) -> list[tuple[str, float, str]]:

@@ -76,5 +76,4 @@ class Record:
 
     @cached_property
     def _outputs(self) -> Array:
-        commands, payloads = np.asarray(self._raw["commands"]), np.asarray(self._raw["payloads"])
-        return outputs_table(self.crane, self.states, commands, payloads, oil=False)
+        return outputs_table(self.crane, self.plan, self._raw, oil=False)

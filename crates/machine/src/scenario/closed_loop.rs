@@ -1,8 +1,8 @@
 //! `[controller]` and `[joystick]` of a scenario: who drives the spools, and what the operator wants.
 
-use super::{overrides_in, plain, Interpolation, Result};
+use super::{overrides_in, plain, Interpolation, MachineSource, Result};
 use crate::errors::ErrorKind;
-use crate::load::{self, Source};
+use crate::load::Source;
 use crate::merge::{Override, OverrideValue};
 use crate::model::Machine;
 use crate::quantities::{time, velocity};
@@ -62,18 +62,30 @@ pub enum StickMode {
 const LEVER: &str = "lever";
 const STICK_KEYS: [&str; 7] = ["mode", "time", "interpolation", "dead-zone", "full-speed", "ramp", "log"];
 
+impl Joystick {
+    /// Whether a controller takes sticks of this mode.
+    pub fn fits(&self, controller: &ControllerChoice) -> bool {
+        (controller.name == LEVER) == (self.mode == StickMode::Lever)
+    }
+}
+
+/// The controller that a joystick calls for.
+pub fn fitting(stick: Option<&Joystick>) -> &'static str {
+    match stick {
+        Some(Joystick { mode: StickMode::Lever, .. }) => LEVER,
+        _ => CONTROLLERS[0].0,
+    }
+}
+
 /// The controller; a joystick alone calls for the one that fits its mode.
-/// `source` and `overrides` are those of the machine.
+/// `machine` and `overrides` are those of the scenario.
 pub fn controller(
     root: &Reader,
     stick: Option<&Joystick>,
-    source: &str,
+    machine: &MachineSource,
     overrides: &[Override],
 ) -> Result<Option<ControllerChoice>> {
-    let fitting = match stick {
-        Some(Joystick { mode: StickMode::Lever, .. }) => LEVER,
-        _ => CONTROLLERS[0].0,
-    };
+    let fitting = fitting(stick);
     let Some(table) = root.table("controller", &["name", "period", "delay", "sensors", "believed", "monitor"])? else {
         let (sensors, believed, monitor) = (SensorQuality::Ideal, Vec::new(), None);
         let alone = ControllerChoice { name: fitting.into(), period: None, delay: 0.0, sensors, believed, monitor };
@@ -95,25 +107,25 @@ pub fn controller(
             &[("ideal", SensorQuality::Ideal), ("data-sheet", SensorQuality::DataSheet)],
             SensorQuality::Ideal,
         )?,
-        believed: believed(&table, source, overrides)?,
+        believed: believed(&table, machine, overrides)?,
         monitor: table.choice_or("monitor", &[("on", Some(true)), ("off", Some(false))], None)?,
     };
-    check_mode(&table, &choice.name, stick)?;
+    check_mode(&table, &choice, stick)?;
     Ok(Some(choice))
 }
 
 /// What the controller believes of the machine where that is not the truth; loading it finds what is wrong.
-fn believed(table: &Reader, source: &str, overrides: &[Override]) -> Result<Vec<(String, OverrideValue)>> {
+fn believed(table: &Reader, machine: &MachineSource, overrides: &[Override]) -> Result<Vec<(String, OverrideValue)>> {
     let believed = overrides_in(table, "believed")?;
-    load::load_with(source, &[overrides, &believed].concat())?;
+    machine.load(&[overrides, &believed].concat())?;
     Ok(plain(believed))
 }
 
-fn check_mode(table: &Reader, name: &str, stick: Option<&Joystick>) -> Result<()> {
-    let Some(stick) = stick else { return Ok(()) };
-    if (name == LEVER) == (stick.mode == StickMode::Lever) {
+fn check_mode(table: &Reader, choice: &ControllerChoice, stick: Option<&Joystick>) -> Result<()> {
+    if stick.is_none_or(|stick| stick.fits(choice)) {
         return Ok(());
     }
+    let name = &choice.name;
     let (wants, given) = if name == LEVER { ("lever", "tip") } else { ("tip", "lever") };
     let message = format!("`{name}` takes the stick mode `{wants}`, the joystick's is `{given}`");
     Err(table

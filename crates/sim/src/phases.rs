@@ -1,0 +1,109 @@
+//! Runs in phases: from a time on another controller, other sticks, other values of the machine.
+//!
+//! A phase goes on from the state, the load, the energies, the sticks and the commands under way of the one before, with
+//! its controller and its sensors as at the start of a run. theory: docs/theory/simulation.md
+
+use crate::model::Model;
+use crate::outcome::{Outcome, OutcomeKind};
+use crate::recorder::Recorder;
+use crate::run::{start_fault, state_fault, stepper, Driven, Run, RunOptions};
+use crate::sampled::{plan_fault, ClosedLoop, Event, SampledPlan, Samples};
+use hydrocrane_control::controller::Controller;
+
+/// From a time on, `model` under `controller`.
+pub struct Phase<'a> {
+    /// s; of the first phase zero.
+    pub from: f64,
+    pub model: &'a dyn Model,
+    pub controller: &'a mut dyn Controller,
+    pub plan: SampledPlan,
+}
+
+/// A run with the samples of each phase that began.
+#[derive(Debug, Clone)]
+pub struct PhasedRun {
+    pub run: Run,
+    pub samples: Vec<Samples>,
+    pub events: Vec<Event>,
+}
+
+/// Runs `first` from `x0`, then each of `later` from its time on, to `end`, recording states at `record` (ascending
+/// times). A row at the instant where a phase begins has what was before it.
+pub fn simulate_phases<'a>(
+    x0: &[f64],
+    end: f64,
+    first: Phase<'a>,
+    later: Vec<Phase<'a>>,
+    record: &[f64],
+    options: &RunOptions,
+    keep_going: &mut dyn FnMut(f64) -> bool,
+) -> PhasedRun {
+    let mut recorder = Recorder::new(first.model, record, options);
+    if let Some(message) = start_fault(first.model, x0, options).or_else(|| fault(&first, &later)) {
+        return bad_start(recorder, message);
+    }
+    let mut driven = Driven::new(first.model, options, 0.0);
+    let Some(stepper) = stepper(x0, &driven, options) else {
+        return bad_start(recorder, format!("no method `{}`", options.method));
+    };
+    let mut closed = ClosedLoop::new(stepper, first.model, &first.plan);
+    let mut samples = Vec::new();
+    let mut coming = later.into_iter().filter(|phase| phase.from < end).peekable();
+    let mut controller = first.controller;
+    let outcome = loop {
+        let until = coming.peek().map_or(end, |next| next.from);
+        let outcome = closed.run(&mut driven, controller, &mut recorder, until, options, keep_going);
+        samples.push(std::mem::take(&mut closed.samples));
+        match coming.next() {
+            Some(next) if outcome.kind == OutcomeKind::Completed => {
+                if let Some(message) = state_fault(next.model, &closed.stepper.x) {
+                    break Outcome { kind: OutcomeKind::BadState, time: next.from, message };
+                }
+                driven.model = next.model;
+                closed.go_on(next.model, &next.plan);
+                controller = next.controller;
+            }
+            _ => break outcome,
+        }
+    };
+    PhasedRun { run: recorder.finish(outcome, Some((&closed.stepper, &driven))), samples, events: closed.events }
+}
+
+fn bad_start(recorder: Recorder, message: String) -> PhasedRun {
+    let run = recorder.finish(Outcome { kind: OutcomeKind::BadState, time: 0.0, message }, None);
+    PhasedRun { run, samples: vec![Samples::default()], events: Vec::new() }
+}
+
+/// Why phases cannot follow each other, if they cannot.
+fn fault(first: &Phase, later: &[Phase]) -> Option<String> {
+    if let Some(message) = plan_fault(&first.plan, first.controller.period()) {
+        return Some(message);
+    }
+    let mut time = 0.0;
+    for phase in later {
+        if !(phase.from.is_finite() && phase.from > time) {
+            return Some(format!(
+                "a phase begins at {} s after {time} s; their times must grow from above zero",
+                phase.from
+            ));
+        }
+        time = phase.from;
+        let found = states_fault(first.model, phase.model);
+        if let Some(message) = found.or_else(|| plan_fault(&phase.plan, phase.controller.period())) {
+            return Some(format!("in the phase from {time} s on: {message}"));
+        }
+    }
+    None
+}
+
+/// Why one machine cannot go on from the state of another, if it cannot.
+pub(crate) fn states_fault(before: &dyn Model, after: &dyn Model) -> Option<String> {
+    let (old, new) = (&before.layout().names, &after.layout().names);
+    if old == new {
+        return None;
+    }
+    let lost = old.iter().find(|name| !new.contains(name));
+    let gained = new.iter().find(|name| !old.contains(name));
+    let name = lost.or(gained).map_or("in another order", String::as_str);
+    Some(format!("the machine has other states ({name}); on the way its values can change, not what states it has"))
+}

@@ -1,0 +1,94 @@
+"""``hydrocrane view``: look at a run in the cockpit's page."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+import typer
+
+from hydrocrane.app.console import say, waiting
+from hydrocrane.app.live import machine_request, serve
+from hydrocrane.errors import InputError
+
+if TYPE_CHECKING:
+    from hydrocrane.app.live_server import Server
+    from hydrocrane.arrays import Array
+    from hydrocrane.result import Run
+
+
+def recording(run: Run) -> tuple[dict[str, Any], Array]:
+    """What the page is asked to show, and the table (m, columns) of the run: time first, SI.
+
+    Names are those of the page: commands at the valves are ``command.<cylinder>``, ledger entries are summed over all
+    cylinders.
+    """
+    data, crane = run.data, run.machine
+    missing = [name for name in crane.state_names if name not in data]
+    if missing or not data.sizes["time"]:
+        lack = f"`{missing[0]}`" if missing else "rows"
+        raise InputError(f"this run has no {lack}, so that the crane cannot be drawn; simulate it again")
+    columns: dict[str, Array] = {"time": data.time.values}
+    for name, values in data.items():
+        if values.dims == ("time",) and values.dtype.kind == "f":
+            shown = _shown(str(name))
+            columns[shown] = columns[shown] + values.values if shown in columns else values.values
+    begin = data.isel(time=0)
+    outcome = run.outcome
+    request = machine_request(crane) | {
+        "controller": "lever",
+        "payload": float(begin["payload"]),
+        "joints": {joint: float(begin[f"joint.{joint}.q"]) for joint in run.joint_names},
+    }
+    about = {
+        "title": data.attrs["title"],
+        "source": data.attrs["source"],
+        "outcome": f"{outcome.kind} at {outcome.time:g} s",
+        "columns": list(columns),
+        "events": [[event.time, event.text] for event in run.events],
+    }
+    return {**request, "recording": about}, np.column_stack(list(columns.values()))
+
+
+def _shown(name: str) -> str:
+    command = re.fullmatch(r"cylinder\.(.+)\.command", name)
+    if command:
+        return f"command.{command[1]}"
+    return re.sub(r"^ledger\..+\.", "ledger.", name)
+
+
+def viewer_server(run: Run, port: int = 0) -> Server:
+    """A server for the page and the run."""
+    from hydrocrane.app.live_server import CHOSEN, RECORDED, Server, page_files
+
+    files = page_files()
+    request, table = recording(run)
+    files[CHOSEN] = ("application/json", json.dumps(request).encode())
+    files[RECORDED] = ("application/octet-stream", table.astype("<f8").tobytes())
+    return Server(files, port)
+
+
+def view(
+    run: Annotated[str, typer.Argument(help="Saved run (.nc), bundled scenario or scenario file.", metavar="RUN")],
+    settings: Annotated[
+        list[str], typer.Option("--set", help='Override a machine key: KEY=VALUE, e.g. supply.pressure="100 bar".')
+    ] = [],  # noqa: B006
+    port: Annotated[int, typer.Option(help="Port on this computer; 0 takes any free one.", min=0, max=65535)] = 0,
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
+) -> None:
+    """Look at a run in the browser: moving crane, charts, replay at any speed; Ctrl-C ends."""
+    import hydrocrane as hc
+    from hydrocrane.app.options import overrides
+
+    if run.endswith(".nc"):
+        if settings:
+            raise InputError("--set changes a simulation; a saved run stays as it is")
+        found = hc.load_run(run)
+    else:
+        with waiting("simulating"):
+            found = hc.simulate(run, overrides=overrides(settings))
+    with viewer_server(found, port) as server:
+        say(f"the run is at {server.address}  (Ctrl-C ends)")
+        serve(server, browser=browser)
