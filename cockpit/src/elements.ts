@@ -23,7 +23,11 @@ export function button(text: string, title: string, act: () => void, className =
 export function choice(label: string, options: [string, string][], chosen: string, act: (value: string) => void): HTMLElement {
   const select = make("select");
   options.forEach(([value, text]) => select.add(new Option(text, value, value === chosen, value === chosen)));
-  select.addEventListener("change", () => act(select.value));
+  select.addEventListener("change", () => {
+    // The keys are the sticks' again.
+    select.blur();
+    act(select.value);
+  });
   return make("label", { className: "field" }, make("span", {}, label), select);
 }
 
@@ -46,7 +50,10 @@ export function slider(label: string, range: Range, act: (value: number) => void
     value: String(range.value),
   });
   input.addEventListener("input", () => (value.textContent = range.show(Number(input.value))));
-  input.addEventListener("change", () => act(Number(input.value)));
+  input.addEventListener("change", () => {
+    input.blur();
+    act(Number(input.value));
+  });
   return make("label", { className: "field" }, make("span", {}, label, value), input);
 }
 

@@ -31,15 +31,18 @@ export class History {
     return this.rows.length;
   }
 
-  /** Columns of signals from time `from` (s) on, every `stride`-th row. */
-  columns(names: string[], from: number, stride: number, scales: number[]): number[][] {
+  /** Columns of signals from time `from` (s) on, every `stride`-th row; null where a signal has no value. */
+  columns(names: string[], from: number, stride: number, scales: number[]): (number | null)[][] {
     const places = names.map((name) => this.at(name));
     let first = this.rows.length;
     while (first > 0 && this.rows[first - 1]![0]! >= from) first--;
-    const columns: number[][] = names.map(() => []);
+    const columns: (number | null)[][] = names.map(() => []);
     for (let r = first - (first % stride); r < this.rows.length; r += stride) {
       const row = this.rows[Math.max(r, 0)]!;
-      places.forEach((place, c) => columns[c]!.push((row[place] ?? NaN) * scales[c]!));
+      places.forEach((place, c) => {
+        const value = (row[place] ?? NaN) * scales[c]!;
+        columns[c]!.push(Number.isFinite(value) ? value : null);
+      });
     }
     return columns;
   }

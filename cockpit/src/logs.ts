@@ -9,8 +9,8 @@ export const LOG = 40;
 const GRIP = 0.15;
 /** Way from the start at which the clock begins, m. */
 const OFF = 0.01;
-/** Where logs and bunk may stand, in shares of the reach; the first places with room are taken. */
-const LOGS = [0.86, 0.78, 0.7, 0.62, 0.54];
+/** Where the outermost log and the bunk may stand, in shares of the reach; the first places with room are taken. */
+const OUTERMOST = 0.86;
 const BUNKS = [0.44, 0.36, 0.5, 0.3];
 const COUNT = 3;
 /** Height of the bunk's floor above the ground, its half width, and the room for letting go above it, m. */
@@ -25,6 +25,8 @@ export const LINE = 0.12;
 export const radius = (mass: number): number => 0.1 + 0.022 * Math.sqrt(mass);
 /** From the tip to the lowest point of a log that hangs. */
 const HANGING = LINE + 2 * radius(LOG);
+/** From log to log. */
+const APART = 2.2 * radius(LOG);
 
 export class LogTask {
   readonly name = "logs";
@@ -52,11 +54,14 @@ export class LogTask {
   /** Logs and bunk where the tip, which is at `start`, can reach them; null where there is no room. */
   static within(description: Description, start: Point): LogTask | null {
     const ground = new Ground(description);
-    const places = (shares: number[], above: number): Point[] =>
-      shares.map((share) => ground.place(share * ground.reach, above)).filter((place) => place !== null);
-    const [bunk] = places(BUNKS, FLOOR);
-    const logs = places(LOGS, 0).filter(([x]) => !bunk || x > bunk[0] + 2 * HALF);
-    return bunk && logs.length ? new LogTask(ground, start, logs.slice(0, COUNT), bunk) : null;
+    const bunk = BUNKS.map((share) => ground.place(share * ground.reach, FLOOR)).find((place) => place !== null);
+    if (!bunk) return null;
+    const logs: Point[] = [];
+    for (let x = OUTERMOST * ground.reach; x > bunk[0] + 2 * HALF && logs.length < COUNT; x -= APART) {
+      const place = ground.place(x, 0);
+      if (place) logs.push(place);
+    }
+    return logs.length ? new LogTask(ground, start, logs, bunk) : null;
   }
 
   /** The grapple closes or opens at `tip`: the payload after that, kg, or why nothing happens. */

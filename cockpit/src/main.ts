@@ -354,6 +354,7 @@ class CockpitPage {
     const speed = make("select", { id: "speed", title: "Speed of the clock" });
     [...SPEEDS, ...(this.run ? FASTER : [])].forEach((s) => speed.add(new Option(`${s} ×`, String(s), s === 1, s === 1)));
     speed.addEventListener("change", () => {
+      speed.blur();
       this.speed = Number(speed.value);
       this.pause(this.paused);
     });

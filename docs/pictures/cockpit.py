@@ -50,6 +50,21 @@ def film(tab: Any) -> list[Image.Image]:
     return frames
 
 
+def logs(tab: Any) -> None:
+    """The innermost log on its way from the ground."""
+    tab.locator("label", has_text="To be done").locator("select").select_option("logs")
+    tab.wait_for_timeout(1500)
+    hold(tab, 2.1, "ArrowDown")
+    hold(tab, 1.2, "ArrowLeft")
+    tab.wait_for_timeout(400)
+    tab.keyboard.press("Space")
+    tab.wait_for_timeout(300)
+    tab.keyboard.down("ArrowUp")
+    tab.wait_for_timeout(1900)
+    tab.keyboard.down("ArrowLeft")
+    tab.wait_for_timeout(700)
+
+
 def main() -> None:
     with served("rottne-f9-lab") as address, chromium() as browser:
         tab = ready(browser, address)
@@ -67,6 +82,10 @@ def main() -> None:
         tab.keyboard.down("KeyE")
         tab.wait_for_timeout(2000)
         tab.screenshot(path=FOLDER / "cockpit-lever.png")
+        tab.close()
+        tab = ready(browser, address)
+        logs(tab)
+        tab.screenshot(path=FOLDER / "cockpit-logs.png")
         tab.close()
         frames = film(ready(browser, address))
         frames[0].save(FOLDER / "cockpit.gif", save_all=True, append_images=frames[1:], duration=2 * PAUSE, loop=0)

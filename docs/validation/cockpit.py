@@ -151,8 +151,9 @@ does.
 A key passes the page, the next sample of the controller (10 ms), the next message of the simulation (15 ms) and the
 next frame before it is seen; how long the crane itself then takes to move is the crane's affair.
 
-What is computed does not depend on any of this: a saved drive of 60 s is repeated by the native core to the same tip
-within 1e-9 m (`tests/python/test_cockpit.py`).
+What is computed does not depend on any of this: a saved drive of 60 s, with changes of mode, supply, friction,
+sensors and load on the way, is repeated by the native core to the same tip within 1e-9 m
+(`tests/python/test_cockpit.py`).
 """
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -54,7 +55,8 @@ def _loop(run: Run) -> list[str]:
     line = f"  controller {about['controller']}, {about['sensors']} sensors"
     if "tip.deviation" in run.data:
         line += f", tip at most {float(run.data['tip.deviation'].max()) * 1e3:.2f} mm off the way of its set-point"
-    return [line]
+    phases = json.loads(about.get("phases", "[]"))
+    return [line, *(f"  from {begin:g} s on: controller {driver}" for begin, driver, _ in phases)]
 
 
 def _events(run: Run) -> list[str]:

@@ -336,6 +336,47 @@ def test_a_task_is_scored_in_each_mode(cockpit):
     assert cockpit.tab.locator("#scores tr").count() == 2, "the lift alone leads past the end of the line"
 
 
+def test_logs_are_moved_into_the_bunk(cockpit):
+    """Three logs, gripped at their rings and let go over the bunk, at twice the speed of the clock."""
+    cockpit.tab.locator("label", has_text="To be done").locator("select").select_option("logs")
+    cockpit.until(lambda: "ring" in cockpit.notices())
+    cockpit.tab.keyboard.press("Space")
+    cockpit.until(lambda: "No log within reach" in cockpit.notices())
+    cockpit.tab.locator("#speed").select_option("2")
+    reach = max(x for curve in hc.load_machine("rottne-f9-lab").workspace() for x, _ in curve)
+    # The ground is at -1.21 m, a log hangs 0.6 m below the tip and is 0.48 m thick.
+    ground, bunk = -1.21 + 0.12 + 0.48, 0.44 * reach
+    for log in range(3):
+        place = 0.86 * reach - log * 2.2 * 0.239
+        lead(cockpit, place, ground + 0.5)
+        lead(cockpit, place, ground)
+        cockpit.tab.keyboard.press("Space")
+        cockpit.until(lambda: "carries 40 kg" in cockpit.notices())
+        lead(cockpit, place, ground + 0.6)
+        lead(cockpit, bunk, ground + 0.6)
+        cockpit.tab.keyboard.press("Space")
+        cockpit.until(lambda: "carries 0 kg" in cockpit.notices())
+        cockpit.tab.evaluate("document.getElementById('notices').replaceChildren()")
+    row = cockpit.tab.locator("#scores tr", has_text="logs, tip")
+    row.wait_for(timeout=STARTS)
+    seconds, worst, mean, work = (float(cell.split()[0]) for cell in row.locator("td").all_inner_texts())
+    assert 10 < seconds < 120 and 0 <= mean <= worst < 300 and 5 < work < 200, (seconds, worst, mean, work)
+
+
+def lead(cockpit, x, z):
+    """Lead the tip to a place, one axis after the other, within 8 cm."""
+    for axis, target, keys in ((1, z, ("ArrowDown", "ArrowUp")), (0, x, ("ArrowLeft", "ArrowRight"))):
+        for _ in range(8):
+            away = target - cockpit.tip[axis]
+            if abs(away) < 0.06:
+                break
+            key = keys[int(away > 0)]
+            cockpit.tab.keyboard.down(key)
+            cockpit.until(lambda so=(away, axis, target): (so[2] - cockpit.tip[so[1]]) * so[0] < 0.1 * abs(so[0]))
+            cockpit.tab.keyboard.up(key)
+            cockpit.comes_to_rest()
+
+
 @pytest.mark.parametrize("nonsense", ["AAAA", "%%%", "eJw", "S8zLAQA"])
 def test_nonsense_in_a_link_is_one_clear_message(browser, address, nonsense):
     with Page(browser, f"{address.split('?')[0]}#drive={nonsense}") as page:
@@ -358,7 +399,8 @@ def test_a_run_is_looked_at(browser, address, run):
     with served(run) as viewer, Page(browser, viewer) as page:
         assert not page.tab.locator("#modes").is_visible() and page.tab.locator(".pad").count() == 0
         page.tab.locator("#speed").select_option("2")
-        page.until(lambda: page.shown("time")[0] == 4.0)
+        page.until(lambda: page.tab.locator("#timeline-time").inner_text() == "4.00 of 4.00 s")
+        page.wait(0.3)
         assert np.abs(page.tip - [run.data["tip.x"][-1], run.data["tip.z"][-1]]).max() <= 0.0005
         work = sum(float(run.data[f"ledger.{c}.supply"][-1]) for c in run.cylinder_names)
         assert page.shown("work")[0] == pytest.approx(work / 1000, abs=0.051)

@@ -60,6 +60,7 @@ def test_values_change_with_the_phase(switched):
     early = time[pumping] <= 2.0
     assert pressure[early] == pytest.approx(140e5) and pressure[~early] == pytest.approx(100e5)
     assert json.loads(data.attrs["phases"])[1][:2] == [2.0, "tip"]
+    assert "from 1 s on: controller lever" in switched.summary()
 
 
 def test_the_energy_account_stays_closed(switched):

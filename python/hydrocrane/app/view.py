@@ -6,7 +6,6 @@ import json
 import re
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import typer
 
 from hydrocrane.app.console import say, waiting
@@ -25,6 +24,8 @@ def recording(run: Run) -> tuple[dict[str, Any], Array]:
     Names are those of the page: commands at the valves are ``command.<cylinder>``, ledger entries are summed over all
     cylinders.
     """
+    import numpy as np
+
     data, crane = run.data, run.machine
     missing = [name for name in crane.state_names if name not in data]
     if missing or not data.sizes["time"]:
