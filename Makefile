@@ -40,7 +40,7 @@ $(PAGE)/index.html: cockpit/node_modules/.package-lock.json cockpit/src/core.was
 
 cockpit/src/core.wasm: $(SOURCES)
 	-rustup target add wasm32-unknown-unknown
-	$(CARGO) build --quiet --profile cockpit --target wasm32-unknown-unknown --package hydrocrane-web
+	RUSTFLAGS="-C target-feature=+simd128" $(CARGO) build --quiet --profile cockpit --target wasm32-unknown-unknown --package hydrocrane-web
 	cp target/wasm32-unknown-unknown/cockpit/hydrocrane_web.wasm $@
 
 cockpit/node_modules/.package-lock.json: cockpit/package.json cockpit/package-lock.json

@@ -10,6 +10,8 @@ interface Group {
   title: string;
   unit: string;
   scale: number;
+  /** Shown at least, in the unit: noise at rest is not blown up to a mountain. */
+  least: [number, number] | null;
   has: (name: string) => boolean;
 }
 
@@ -17,23 +19,36 @@ const ends =
   (...tails: string[]) =>
   (name: string): boolean =>
     tails.some((tail) => name.endsWith(tail)) && !name.startsWith("ledger");
+const ofCylinder = (what: string) => (name: string) => name.startsWith("cylinder.") && name.endsWith(`.${what}`);
+const ledger =
+  (...terms: string[]) =>
+  (name: string): boolean =>
+    terms.some((term) => name === `ledger.${term}`);
 
-const ENERGIES = ["supply", "friction", "internal_leakage", "connector", "end_stop"];
-const EDGES = ["edge_pa", "edge_at", "edge_pb", "edge_bt"];
+const ENERGIES = ledger("supply", "friction", "internal_leakage", "connector", "end_stop");
+const EDGES = ledger("edge_pa", "edge_at", "edge_pb", "edge_bt");
+
+const shows = (title: string, unit: string, scale: number, least: Group["least"], has: Group["has"]): Group => ({
+  title,
+  unit,
+  scale,
+  least,
+  has,
+});
 
 const GROUPS: Group[] = [
-  { title: "Joint angles and telescope", unit: "° · dm", scale: 1, has: (n) => /^joint\..*\.q$/.test(n) },
-  { title: "Joint speeds", unit: "°/s · dm/s", scale: 1, has: (n) => /^joint\..*\.qd$/.test(n) },
-  { title: "Chamber pressures", unit: "bar", scale: 1e-5, has: ends(".p1", ".p2") },
-  { title: "Spool positions", unit: "mm", scale: 1e3, has: ends(".xs") },
-  { title: "Cylinder forces", unit: "kN", scale: 1e-3, has: (n) => /^cylinder\..*\.force$/.test(n) },
-  { title: "Friction", unit: "N", scale: 1, has: (n) => /^cylinder\..*\.friction$/.test(n) },
-  { title: "Piston speeds", unit: "mm/s", scale: 1e3, has: (n) => /^cylinder\..*\.v$/.test(n) },
-  { title: "Velocity of the tip", unit: "m/s", scale: 1, has: (n) => /^(tip|wanted)\.v[xz]$/.test(n) },
-  { title: "Supply flow", unit: "l/min", scale: 6e4, has: (n) => n === "supply.flow" },
-  { title: "Supply power", unit: "kW", scale: 1e-3, has: (n) => n === "supply.power" },
-  { title: "Energy since the start", unit: "kJ", scale: 1e-3, has: (n) => ENERGIES.some((e) => n === `ledger.${e}`) },
-  { title: "Losses at metering edges", unit: "kJ", scale: 1e-3, has: (n) => EDGES.some((e) => n === `ledger.${e}`) },
+  shows("Joint angles and telescope", "° · dm", 1, null, (n) => /^joint\..*\.q$/.test(n)),
+  shows("Joint speeds", "°/s · dm/s", 1, [-2, 2], (n) => /^joint\..*\.qd$/.test(n)),
+  shows("Chamber pressures", "bar", 1e-5, [0, 100], ends(".p1", ".p2")),
+  shows("Spool positions", "mm", 1e3, [-10, 10], ends(".xs")),
+  shows("Cylinder forces", "kN", 1e-3, [0, 1], ofCylinder("force")),
+  shows("Friction", "N", 1, [-100, 100], ofCylinder("friction")),
+  shows("Piston speeds", "mm/s", 1e3, [-10, 10], ofCylinder("v")),
+  shows("Velocity of the tip", "m/s", 1, [-0.1, 0.1], (n) => /^(tip|wanted)\.v[xz]$/.test(n)),
+  shows("Supply flow", "l/min", 6e4, [0, 10], (n) => n === "supply.flow"),
+  shows("Supply power", "kW", 1e-3, [0, 2], (n) => n === "supply.power"),
+  shows("Energy since the start", "kJ", 1e-3, [0, 2], ENERGIES),
+  shows("Losses at metering edges", "kJ", 1e-3, [0, 1], EDGES),
 ];
 const FIRST = [7, 2, 3, 9];
 
@@ -41,6 +56,8 @@ const FIRST = [7, 2, 3, 9];
 const SPAN = 20;
 /** Rows drawn at most per chart. */
 const POINTS = 500;
+/** Free above and below the lines, as a share of their range. */
+const AIR = 0.08;
 
 interface Chart {
   room: HTMLElement;
@@ -91,27 +108,50 @@ export class Charts {
       {
         ...this.size(chart),
         cursor: { drag: { x: true, y: false }, points: { size: 6 } },
-        legend: { live: true },
-        scales: { x: { time: false } },
+        legend: { live: true, markers: { width: 0 } },
+        padding: [7, 16, 0, 0],
+        scales: { x: { time: false }, y: { range: (_, low, high) => rangeOf(group, low, high) } },
         axes: [
-          { ...axis, size: 24, values: (_, ticks) => ticks.map((t) => `${Math.round(t * 100) / 100} s`) },
-          { ...axis, size: 46, space: 18 },
+          { ...axis, size: 22, space: 44, values: (_, ticks) => ticks.map((t) => `${Math.round(t * 100) / 100} s`) },
+          { ...axis, size: 46, space: 16 },
         ],
         series: [
           { label: "t", value: (_, t) => (t == null ? "" : `${t.toFixed(2)} s`) },
-          ...chart.signals.map((signal, i) => ({
-            label: shortName(signal.name),
-            stroke: colours.lines[i % colours.lines.length]!,
-            width: 1.6,
-            dash: i >= colours.lines.length ? [6, 4] : [],
-            value: (_: uPlot, value: number | null) => (value == null ? "" : value.toPrecision(4)),
-          })),
+          ...chart.signals.map((signal) => {
+            const { colour, dash } = this.line(chart.signals, signal);
+            return {
+              label: shortName(signal.name),
+              stroke: colours.lines[colour % colours.lines.length]!,
+              width: 1.7,
+              dash,
+              value: (_: uPlot, value: number | null) => (value == null ? "" : value.toPrecision(4)),
+            };
+          }),
         ],
       },
       [[], ...chart.signals.map(() => [])],
       chart.room,
     );
+    this.markLegend(chart);
+    this.resizeOne(chart);
     this.drawOne(chart, true);
+  }
+
+  /** Signals of one part share a colour; the second of them is dashed, so that no eye depends on colours alone. */
+  private line(signals: Signal[], signal: Signal): { colour: number; dash: number[] } {
+    const parts = [...new Set(signals.map(({ name }) => partOf(name)))];
+    const second = signals.find(({ name }) => partOf(name) === partOf(signal.name)) !== signal;
+    return { colour: parts.indexOf(partOf(signal.name)), dash: second ? [5, 4] : [] };
+  }
+
+  /** Pieces of the lines themselves as marks. */
+  private markLegend(chart: Chart): void {
+    const marks = chart.room.querySelectorAll<HTMLElement>(".u-series:not(:first-child) .u-marker");
+    chart.signals.forEach((signal, i) => {
+      const { colour, dash } = this.line(chart.signals, signal);
+      const lines = palette().lines;
+      marks[i]!.style.borderTop = `3px ${dash.length ? "dashed" : "solid"} ${lines[colour % lines.length]!}`;
+    });
   }
 
   /** `follow`: the newest at the right edge; else what is shown stays. */
@@ -125,7 +165,9 @@ export class Charts {
     const [last] = this.history.columns(["time"], -Infinity, Math.max(this.history.length - 1, 1), [1]);
     const now = last?.at(-1) ?? 0;
     const stride = Math.max(Math.ceil((SPAN * 100) / POINTS), 1);
-    const columns = this.history.columns(names, now - SPAN, stride, [1, ...chart.scales]);
+    const numbers = this.history.columns(names, now - SPAN, stride, [1, ...chart.scales]);
+    // What there is none of, as the velocity asked for by levers, must not take the others with it.
+    const columns = numbers.map((column) => column.map((value) => (Number.isNaN(value) ? null : value)));
     chart.plot.setData(columns as unknown as uPlot.AlignedData, false);
     chart.plot.batch(() => {
       chart.plot?.setScale("x", { min: Math.max(now - SPAN, 0), max: Math.max(now, SPAN) });
@@ -133,13 +175,31 @@ export class Charts {
   }
 
   private size(chart: Chart): { width: number; height: number } {
-    const legend = 38;
-    return { width: Math.max(chart.room.clientWidth, 120), height: Math.max(chart.room.clientHeight - legend, 80) };
+    const legend = chart.room.querySelector<HTMLElement>(".u-legend")?.offsetHeight ?? 20;
+    return { width: Math.max(chart.room.clientWidth, 120), height: Math.max(chart.room.clientHeight - legend, 60) };
+  }
+
+  private resizeOne(chart: Chart): void {
+    chart.plot?.setSize(this.size(chart));
   }
 
   private resize(): void {
-    this.charts.forEach((chart) => chart.plot?.setSize(this.size(chart)));
+    this.charts.forEach((chart) => this.resizeOne(chart));
   }
+}
+
+/** Range of an axis around lines from `low` to `high`, null where there are none. */
+function rangeOf({ least }: Group, low: number | null, high: number | null): [number, number] {
+  const bottom = Math.min(low ?? 0, least?.[0] ?? Infinity);
+  const top = Math.max(high ?? 1, least?.[1] ?? bottom + 1);
+  const air = AIR * (top - bottom);
+  return [bottom === 0 ? 0 : bottom - air, top + air];
+}
+
+/** What signals of one colour have in common: the cylinder, or the direction of a velocity. */
+function partOf(name: string): string {
+  const parts = name.split(".");
+  return parts[0] === "cylinder" ? parts[1]! : /^(tip|wanted)\./.test(name) ? parts[1]! : name;
 }
 
 /** Joints turn in degrees and slide in decimetres, so that one chart serves both. */

@@ -3,11 +3,13 @@
 import "./style.css";
 import { Charts } from "./charts";
 import { button, download, make } from "./elements";
+import { Hint } from "./hint";
 import { History } from "./history";
 import { linkOf, requestOf } from "./link";
-import type { Description, Ended, FromWorker, Occurrence, Pace, Point, Recording, Request, ToWorker } from "./messages";
-import { palette, scaleColour } from "./palette";
 import { LogTask } from "./logs";
+import type { Description, Ended, FromWorker, Occurrence, Pace, Point, Recording, Request, ToWorker } from "./messages";
+import { keepOffline } from "./offline";
+import { palette, scaleColour } from "./palette";
 import { Panel } from "./panel";
 import { limitOf, Picture } from "./picture";
 import { Sticks } from "./sticks";
@@ -37,6 +39,7 @@ class CockpitPage {
   private readonly canvas = part<HTMLCanvasElement>("picture");
   private readonly picture = new Picture(this.canvas);
   private readonly sticks = new Sticks(part("sticks"));
+  private readonly hint = new Hint(part("stage"));
   private readonly charts = new Charts(part("charts"), this.history);
   private readonly panel: Panel;
   private description: Description | null = null;
@@ -169,6 +172,8 @@ class CockpitPage {
 
   private showControls(description: Description, axesBefore: string | undefined): void {
     if (axesBefore !== description.axes.join()) this.sticks.show(description.axes);
+    if (description["replay-until"] === null) this.hint.show(description.controller !== "lever");
+    else this.hint.hide();
     this.sentSticks = "";
     this.panel.show(description, this.request);
   }
@@ -251,7 +256,8 @@ class CockpitPage {
     const slow = !this.paused && !this.run && pace.factor < 0.95 * this.speed && (this.row?.[0] ?? 0) > 2;
     const until = this.description?.["replay-until"]?.toFixed(1);
     const doing = this.replaying ? `replay until ${until} s, any stick takes over · ` : "";
-    const text = doing + (this.paused ? "paused" : `${pace.factor.toFixed(2)} × real time`);
+    const rate = `${slow ? "too slow a computer: " : ""}${pace.factor.toFixed(2)} × real time`;
+    const text = doing + (this.paused ? "paused" : rate);
     const lost = pace.lost >= 0.1 ? ` · ${pace.lost.toFixed(1)} s given up` : "";
     const badge = part("pace");
     badge.textContent = text + lost;
@@ -301,6 +307,7 @@ class CockpitPage {
   private frame(now: number): void {
     const axes = this.sticks.read();
     const text = axes.join();
+    this.hint.see(axes);
     // Told again now and then, so that the simulation knows that somebody is there.
     if (this.description && !this.run && (text !== this.sentSticks || now - this.sentAt > 100)) {
       this.send({ do: "steer", axes });
@@ -352,7 +359,7 @@ class CockpitPage {
       modes.append(made);
     }
     const speed = make("select", { id: "speed", title: "Speed of the clock" });
-    [...SPEEDS, ...(this.run ? FASTER : [])].forEach((s) => speed.add(new Option(`${s} ×`, String(s), s === 1, s === 1)));
+    [...SPEEDS, ...(this.run ? FASTER : [])].forEach((s) => speed.add(new Option(`clock ${s} ×`, String(s), s === 1, s === 1)));
     speed.addEventListener("change", () => {
       speed.blur();
       this.speed = Number(speed.value);
@@ -396,11 +403,12 @@ class CockpitPage {
       return make("span", {}, mark, text);
     };
     part("legend").replaceChildren(
-      make("span", {}, "oil 0", bar, "supply pressure"),
-      key(colours.actual, "tip moves"),
-      key(colours.wanted, "stick asks"),
+      make("span", {}, "oil pressure 0", bar, "supply"),
+      key(colours.actual, "velocity of the tip"),
+      key(colours.wanted, "asked by the stick"),
       key(colours.limit, "limit reached"),
       key(colours.reachEdge, "within reach"),
+      key(colours.forbiddenEdge, "keep out"),
     );
   }
 
@@ -462,6 +470,7 @@ async function chosen({ recording, ...request }: Request & { recording?: Recordi
   return { request, run: { about: recording, table: new Float64Array(await answer.arrayBuffer()) } };
 }
 
+keepOffline();
 void firstRequest().then(
   ({ request, run }) => new CockpitPage(request, run ?? null),
   (error: Error) => new CockpitPage(USUAL).notice(error.message, "error", 0),

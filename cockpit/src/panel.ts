@@ -119,7 +119,7 @@ export class Panel {
     const supply = { least: 40e5, most: 250e5, step: 5e5, value: description.supply, show: bar };
     const friction = { least: 0, most: 3, step: 0.1, value: request.friction ?? 1, show: percent };
     const sensors: [string, string][] = [
-      ["ideal", "ideal: the truth"],
+      ["ideal", "ideal: exact"],
       ["real", "real: data sheets, noise, steps"],
     ];
     const parts = [

@@ -3,6 +3,7 @@
 import { HALF, LINE, LOG, LogTask, radius } from "./logs";
 import type { Cylinder, Description, Joint, Point, Shape } from "./messages";
 import { palette, scaleColour, type Palette } from "./palette";
+import { reachOf, type Reach } from "./reach";
 import type { Task } from "./tasks";
 import { View } from "./view";
 
@@ -12,6 +13,8 @@ const ARROW = 2.5;
 const TRAIL = 1500;
 /** Width of links, m. */
 const BEAM = 0.13;
+/** Width of a telescope's inner beam, m. */
+const INNER = 0.08;
 /** Room around the foot of the crane and below what it reaches, m. */
 const ROOM = 0.5;
 /** Share of its range at which a joint counts as at its limit. */
@@ -36,7 +39,7 @@ export class Picture {
   readonly view = new View();
   private readonly context: CanvasRenderingContext2D;
   private description: Description | null = null;
-  private reach = new Path2D();
+  private reach: Reach = reachOf([]);
   private trail: Point[] = [];
   /** A path to be followed, or logs to be moved. */
   task: Task | LogTask | null = null;
@@ -49,11 +52,7 @@ export class Picture {
   show(description: Description, keep: boolean): void {
     const other = this.description?.machine.name !== description.machine.name;
     this.description = description;
-    this.reach = new Path2D();
-    for (const curve of description.workspace) {
-      curve.forEach(([x, z], i) => (i ? this.reach.lineTo(x, z) : this.reach.moveTo(x, z)));
-      this.reach.closePath();
-    }
+    this.reach = reachOf(description.workspace);
     if (!keep) this.trail = [];
     if (other) this.view.frame(worthSeeing(description));
   }
@@ -83,8 +82,9 @@ export class Picture {
     const { scale, x, z } = this.view;
     c.setTransform(ratio * scale, 0, 0, -ratio * scale, ratio * x, ratio * z);
     c.lineJoin = c.lineCap = "round";
+    this.drawReach(colours);
     this.drawGrid(colours);
-    this.drawSurroundings(description, colours);
+    this.drawForbidden(description, colours);
     const figures = figuresOf(description, row);
     this.drawTask(colours);
     this.drawTrail(colours);
@@ -118,13 +118,22 @@ export class Picture {
     c.stroke();
   }
 
-  private drawSurroundings(description: Description, colours: Palette): void {
+  /** The area as one, with an edge outside alone: where its parts overlap there is none. */
+  private drawReach(colours: Palette): void {
     const c = this.context;
-    c.fillStyle = colours.reach;
-    c.fill(this.reach);
     c.strokeStyle = colours.reachEdge;
-    c.lineWidth = this.pixels(1.2);
-    c.stroke(this.reach);
+    c.lineWidth = this.pixels(1.5);
+    c.stroke(this.reach.lines);
+    c.lineWidth = this.pixels(3);
+    c.stroke(this.reach.area);
+    c.fillStyle = colours.ground;
+    c.fill(this.reach.area);
+    c.fillStyle = colours.reach;
+    c.fill(this.reach.area);
+  }
+
+  private drawForbidden(description: Description, colours: Palette): void {
+    const c = this.context;
     for (const region of description["keep-out"]) {
       const path = polygon(region.corners);
       c.fillStyle = colours.forbidden;
@@ -233,7 +242,11 @@ export class Picture {
   }
 
   private drawCrane(description: Description, figures: Figure[], read: Reader, colours: Palette): void {
-    for (const figure of figures) if (figure.kind === "link") this.beam(figure.line, BEAM, colours);
+    // Each joint moves the link after it; what slides is inside of what it slides in.
+    const links = figures.filter((figure) => figure.kind === "link");
+    const slides = (i: number): boolean => i > 0 && description.joints[i - 1]?.unit === "m";
+    links.forEach((figure, i) => slides(i) && this.beam(figure.line, INNER, colours));
+    links.forEach((figure, i) => slides(i) || this.beam(figure.line, BEAM, colours));
     for (const cylinder of description.cylinders) this.drawCylinder(description, cylinder, figures, read, colours);
     for (const figure of figures) if (figure.kind === "torque-link") this.beam(figure.line, 0.05, colours);
     const c = this.context;
@@ -243,6 +256,7 @@ export class Picture {
         const joint = description.joints[i]!;
         const atLimit = limitOf(joint, read(`joint.${joint.name}.q`)) !== null;
         const [x, z] = figure.line[0]!;
+        if (joint.unit === "m" && !atLimit) return;
         c.beginPath();
         c.arc(x, z, atLimit ? 0.075 : 0.045, 0, 2 * Math.PI);
         c.fillStyle = atLimit ? colours.limit : colours.ground;

@@ -55,15 +55,18 @@ export class Sticks {
   }
 
   private help(tip: boolean): HTMLElement {
+    const ends = [1, 0].map((end) => this.axes.map(({ keys }) => keyName(keys[end]!)).join(" "));
     const lines = [
-      tip ? "Drag the stick: the tip goes where it points." : "Drag the levers: up moves a piston out.",
-      `Keys: ${tip ? "the arrows" : "Q W E up, A S D down"}; with Shift a third as fast.`,
-      "Let go, and the valves close. 1 tip, 2 lever, P pause, 0 reset.",
-    ];
+      [tip ? "Drag the stick: the tip goes where it points." : "Drag the levers: up moves a piston out.", ""],
+      ["Let go, and the valves close.", ""],
+      [`Keys: ${tip ? "the arrows" : `${ends[0]} out, ${ends[1]} in`}; with Shift a third as fast.`, "keys"],
+      ["1 tip, 2 lever, P pause, 0 reset.", "keys"],
+    ] as const;
     const help = document.createElement("div");
     help.className = "help";
-    lines.forEach((line) => {
+    lines.forEach(([line, kind]) => {
       const row = document.createElement("p");
+      row.className = kind;
       row.textContent = line;
       help.append(row);
     });

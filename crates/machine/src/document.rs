@@ -102,6 +102,9 @@ impl Scalar {
     }
 }
 
+/// Characters that errors quote behind the place, at most.
+const LONGEST_EXCERPT: usize = 160;
+
 /// Line and column of a span, counted from one in characters, with the text of the line.
 fn position(file: &SourceFile, span: &Range<usize>) -> FilePosition {
     let text = file.text.as_str();
@@ -115,14 +118,28 @@ fn position(file: &SourceFile, span: &Range<usize>) -> FilePosition {
     while !text.is_char_boundary(end) {
         end -= 1;
     }
+    let column = text[line_start..start].chars().count() + 1;
     FilePosition {
         file: file.name.clone(),
         line: text[..line_start].matches('\n').count() + 1,
-        column: text[line_start..start].chars().count() + 1,
+        column,
         // Tabs would shift the caret away from its column.
-        excerpt: text[line_start..line_end].trim_end().replace('\t', " "),
-        width: text[start..end.max(start)].chars().count(),
+        excerpt: excerpt(text[line_start..line_end].trim_end(), column),
+        width: text[start..end.max(start)].chars().count().min(LONGEST_EXCERPT),
     }
+}
+
+/// A line as errors quote it, up to some way behind `column`; nothing of one that is too long to be read.
+fn excerpt(line: &str, column: usize) -> String {
+    if column > LONGEST_EXCERPT {
+        return String::new();
+    }
+    let most = column + LONGEST_EXCERPT;
+    let mut quoted: String = line.chars().take(most).map(|c| if c == '\t' { ' ' } else { c }).collect();
+    if line.chars().nth(most).is_some() {
+        quoted.push('…');
+    }
+    quoted
 }
 
 /// Parses a file's text into a tree.

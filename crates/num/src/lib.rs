@@ -9,6 +9,8 @@ mod pack;
 mod random;
 mod real;
 pub mod register;
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+pub mod register_wasm;
 #[cfg(target_arch = "x86_64")]
 pub mod register_x86;
 pub mod small;

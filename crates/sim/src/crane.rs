@@ -1,5 +1,6 @@
 //! A machine with `N` joints, ready to be asked.
 
+#[cfg(feature = "batch")]
 use crate::batch::{self, Kernel};
 use crate::bordered::Bordered;
 use crate::controllers::{self, nominal_cylinder};
@@ -145,6 +146,11 @@ impl<const N: usize> Crane<N> {
     /// Whether every piston is inside its cylinder and every linkage closes.
     fn fits(&self, q: &[f64; N]) -> bool {
         self.plant().admissible(&self.plant().mechanics.pose(q))
+    }
+
+    fn write_outputs(&self, oil: Option<&OilTables>, x: &[f64], payload: f64, out: &mut [f64]) {
+        let energy_density = |p| oil.map_or(f64::NAN, |oil| oil.energy_density(p));
+        outputs::evaluate(self.plant(), &self.layout, energy_density, x, payload, out);
     }
 
     fn limit_pairs(&self) -> [[f64; 2]; N] {
@@ -347,6 +353,7 @@ impl<const N: usize> Model for Crane<N> {
         q.iter().zip(&self.safe).all(|(q, [lower, upper])| lower <= q && q <= upper) || self.fits(&q)
     }
 
+    #[cfg(feature = "batch")]
     fn kernel(&self, wanted: Option<&str>) -> Box<dyn Kernel> {
         batch::kernel(self.plant(), &self.layout, wanted)
     }
@@ -355,11 +362,10 @@ impl<const N: usize> Model for Crane<N> {
         &self.outputs
     }
     fn outputs(&self, x: &[f64], payload: f64, out: &mut [f64]) {
-        let oil = self.oil();
-        outputs::evaluate(self.plant(), &self.layout, |p| oil.energy_density(p), x, payload, out);
+        self.write_outputs(Some(self.oil()), x, payload, out);
     }
     fn outputs_without_oil(&self, x: &[f64], payload: f64, out: &mut [f64]) {
-        outputs::evaluate(self.plant(), &self.layout, |_| f64::NAN, x, payload, out);
+        self.write_outputs(None, x, payload, out);
     }
     fn equilibrium(&self, q: &[f64], mode: EquilibriumMode, payload: f64) -> Result<Vec<f64>, PoseError> {
         self.plant().rest(&self.machine, &self.layout, &array::<N>(q), mode, payload)

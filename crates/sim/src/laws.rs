@@ -7,17 +7,17 @@ use crate::layout::Layout;
 use crate::ledger::{powers, LEDGER_PER_CYLINDER};
 use crate::plant::Plant;
 use crate::rhs::Evaluator;
-use hydrocrane_num::Pack;
 #[cfg(target_arch = "x86_64")]
-use hydrocrane_num::{register::Register, register_x86::Avx2, Lanes};
+use hydrocrane_num::register::Register;
+use hydrocrane_num::{register::Handy, Lanes, Pack};
 use hydrocrane_physics::hydraulics::fluid::OilTables;
 
 /// How the cylinders are arranged.
 pub enum Laws<const N: usize> {
-    /// Up to four side by side.
-    #[cfg(target_arch = "x86_64")]
-    Wide(Evaluator<f64, Lanes<Avx2>, N>),
+    /// As many side by side as the register has room for.
+    Wide(Evaluator<f64, Lanes<Handy>, N>),
     /// One after the other.
+    #[cfg(target_arch = "x86_64")]
     Single(Evaluator<f64, f64, N>),
 }
 
@@ -41,16 +41,16 @@ pub struct Powers<'a> {
 impl<const N: usize> Laws<N> {
     pub fn new(plant: &Plant<f64, N>, layout: &Layout) -> Self {
         #[cfg(target_arch = "x86_64")]
-        if Avx2::is_available() {
-            return Laws::Wide(Evaluator::new(plant, layout));
+        if !Handy::is_available() {
+            return Laws::Single(Evaluator::new(plant, layout));
         }
-        Laws::Single(Evaluator::new(plant, layout))
+        Laws::Wide(Evaluator::new(plant, layout))
     }
 
     pub fn plant(&self) -> &Plant<f64, N> {
         match self {
-            #[cfg(target_arch = "x86_64")]
             Laws::Wide(evaluator) => &evaluator.plant,
+            #[cfg(target_arch = "x86_64")]
             Laws::Single(evaluator) => &evaluator.plant,
         }
     }
@@ -58,8 +58,8 @@ impl<const N: usize> Laws<N> {
     /// Writes the state derivative, and the powers if they are wanted.
     pub fn derivative(&self, at: Moment, dx: &mut [f64], ledger: Option<Powers>) {
         match self {
-            #[cfg(target_arch = "x86_64")]
             Laws::Wide(evaluator) => derivative(evaluator, at, dx, ledger),
+            #[cfg(target_arch = "x86_64")]
             Laws::Single(evaluator) => derivative(evaluator, at, dx, ledger),
         }
     }
@@ -67,8 +67,8 @@ impl<const N: usize> Laws<N> {
     /// Writes the state derivative with its slopes, and the powers with theirs if they are wanted.
     pub fn linearise(&self, at: Moment, dx: &mut [f64], ledger: Option<Powers>, slopes: &mut Bordered<f64>) {
         match self {
-            #[cfg(target_arch = "x86_64")]
             Laws::Wide(evaluator) => linearise(evaluator, at, dx, ledger, slopes),
+            #[cfg(target_arch = "x86_64")]
             Laws::Single(evaluator) => linearise(evaluator, at, dx, ledger, slopes),
         }
     }

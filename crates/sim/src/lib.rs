@@ -1,6 +1,7 @@
 //! Simulation: a machine description becomes a plant, the plant a system of ordinary differential equations,
 //! and the system a run with a record, an energy ledger and an outcome.
 
+#[cfg(feature = "batch")]
 pub mod batch;
 mod bordered;
 mod build;

@@ -3,6 +3,7 @@
 //!
 //! Slices of joints, cylinders and states have the lengths that [`Model::layout`] tells; SI units throughout.
 
+#[cfg(feature = "batch")]
 use crate::batch::Kernel;
 use crate::bordered::Bordered;
 use crate::drawing::Shape;
@@ -104,6 +105,7 @@ pub trait Model: Send + Sync {
     fn admissible(&self, x: &[f64]) -> bool;
 
     /// The same machine for groups of cranes, in the widest instruction set of this processor or the one `wanted`.
+    #[cfg(feature = "batch")]
     fn kernel(&self, wanted: Option<&str>) -> Box<dyn Kernel>;
 
     fn output_info(&self) -> &[OutputInfo];
