@@ -49,6 +49,8 @@ class CockpitPage {
   private paused = false;
   private replaying = false;
   private task: TaskName | null = null;
+  /** A task was chosen, and the fresh start that it begins with has not come yet. */
+  private taskWaits = false;
   private timeline: Timeline | null = null;
   private drawnCharts = 0;
   private sinceTrail = 0;
@@ -159,7 +161,10 @@ class CockpitPage {
     this.warnOfVersion(description);
     this.history.begin(description.signals, !fresh);
     this.picture.show(description, !fresh);
-    if (fresh) this.picture.task = null;
+    if (fresh) {
+      this.picture.task = null;
+      this.taskWaits = false;
+    }
     if (this.run) this.showRun(this.run.about, description);
     else this.showControls(description, axes);
     this.charts.rebuild();
@@ -194,12 +199,13 @@ class CockpitPage {
   private setTask(task: TaskName | null): void {
     this.task = task;
     this.picture.task = null;
+    this.taskWaits = task !== null;
     if (task) this.reset();
   }
 
   /** The path begins where the tip is at rest after a fresh start. */
   private followTask(row: Float64Array): void {
-    if (!this.task || !this.description) return;
+    if (!this.task || this.taskWaits || !this.description) return;
     const read = (name: string): number => row[this.history.at(name)]!;
     const tip: Point = [read("tip.x"), read("tip.z")];
     const task = (this.picture.task ??= this.newTask(this.task, tip, this.description));
