@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import ctypes
 import importlib.util
+import json
 import shutil
 import subprocess
 import sys
+import tempfile
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 
+import hydrocrane as hc
 from benches.problem import MAX_STEP, NotAvailable, Problem, Solution, Solver, clocked
 
 CRATE = Path(__file__).resolve().parents[1] / "solvers"
@@ -53,6 +56,17 @@ class Message(ctypes.Structure):
     """Room for one text of the library."""
 
     _fields_ = (("text", ctypes.c_char_p), ("room", ctypes.c_size_t))
+
+
+def machine_file(crane: hc.Machine, folder: Path) -> str:
+    """Where the library finds the machine: by its name, or in a file that says what is changed on it."""
+    if not crane.overrides:
+        return crane.source
+    about = [f'extends = "{crane.source}"', 'machine = { name = "changed", class = "setting", source = "a benchmark" }']
+    changes = [f"{key} = {json.dumps(value)}" for key, value in crane.overrides.items()]
+    path = folder / "changed.toml"
+    path.write_text("\n".join(about + changes), encoding="utf-8")
+    return str(path)
 
 
 @cache
@@ -98,13 +112,14 @@ class Task:
 
     def __init__(self, problem: Problem) -> None:
         self.library, self.shape = library(), (problem.record.size, problem.start.size)
+        self.folder = tempfile.TemporaryDirectory()
         self.text = ctypes.create_string_buffer(ROOM)
         self.message = Message(ctypes.cast(self.text, ctypes.c_char_p), ROOM)
         # Alive as long as the raw task that points at them.
         tables = (problem.start, problem.sizes, problem.times, problem.spools, problem.record)
         kept = [np.ascontiguousarray(table, dtype=float) for table in tables]
         start, sizes, times, spools, record = (table.ctypes.data_as(DOUBLES) for table in kept)
-        machine = problem.crane.source.encode()
+        machine = machine_file(problem.crane, Path(self.folder.name)).encode()
         counts = (len(problem.times), times, spools, problem.record.size, record, problem.end)
         raw = RawTask(machine, problem.payload, problem.start.size, start, sizes, MAX_STEP, *counts)
         self.handle = self.library.prepare(ctypes.byref(raw), ctypes.byref(self.message))
