@@ -112,17 +112,17 @@ class Task:
 
     def __init__(self, problem: Problem) -> None:
         self.library, self.shape = library(), (problem.record.size, problem.start.size)
-        self.folder = tempfile.TemporaryDirectory()
         self.text = ctypes.create_string_buffer(ROOM)
         self.message = Message(ctypes.cast(self.text, ctypes.c_char_p), ROOM)
         # Alive as long as the raw task that points at them.
         tables = (problem.start, problem.sizes, problem.times, problem.spools, problem.record)
         kept = [np.ascontiguousarray(table, dtype=float) for table in tables]
         start, sizes, times, spools, record = (table.ctypes.data_as(DOUBLES) for table in kept)
-        machine = machine_file(problem.crane, Path(self.folder.name)).encode()
         counts = (len(problem.times), times, spools, problem.record.size, record, problem.end)
-        raw = RawTask(machine, problem.payload, problem.start.size, start, sizes, MAX_STEP, *counts)
-        self.handle = self.library.prepare(ctypes.byref(raw), ctypes.byref(self.message))
+        with tempfile.TemporaryDirectory() as folder:
+            machine = machine_file(problem.crane, Path(folder)).encode()
+            raw = RawTask(machine, problem.payload, problem.start.size, start, sizes, MAX_STEP, *counts)
+            self.handle = self.library.prepare(ctypes.byref(raw), ctypes.byref(self.message))
         if not self.handle:
             raise NotAvailable(self.text.value.decode())
 
