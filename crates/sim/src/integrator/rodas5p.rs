@@ -218,9 +218,7 @@ impl Method for Rodas5p {
         self.effort.derivatives += STAGES as u64 - 1;
         let (_, last) = self.shape.split::<{ STAGES - 1 }>(&mut self.k);
         to.error.copy_from_slice(self.shape.parts(last).0);
-        let (x, w) = self.shape.parts(&self.argument);
-        to.x.copy_from_slice(x);
-        to.w.copy_from_slice(w);
+        self.shape.get(&self.argument, &mut to.x, &mut to.w);
         true
     }
 

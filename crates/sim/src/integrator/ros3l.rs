@@ -14,11 +14,10 @@
 use super::rows::wide;
 use super::{Effort, Linearisation, Method, Point, Target};
 use crate::system::System;
-use hydrocrane_num::Real;
 
-pub const STAGES: usize = 3;
+const STAGES: usize = 3;
 /// The root of gamma^3 - 3 gamma^2 + 3/2 gamma - 1/6 between 1/3 and 1/2.
-pub const GAMMA: f64 = 0.435_866_521_508_459;
+const GAMMA: f64 = 0.435_866_521_508_459;
 /// Where the last two stages are, as a share of the step.
 const NODE: f64 = 2.0 * GAMMA;
 const A: f64 = 2.0;
@@ -28,54 +27,9 @@ const C32: f64 = -1.901_285_526_477_801;
 const D: [f64; STAGES] = [GAMMA, 0.564_133_478_491_541, -1.143_449_221_516_972];
 const WEIGHTS: [f64; STAGES] = [2.423_364_536_605_055, 0.920_178_917_478_537_4, 0.503_185_619_126_517_3];
 
-/// Equations x' = f(t, x), linearised where a step starts.
-pub trait Linearised<T> {
-    /// Writes f at the time of the last two stages for the state `x`.
-    fn rate_ahead(&mut self, x: &[T], rate: &mut [T]);
-    /// Replaces `r` by the solution of `(I/(h gamma) - J) k = r`.
-    fn solve(&self, r: &mut [T]);
-}
-
-/// The increments of a step of size `h` from `x` into `k`, whose first comes as f at the start. Quadratures may follow
-/// behind the state in `k`. `argument` is room for a state.
-#[inline(always)]
-pub fn stages<T: Real>(
-    equations: &mut impl Linearised<T>,
-    h: T,
-    x: &[T],
-    time_derivative: Option<&[T]>,
-    k: &mut [Vec<T>; STAGES],
-    argument: &mut [T],
-) {
-    let [first, second, third] = k;
-    let inverse = T::c(1.0) / h;
-    let drift = |k: &mut [T], weight: f64| {
-        for (k, slope) in k.iter_mut().zip(time_derivative.unwrap_or(&[])) {
-            *k += h * *slope * weight;
-        }
-    };
-    drift(first, D[0]);
-    equations.solve(first);
-    for (argument, (x, k)) in argument.iter_mut().zip(x.iter().zip(&*first)) {
-        *argument = *x + *k * A;
-    }
-    equations.rate_ahead(argument, second);
-    third.copy_from_slice(second);
-    for (second, first) in second.iter_mut().zip(&*first) {
-        *second += inverse * *first * C21;
-    }
-    drift(second, D[1]);
-    equations.solve(second);
-    for (third, (first, second)) in third.iter_mut().zip(first.iter().zip(&*second)) {
-        *third += inverse * (*first * C31 + *second * C32);
-    }
-    drift(third, D[2]);
-    equations.solve(third);
-}
-
 /// Where the increments lead from `x`, number `i` of them.
 #[inline(always)]
-pub fn end<T: Real>(x: T, k: &[Vec<T>; STAGES], i: usize) -> T {
+fn end(x: f64, k: &[Vec<f64>; STAGES], i: usize) -> f64 {
     x + k[0][i] * WEIGHTS[0] + k[1][i] * WEIGHTS[1] + k[2][i] * WEIGHTS[2]
 }
 
@@ -107,30 +61,46 @@ impl Ros3l {
             effort: Effort::default(),
         }
     }
+
+    /// The increments of a step of size `h` from `x` into `k`, whose first comes as f at the start.
+    #[inline(always)]
+    fn stages(&mut self, system: &dyn System, t: f64, h: f64, x: &[f64]) {
+        let Ros3l { n, linearisation, time_derivative, driven, k: [first, second, third], argument, .. } = self;
+        let inverse = 1.0 / h;
+        let drift = |k: &mut [f64], weight: f64| {
+            for (k, slope) in k.iter_mut().zip(if *driven { &time_derivative[..] } else { &[] }) {
+                *k += h * *slope * weight;
+            }
+        };
+        drift(first, D[0]);
+        solve(linearisation, h, *n, first);
+        for (argument, (x, k)) in argument.iter_mut().zip(x.iter().zip(&*first)) {
+            *argument = *x + *k * A;
+        }
+        let (dx, dw) = second.split_at_mut(*n);
+        system.derivative(t + NODE * h, argument, dx, dw);
+        third.copy_from_slice(second);
+        for (second, first) in second.iter_mut().zip(&*first) {
+            *second += inverse * *first * C21;
+        }
+        drift(second, D[1]);
+        solve(linearisation, h, *n, second);
+        for (third, (first, second)) in third.iter_mut().zip(first.iter().zip(&*second)) {
+            *third += inverse * (*first * C31 + *second * C32);
+        }
+        drift(third, D[2]);
+        solve(linearisation, h, *n, third);
+    }
 }
 
-/// A system where a step of size `h` starts.
-struct Start<'a> {
-    system: &'a dyn System,
-    linearisation: &'a Linearisation,
-    n: usize,
-    t: f64,
-    h: f64,
-}
-
-impl Linearised<f64> for Start<'_> {
-    fn rate_ahead(&mut self, x: &[f64], rate: &mut [f64]) {
-        let (dx, dw) = rate.split_at_mut(self.n);
-        self.system.derivative(self.t + NODE * self.h, x, dx, dw);
-    }
-
-    /// A quadrature's row needs no solve: nothing depends on it.
-    fn solve(&self, r: &mut [f64]) {
-        let (k, kappa) = r.split_at_mut(self.n);
-        self.linearisation.solve(k);
-        self.linearisation.add_quadrature_slopes(k, kappa);
-        kappa.iter_mut().for_each(|value| *value *= self.h * GAMMA);
-    }
+/// Replaces `r` by the solution of `(I/(h gamma) - J) k = r` with the quadratures behind the `n` states, whose rows need no
+/// solve: nothing depends on them.
+#[inline(always)]
+fn solve(linearisation: &Linearisation, h: f64, n: usize, r: &mut [f64]) {
+    let (k, kappa) = r.split_at_mut(n);
+    linearisation.solve(k);
+    linearisation.add_quadrature_slopes(k, kappa);
+    kappa.iter_mut().for_each(|value| *value *= h * GAMMA);
 }
 
 impl Method for Ros3l {
@@ -155,19 +125,16 @@ impl Method for Ros3l {
         }
         self.start[..self.n].copy_from_slice(from.x);
         self.start[self.n..].copy_from_slice(from.w);
-        let Ros3l { n, linearisation, time_derivative, driven, k, argument, .. } = self;
-        let (k_of_states, k_of_quadratures) = k[0].split_at_mut(*n);
-        k_of_states.copy_from_slice(&linearisation.rate);
-        k_of_quadratures.copy_from_slice(&linearisation.quadrature_rate);
-        let mut start = Start { system, linearisation, n: *n, t, h };
-        let drift = driven.then_some(time_derivative.as_slice());
+        let (k_of_states, k_of_quadratures) = self.k[0].split_at_mut(self.n);
+        k_of_states.copy_from_slice(&self.linearisation.rate);
+        k_of_quadratures.copy_from_slice(&self.linearisation.quadrature_rate);
         wide(
             #[inline(always)]
-            || stages(&mut start, h, from.x, drift, k, argument),
+            || self.stages(system, t, h, from.x),
         );
         self.effort.derivatives += 1;
-        to.x.iter_mut().zip(from.x).enumerate().for_each(|(i, (to, from))| *to = end(*from, k, i));
-        to.w.iter_mut().zip(from.w).enumerate().for_each(|(i, (to, from))| *to = end(*from, k, *n + i));
+        to.x.iter_mut().zip(from.x).enumerate().for_each(|(i, (to, from))| *to = end(*from, &self.k, i));
+        to.w.iter_mut().zip(from.w).enumerate().for_each(|(i, (to, from))| *to = end(*from, &self.k, self.n + i));
         true
     }
 
@@ -239,20 +206,43 @@ mod tests {
         assert!((0..3).all(|i| (sums(gamma)[i] - D[i]).abs() < 1e-14), "{:?}", sums(gamma));
     }
 
-    /// One step of size 1 of x' = f(x) with the slope `j`, from 1.
-    fn step(j: f64, f: fn(f64) -> f64) -> f64 {
-        struct Scalar(f64, fn(f64) -> f64);
-        impl Linearised<f64> for Scalar {
-            fn rate_ahead(&mut self, x: &[f64], rate: &mut [f64]) {
-                rate[0] = self.0.abs() * self.1(x[0]);
-            }
-            fn solve(&self, r: &mut [f64]) {
-                r[0] /= 1.0 / GAMMA - self.0;
-            }
+    /// x' = |j| f(x), linearised with the slope `j`.
+    struct Scalar {
+        j: f64,
+        f: fn(f64) -> f64,
+    }
+
+    impl System for Scalar {
+        fn dimension(&self) -> usize {
+            1
         }
-        let mut k = [vec![j.abs() * f(1.0)], vec![0.0], vec![0.0]];
-        stages(&mut Scalar(j, f), 1.0, &[1.0], None, &mut k, &mut [0.0]);
-        end(1.0, &k, 0)
+        fn quadratures(&self) -> usize {
+            0
+        }
+        fn derivative(&self, _t: f64, x: &[f64], dx: &mut [f64], _dw: &mut [f64]) {
+            dx[0] = self.j.abs() * (self.f)(x[0]);
+        }
+        fn linearise(&self, _t: f64, x: &[f64], at: &mut Linearisation) {
+            at.rate[0] = self.j.abs() * (self.f)(x[0]);
+            at.dense(0).0[0] = self.j;
+        }
+        fn time_derivative(&self, _t: f64, _x: &[f64], _dfdt: &mut [f64]) -> bool {
+            false
+        }
+        fn admissible(&self, _x: &[f64]) -> bool {
+            true
+        }
+        fn scales(&self) -> &[f64] {
+            &[1.0]
+        }
+    }
+
+    /// One step of size 1 from 1.
+    fn step(j: f64, f: fn(f64) -> f64) -> f64 {
+        let (scalar, mut method, mut target) = (Scalar { j, f }, Ros3l::new(1, 0), Target::new(1, 0));
+        method.begin(&scalar, 0.0, &[1.0]);
+        assert!(method.attempt(&scalar, 0.0, 1.0, Point { x: &[1.0], w: &[] }, &mut target));
+        target.x[0]
     }
 
     #[test]

@@ -56,6 +56,14 @@ impl Shape {
         w.copy_from_slice(quadratures);
     }
 
+    /// Copies the numbers of `row` to where they are wanted.
+    #[inline(always)]
+    pub fn get(&self, row: &[Block], states: &mut [f64], quadratures: &mut [f64]) {
+        let (x, w) = self.parts(row);
+        states.copy_from_slice(x);
+        quadratures.copy_from_slice(w);
+    }
+
     /// The first `J` of `rows`, and the one behind them.
     #[inline(always)]
     pub fn split<'a, const J: usize>(&self, rows: &'a mut [Block]) -> ([&'a [Block]; J], &'a mut [Block]) {

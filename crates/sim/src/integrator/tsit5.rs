@@ -101,9 +101,7 @@ impl Method for Tsit5 {
         );
         self.effort.derivatives += STAGES as u64 - 1;
         self.step = h;
-        let (x, w) = self.shape.parts(&self.argument);
-        to.x.copy_from_slice(x);
-        to.w.copy_from_slice(w);
+        self.shape.get(&self.argument, &mut to.x, &mut to.w);
         let slopes = self.shape.all::<STAGES>(&self.k);
         self.shape.write(&mut to.error, &mut [], |i| sum(&ERROR, &slopes, i).map(|error| h * error));
         true
