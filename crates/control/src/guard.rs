@@ -47,9 +47,8 @@ impl<const N: usize> Guard<N> {
     }
 
     /// Tells the monitor where the spools are sent.
-    fn note(&mut self, t: f64, command: &[f64]) {
-        let spools = std::array::from_fn(|c| (self.spool_of)(c, command.get(c).copied().unwrap_or(0.0)));
-        self.monitor.sent(t, spools);
+    fn note(&mut self, t: f64, command: [f64; N]) {
+        self.monitor.sent(t, std::array::from_fn(|c| (self.spool_of)(c, command[c])));
     }
 }
 
@@ -75,13 +74,13 @@ impl<const N: usize> Controller for Guard<N> {
         }
         if self.holding {
             spool.fill(0.0);
-            self.note(measured.t, spool);
+            self.note(measured.t, [0.0; N]);
             return Ok(());
         }
         let answer = self.inner.step(measured, stick, spool);
         let usable = answer.is_ok() && spool.iter().all(|u| u.is_finite());
-        let sent: Vec<f64> = spool.iter().map(|u| if usable { *u } else { 0.0 }).collect();
-        self.note(measured.t, &sent);
+        let sent = |c: usize| spool.get(c).copied().filter(|_| usable).unwrap_or(0.0);
+        self.note(measured.t, std::array::from_fn(sent));
         answer
     }
 

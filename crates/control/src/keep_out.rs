@@ -8,11 +8,14 @@
 //! another edge becomes the nearest.
 
 use crate::slow_down::allowed;
+use hydrocrane_num::Vec2;
 
 /// A polygon in the plane of the crane, convex or not, its corners in either sense, m.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Region {
     edges: Vec<Edge>,
+    /// Least and greatest x and z of the corners, m.
+    extent: [[f64; 2]; 2],
 }
 
 /// From one corner to the next, m.
@@ -57,7 +60,18 @@ impl Region {
         let twice_the_area: f64 = pairs().map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum();
         // Counter-clockwise, x to the right and z up, the region lies to the left of its edges.
         let sense = if twice_the_area < 0.0 { -1.0 } else { 1.0 };
-        Region { edges: pairs().map(|(from, to)| Edge::new(from, to, sense)).collect() }
+        let along = |axis: usize| {
+            corners.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], corner| {
+                [low.min(corner[axis]), high.max(corner[axis])]
+            })
+        };
+        let extent = [along(0), along(1)];
+        Region { edges: pairs().map(|(from, to)| Edge::new(from, to, sense)).collect(), extent }
+    }
+
+    /// Whether the region is surely farther away than `reach` (m).
+    fn beyond(&self, place: [f64; 2], reach: f64) -> bool {
+        (0..2).any(|i| place[i] < self.extent[i][0] - reach || place[i] > self.extent[i][1] + reach)
     }
 
     /// By the number of edges that a ray from the place crosses.
@@ -86,6 +100,10 @@ impl Region {
 
     /// What must not be neared further: every edge from outside, the nearest one from inside.
     fn slowest(&self, keep: &KeepOut, place: [f64; 2], velocity: [f64; 2]) -> f64 {
+        // So far away the law allows any direction.
+        if self.beyond(place, keep.margin + Vec2::<f64>::c(velocity).norm() / keep.rate) {
+            return 1.0;
+        }
         if self.contains(place) {
             return keep.share(&self.clearance(place), velocity);
         }
@@ -110,7 +128,7 @@ impl KeepOut {
         let [vx, vz] = velocity;
         let away = vx * border.normal[0] + vz * border.normal[1];
         let [least, _] = allowed(border.distance, [self.margin, f64::INFINITY], self.rate);
-        if away >= least.min(-ALONG * vx.hypot(vz)) {
+        if away >= least.min(-ALONG * Vec2::<f64>::c(velocity).norm()) {
             1.0
         } else {
             least / away

@@ -68,6 +68,11 @@ impl<const N: usize> Nominal<N> {
         Posture { tip: [tip.x, tip.z], jacobian, stroke: strokes.map(|s| s.0), gain: strokes.map(|s| s.1) }
     }
 
+    /// Piston position (m) per cylinder, and dx/dq.
+    pub fn strokes(&self, q: &[f64; N]) -> [(f64, f64); N] {
+        std::array::from_fn(|c| self.actuations[c].stroke(&self.mechanics.joints[c].pose(q[c])))
+    }
+
     /// Cylinder forces, friction left out, that carry the crane at the joint rates `qd` held constant, N.
     pub fn cylinder_force(&self, q: &[f64; N], qd: &[f64; N]) -> [f64; N] {
         let pose = self.mechanics.pose(q);

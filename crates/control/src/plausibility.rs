@@ -143,11 +143,12 @@ impl<const N: usize> Monitor<N> {
     pub fn check(&mut self, m: &Measurement) -> Vec<(Signal, Kind)> {
         let q: [f64; N] = std::array::from_fn(|i| m.q.get(i).copied().unwrap_or(f64::NAN));
         // One unreadable joint must not hide the strokes of the others.
-        let posture = self.nominal.posture(&q.map(|q| if q.is_finite() { q } else { 0.0 }));
+        let strokes = self.nominal.strokes(&q.map(|q| if q.is_finite() { q } else { 0.0 }));
         let mut found = Vec::new();
         for c in 0..N {
-            let moment = Moment { stroke: posture.stroke[c], p: m.p.get(c).copied().unwrap_or([f64::NAN; 2]) };
-            let scatter = self.settings.scatter[c] * posture.gain[c].abs();
+            let (stroke, gain) = strokes[c];
+            let moment = Moment { stroke, p: m.p.get(c).copied().unwrap_or([f64::NAN; 2]) };
+            let scatter = self.settings.scatter[c] * gain.abs();
             let mut wrong = self.beyond(c, q[c], &moment);
             let passage = if wrong.is_empty() { self.advance(m.t, c, q[c], moment, scatter) } else { None };
             if !wrong.is_empty() {
@@ -183,7 +184,9 @@ impl<const N: usize> Monitor<N> {
         let s = &self.settings;
         let joint = judge(Signal::Joint(c), q, within(q, s.joints[c]) && within(now.stroke, s.strokes[c]));
         let pressure = |i: usize| judge(Signal::Pressure(c, i), now.p[i], within(now.p[i], s.pressures[c]));
-        joint.into_iter().chain(pressure(0)).chain(pressure(1)).collect()
+        let mut wrong = Vec::new();
+        [joint, pressure(0), pressure(1)].into_iter().for_each(|one| wrong.extend(one));
+        wrong
     }
 
     /// Goes on to a sample; nothing where it is the first or follows too soon.

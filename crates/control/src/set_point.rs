@@ -9,6 +9,7 @@ use crate::keep_out::KeepOut;
 use crate::nominal::{Nominal, Posture};
 use crate::redundancy::{resolve, Motion, Preference, Task};
 use crate::slow_down::joint_rates;
+use hydrocrane_num::Vec2;
 
 /// How the reference moves.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,26 +40,37 @@ pub struct Reference<const N: usize> {
     /// Of the commanded speed, how much the joints allow.
     pub scale: f64,
     lags: [[f64; 2]; 2],
+    /// Share by which a lag goes on in a period, and the period, s.
+    lag_share: f64,
+    period: f64,
     leaders: [bool; N],
 }
 
 impl<const N: usize> Reference<N> {
-    /// At rest at `q`.
-    pub fn at(nominal: &Nominal<N>, q: [f64; N]) -> Self {
+    /// At rest at `q`, to be moved on once per `period` (s).
+    pub fn at(nominal: &Nominal<N>, shape: &Shape<N>, period: f64, q: [f64; N]) -> Self {
         let posture = nominal.posture(&q);
         let revolute = nominal.mechanics.joints.map(|j| j.revolute);
         let rank = |i: usize| revolute[..i].iter().filter(|&&r| r).count();
         // Without two revolute joints every joint leads.
         let few = rank(N) < 2;
         let leaders = std::array::from_fn(|i| few || revolute[i] && rank(i) < 2);
-        let lags = [[0.0; 2]; 2];
-        Reference { set_point: posture.tip, q, rates: [0.0; N], posture, scale: 1.0, lags, leaders }
+        Reference {
+            set_point: posture.tip,
+            q,
+            rates: [0.0; N],
+            posture,
+            scale: 1.0,
+            lags: [[0.0; 2]; 2],
+            lag_share: 1.0 - (-shape.stick_bandwidth * period).exp(),
+            period,
+            leaders,
+        }
     }
 
     /// Speed of the set-point before it is scaled, m/s.
     pub fn speed(&self) -> f64 {
-        let [x, z] = self.lags[1];
-        x.hypot(z)
+        Vec2::<f64>::c(self.lags[1]).norm()
     }
 
     /// Whether the set-point still moves or shall move.
@@ -72,20 +84,19 @@ impl<const N: usize> Reference<N> {
         &mut self,
         nominal: &Nominal<N>,
         shape: &Shape<N>,
-        period: f64,
         wish: [f64; 2],
         observed: &[f64; N],
         piston: &[[f64; 2]; N],
     ) {
         // The stick as well as its lags: lags wound up at a border would hold the tip there after the stick has turned away.
-        self.shape_stick(shape, period, shape.keep_out.slowed(self.set_point, wish));
+        self.shape_stick(shape.keep_out.slowed(self.set_point, wish));
         for i in (0..N).filter(|&i| !self.leaders[i]) {
             self.q[i] = observed[i];
         }
         let posture = nominal.posture(&self.q);
         let correction = std::array::from_fn(|r| shape.path_rate * (self.set_point[r] - posture.tip[r]));
         let velocity = shape.keep_out.slowed(self.set_point, self.lags[1]);
-        let speed = velocity[0].hypot(velocity[1]);
+        let speed = Vec2::<f64>::c(velocity).norm();
         let bounds = joint_rates(nominal, &posture, &self.q, piston, shape.limit_rate);
         let prefer = Preference {
             weights: std::array::from_fn(|i| {
@@ -100,19 +111,18 @@ impl<const N: usize> Reference<N> {
         };
         let Motion { rates, scale } = resolve(&posture.jacobian, &Task { velocity, correction }, &prefer);
         for r in 0..2 {
-            self.set_point[r] += scale * velocity[r] * period;
+            self.set_point[r] += scale * velocity[r] * self.period;
         }
         for i in 0..N {
-            self.q[i] += rates[i] * period;
+            self.q[i] += rates[i] * self.period;
         }
         (self.rates, self.scale, self.posture) = (rates, scale, posture);
     }
 
-    fn shape_stick(&mut self, shape: &Shape<N>, period: f64, wish: [f64; 2]) {
-        let share = 1.0 - (-shape.stick_bandwidth * period).exp();
+    fn shape_stick(&mut self, wish: [f64; 2]) {
         for r in 0..2 {
-            self.lags[0][r] += share * (wish[r] - self.lags[0][r]);
-            self.lags[1][r] += share * (self.lags[0][r] - self.lags[1][r]);
+            self.lags[0][r] += self.lag_share * (wish[r] - self.lags[0][r]);
+            self.lags[1][r] += self.lag_share * (self.lags[0][r] - self.lags[1][r]);
         }
     }
 

@@ -9,6 +9,7 @@ use crate::feed_forward::{Mains, Moment};
 use crate::nominal::{Nominal, Posture};
 use crate::set_point::{Reference, Shape};
 use crate::slow_down::{checked, checked_stick};
+use hydrocrane_num::Vec2;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings<const N: usize> {
@@ -42,20 +43,21 @@ impl<const N: usize> Tip<N> {
         Tip { nominal, settings, state: None }
     }
 
-    fn begin(&self, q: [f64; N], p: &[[f64; 2]; N]) -> State<N> {
-        let n = &self.nominal;
-        let reference = Reference::at(n, q);
+}
+
+impl<const N: usize> State<N> {
+    /// At rest, as first measured.
+    fn at(n: &Nominal<N>, s: &Settings<N>, q: [f64; N], p: &[[f64; 2]; N]) -> Self {
+        let reference = Reference::at(n, &s.shape, s.period, q);
         let load = n.cylinder_force(&q, &[0.0; N]);
         let mains = Mains { supply: n.supply, tank: n.tank };
         let drives = std::array::from_fn(|c| {
             let moment = Moment { stroke: reference.posture.stroke[c], p: p[c] };
-            Drive::at(n.cylinders[c], n.fluid, mains, self.settings.drive, self.settings.period, moment, load[c])
+            Drive::at(n.cylinders[c], n.fluid, mains, s.drive, s.period, moment, load[c])
         });
-        State { reference, drives, still: self.settings.settling }
+        State { reference, drives, still: s.settling }
     }
-}
 
-impl<const N: usize> State<N> {
     /// Joint coordinates as observed.
     fn observed(&self, q: &[f64; N], measured: &Posture<N>) -> [f64; N] {
         std::array::from_fn(|i| {
@@ -74,7 +76,7 @@ impl<const N: usize> State<N> {
         let tip: [f64; 2] = std::array::from_fn(|r| {
             measured.tip[r] + (0..N).map(|i| measured.jacobian[r][i] * (observed[i] - q[i])).sum::<f64>()
         });
-        let lag = (self.reference.set_point[0] - tip[0]).hypot(self.reference.set_point[1] - tip[1]);
+        let lag = (Vec2::<f64>::c(self.reference.set_point) - Vec2::c(tip)).norm();
         (2.0 - 2.0 * lag / lag_limit).clamp(0.0, 1.0)
     }
 
@@ -94,14 +96,14 @@ impl<const N: usize> State<N> {
         let rest = self.still >= s.settling;
         let target: [f64; N];
         if rest {
-            target = nominal.posture(&self.reference.q).stroke;
+            target = nominal.strokes(&self.reference.q).map(|(stroke, _)| stroke);
             self.reference.stand();
         } else {
             let observed = self.observed(q, &measured);
             let waiting = self.governor(q, &measured, &observed, s.lag_limit);
             let wish = wish.map(|w| w * waiting);
             let ranges = std::array::from_fn(|c| self.drives[c].range());
-            self.reference.advance(nominal, &s.shape, s.period, wish, &observed, &ranges);
+            self.reference.advance(nominal, &s.shape, wish, &observed, &ranges);
             target = self.reference.posture.stroke;
         }
         let rates = self.reference.rates;
@@ -119,15 +121,14 @@ impl<const N: usize> Controller for Tip<N> {
     }
 
     fn reset(&mut self, first: &Measurement) {
-        self.state = checked::<N>(first).ok().map(|(q, p)| self.begin(q, &p));
+        self.state = checked::<N>(first).ok().map(|(q, p)| State::at(&self.nominal, &self.settings, q, &p));
     }
 
     fn step(&mut self, measured: &Measurement, stick: Stick, spool: &mut [f64]) -> Result<(), Fault> {
         let (q, p) = checked::<N>(measured)?;
         let wish = checked_stick(stick)?.map(|s| s * self.settings.full_speed);
-        let mut state = self.state.take().unwrap_or_else(|| self.begin(q, &p));
+        let state = self.state.get_or_insert_with(|| State::at(&self.nominal, &self.settings, q, &p));
         let command = state.step(&self.nominal, &self.settings, &q, &p, wish);
-        self.state = Some(state);
         if command.iter().any(|u| !u.is_finite()) {
             self.state = None;
             return Err(Fault::Failed("the spool command is not a finite number; tip control starts anew".to_string()));

@@ -27,6 +27,11 @@ impl Interval {
         Interval { low: value - half, high: value + half }
     }
 
+    /// From the one value to the other, whichever is less.
+    pub fn spanning(a: f64, b: f64) -> Self {
+        Interval { low: a.min(b), high: a.max(b) }
+    }
+
     /// The smallest that holds all of `values`.
     pub fn hull(values: impl IntoIterator<Item = f64>) -> Self {
         values.into_iter().fold(Interval::NONE, Interval::with)
@@ -42,7 +47,7 @@ impl Interval {
     }
 
     pub fn times(self, factor: f64) -> Self {
-        Interval::hull([factor * self.low, factor * self.high])
+        Interval::spanning(factor * self.low, factor * self.high)
     }
 
     /// Each end moved outwards by `margin`, and by `share` of its size.
@@ -57,7 +62,7 @@ impl Interval {
 
     /// What two intervals share, or the space between them.
     pub fn between(&self, other: &Interval) -> Self {
-        Interval::hull([self.low.max(other.low), self.high.min(other.high)])
+        Interval::spanning(self.low.max(other.low), self.high.min(other.high))
     }
 
     pub fn middle(&self) -> f64 {
@@ -108,7 +113,7 @@ pub fn testimonies(
     trust: &Trust,
 ) -> [Testimony; 2] {
     let ranges: [Interval; 2] = std::array::from_fn(|i| {
-        let seen = Interval::hull([before.p[i], now.p[i]]).widened(trust.pressure[i], 0.0);
+        let seen = Interval::spanning(before.p[i], now.p[i]).widened(trust.pressure[i], 0.0);
         // A transmitter reads zero for any vacuum.
         if seen.low <= 0.0 {
             Interval { low: seen.low.min(fluid.vacuum), ..seen }
@@ -119,7 +124,7 @@ pub fn testimonies(
     let [q1, q2] = flows(c, mains, spool, &ranges);
     let leaked = c.leakage.flows(ranges[0].middle(), ranges[1].middle(), mains.tank);
     // Of the seals' gaps little is known but the sense of their flow.
-    let (internal, external) = (Interval::hull([0.0, 2.0 * leaked.0]), Interval::hull([0.0, 2.0 * leaked.1]));
+    let (internal, external) = (Interval::spanning(0.0, 2.0 * leaked.0), Interval::spanning(0.0, 2.0 * leaked.1));
     let inflow = [
         q1.widened(0.0, trust.flow).plus(internal.times(-1.0)),
         q2.widened(0.0, trust.flow).plus(internal.times(-1.0)).plus(external),
@@ -160,8 +165,14 @@ fn flows(c: &NominalCylinder, mains: &Mains, spool: Interval, p: &[Interval; 2])
 
 /// 1/E over a range of pressures, 1/Pa.
 fn softness(fluid: &Fluid<f64>, p: &Interval) -> Interval {
-    let zero = (p.low < 0.0 && p.high > 0.0).then_some(0.0);
-    Interval::hull([p.low, p.high].into_iter().chain(zero).map(|p| 1.0 / fluid.bulk_modulus(p)))
+    let at = |p: f64| 1.0 / fluid.bulk_modulus(p);
+    let ends = Interval::spanning(at(p.low), at(p.high));
+    // The law bends at zero.
+    if p.low < 0.0 && p.high > 0.0 {
+        ends.with(at(0.0))
+    } else {
+        ends
+    }
 }
 
 #[cfg(test)]

@@ -1,4 +1,5 @@
-//! What a closed loop costs: the laboratory crane under a controller at 100 Hz, ideal sensors, without Python around it.
+//! What a closed loop costs: the laboratory crane under a controller at 100 Hz and its monitor, ideal sensors, without Python
+//! around it.
 //!
 //! `cargo bench -p hydrocrane-sim --bench closed_loop`. The tip error is the largest distance at any sample from the same
 //! loop with `rodas5p` at 1e-11. The shortest of many rounds counts: the load of the computer only ever adds.
@@ -76,7 +77,7 @@ impl<'a> Loop<'a> {
     }
 
     fn controller(&self) -> Box<dyn Controller> {
-        self.model.controller(self.name).expect("a controller's name")
+        self.model.monitored(self.model.controller(self.name).expect("a controller's name"), 0.0)
     }
 
     fn run(&self, controller: &mut dyn Controller, method: &str, rtol: f64, step: f64) -> SampledRun {
