@@ -42,7 +42,6 @@ impl<const N: usize> Tip<N> {
     pub fn new(nominal: Nominal<N>, settings: Settings<N>) -> Self {
         Tip { nominal, settings, state: None }
     }
-
 }
 
 impl<const N: usize> State<N> {
