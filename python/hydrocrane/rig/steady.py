@@ -33,21 +33,38 @@ def steady_motion(crane: Machine, velocity: float, *, payload: float | None = No
     InputError
         Where the valve or the supply cannot.
     """
-    from scipy.optimize import root
-
     speed = real_array(velocity, "velocity")
     if speed.ndim or speed == 0:
         raise InputError(f"velocity must be one number other than zero, in m/s; got {velocity!r}")
     balance = _Balance(crane, float(speed), crane.payload(payload))
-    found = root(balance.residual, balance.guess(), tol=1e-12)
-    p1, p2, spool = found.x * balance.scale
-    stroke = float(crane.spool_strokes[0])
-    if not np.abs(balance.residual(found.x)).max() < 1e-6 or abs(spool) > stroke or min(p1, p2) < 0:
+    found = balance.solution(balance.guess())
+    faster = 1
+    # Where leakage takes most of the flow the guess is poor: come from faster motions, where it is better.
+    while found is None and faster < FASTEST:
+        faster *= 2
+        found = _slowed(crane, float(speed), balance.payload, faster)
+    if found is None:
         raise InputError(
             f"{crane.name} cannot move {float(speed):g} m/s steadily with {balance.payload:g} kg at"
             f" {crane.supply_pressure / 1e5:g} bar; ask for a slower motion or raise supply.pressure"
         )
+    p1, p2, spool = found
     return SteadyMotion(float(speed), float(spool), float(p1), float(p2), balance.friction)
+
+
+# How many times faster a motion may be from which a slow one is found.
+FASTEST = 64
+
+
+def _slowed(crane: Machine, velocity: float, payload: float, faster: int) -> Array | None:
+    """Pressures (Pa) and spool (m) at `velocity`, found from those `faster` times as fast, halving the speed."""
+    balance = _Balance(crane, faster * velocity, payload)
+    found = balance.solution(balance.guess())
+    while found is not None and faster > 1:
+        faster //= 2
+        balance = _Balance(crane, faster * velocity, payload)
+        found = balance.solution(found * [1.0, 1.0, 0.5] / balance.scale)
+    return found
 
 
 class _Balance:
@@ -78,6 +95,16 @@ class _Balance:
             p1 = (supply * a2 + self.force) / (a1 + a2 / ratio)
             p2 = supply - p1 / ratio
         return np.array([p1 / 1e5, p2 / 1e5, np.sign(self.velocity)])
+
+    def solution(self, guess: Array) -> Array | None:
+        """Both pressures (Pa) and the spool (m), if they are found from the `guess` and can be."""
+        from scipy.optimize import root
+
+        found = root(self.residual, guess, tol=1e-12)
+        p1, p2, spool = values = found.x * self.scale
+        solved = np.abs(self.residual(found.x)).max() < 1e-6
+        possible = abs(spool) <= float(self.crane.spool_strokes[0]) and min(p1, p2) >= 0
+        return np.asarray(values) if solved and possible else None
 
     def residual(self, unknowns: Array) -> Array:
         p1, p2, spool = values = unknowns * self.scale
