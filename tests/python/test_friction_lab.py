@@ -176,6 +176,22 @@ def test_zeros_come_off_and_their_errors_are_honest():
     assert done.force_error(rig_) == pytest.approx(np.hypot(done.errors["p1"] * 2e-3, done.errors["p2"] * 1e-3))
 
 
+def test_zeros_of_rounded_readings_are_as_far_off_as_stated():
+    """Wherever the zero falls within a converter's step; the levels after it tell the noise."""
+    off, stated = [], []
+    time, step, noise = np.arange(0.0, 22.0, 0.01), 12e3, 3e3
+    level = np.floor(0.5 * time)
+    for seed in range(80):
+        rng = np.random.default_rng(seed)
+        zeros = rng.uniform(-step, step, 2)
+        pressure = np.outer([1.0, 0.7], level * 4.1e5) + zeros[:, None] + noise * rng.normal(size=(2, time.size))
+        p1, p2 = np.round(pressure / step) * step
+        done = zero_calibrated(Log.of({"time": time, "x": 0.01 * np.maximum(time - 2.0, 0.0), "p1": p1, "p2": p2}), 2.0)
+        off += list(np.array([done.zeros["p1"], done.zeros["p2"]]) - zeros)
+        stated += list(done.errors.values())
+    assert np.std(off) == pytest.approx(np.sqrt(np.mean(np.square(stated))), rel=0.2)
+
+
 @pytest.mark.parametrize(
     ("call", "words"),
     [
