@@ -26,7 +26,9 @@ from hydrocrane.signals import (
     resample,
     steady_windows,
 )
-from hydrocrane.signals.statistics import correlation_samples, fitted_line, rounding_bias
+from hydrocrane.signals.rounding import noise_before_rounding, rounding_bias
+from hydrocrane.signals.statistics import correlation_samples, fitted_line
+from hydrocrane.signals.steadiness import mean_force, motion_of
 
 ROOT = Path(__file__).resolve().parents[2]
 RIG = hc.load_machine("single-cylinder")
@@ -123,6 +125,58 @@ def test_correlation_and_rounding():
     places = np.linspace(0, 1, 21)[:-1]
     errors = [np.mean(np.round(p + rng.normal(0, 0.25, 20000))) - p for p in places]
     assert np.std(errors) == pytest.approx(rounding_bias(0.25, 1.0), rel=0.2)
+    # And of one that changes steadily meanwhile.
+    errors = [np.mean(np.round(p + np.linspace(0, 3.5, 20000))) - p - 1.75 for p in places]
+    assert 0.5 * rounding_bias(0.0, 1.0, 3.5) < np.std(errors) < 1.1 * rounding_bias(0.0, 1.0, 3.5)
+
+
+def rounded(places, noise, rng, samples=1500):
+    """Readings of a signal that stands at some places within steps of one, (places * samples,)."""
+    return np.round(np.repeat(places, samples) + rng.normal(0, noise, len(places) * samples))
+
+
+def test_noise_before_a_converter_wherever_the_signal_stands():
+    """Neither a long stay in the middle of a code, where no reading differs, nor one at its edge misleads."""
+    rng = np.random.default_rng(4)
+    for stay in (0.0, 0.5):
+        places = np.concatenate([np.full(20, stay), np.arange(12) + rng.uniform(0, 1, 12)])
+        found = noise_before_rounding(rounded(places, 0.35, rng))
+        assert found.step == 1.0 and found.sigma == pytest.approx(0.35, rel=0.15)
+    assert noise_before_rounding(rounded(np.arange(12) + 0.2, 0.02, rng)) == Noise(0.0, 1.0)
+    plain = rng.normal(size=3000)
+    assert noise_before_rounding(plain) == noise_of(plain) and noise_before_rounding(plain[:20]).sigma > 0.3
+
+
+@pytest.mark.parametrize("noise", [0.05, 0.25, 0.33])
+def test_means_of_rounded_readings_are_as_far_off_as_stated(noise):
+    """Over all places within a step: no error is stated that is not there, and none is missing."""
+    rng, off, stated = np.random.default_rng(5), [], []
+    time = np.arange(1500) * 0.02
+    for _ in range(25):
+        places = np.arange(16) + rng.uniform(0, 1, 16)
+        readings = rounded(places, noise, rng)
+        known = noise_before_rounding(readings)
+        for place, values in zip(places, readings.reshape(16, -1)):
+            mean, error, _ = mean_force(time, values, [(values, known, 1.0)])
+            off.append(mean - place)
+            stated.append(error)
+    assert np.std(off) == pytest.approx(np.sqrt(np.mean(np.square(stated))), rel=0.25)
+
+
+@pytest.mark.parametrize(("noise", "least"), [(0.0, 0.5), (0.16, 0.83)])
+def test_velocities_of_rounded_positions_are_as_far_off_as_stated(noise, least):
+    """A slow piston crosses the steps of a converter whose noise neighbouring samples do not show.
+
+    The last, broken crossing is taken at its worst; without noise nothing makes the staircase random.
+    """
+    rng, scores = np.random.default_rng(6), []
+    time = np.arange(3000) * 0.02
+    for _ in range(200):
+        speed = rng.uniform(0.2, 0.6)
+        x = np.round(rng.uniform(0, 1) + speed * time + rng.normal(0, noise, time.size))
+        found = motion_of(time, x, Noise(0.0, 1.0))
+        scores.append((found.velocity - speed) / found.error)
+    assert least < np.std(scores) < 1.1
 
 
 # --- filters --------------------------------------------------------------------------------------------------------

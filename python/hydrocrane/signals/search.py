@@ -12,6 +12,7 @@ from hydrocrane.logs.noise import noise_of
 from hydrocrane.machine import Machine
 from hydrocrane.signals.friction import RigParameters, pressure_force, steady_friction
 from hydrocrane.signals.resample import unbroken
+from hydrocrane.signals.rounding import noise_before_rounding
 from hydrocrane.signals.segments import LEAST_SAMPLES, command_changes, straight_pieces
 from hydrocrane.signals.steadiness import (
     MARGIN,
@@ -121,9 +122,8 @@ class _Reader:
         self.friction = steady_friction(log, rig, load_cell=load_cell)
         self.pressure_force = pressure_force(log, rig)
         self.parts = [log["p1"] * rig.piston_area, log["p2"] * rig.rod_area]
-        self.noises = {"p1": (noise_of(log["p1"]), rig.piston_area), "p2": (noise_of(log["p2"]), rig.rod_area)}
-        if load_cell:
-            self.noises["force"] = (noise_of(log["force"]), 1.0)
+        factors = {"p1": rig.piston_area, "p2": rig.rod_area} | ({"force": 1.0} if load_cell else {})
+        self.noises = {name: (noise_before_rounding(log[name]), factor) for name, factor in factors.items()}
         self.bad = log.spoilt(*self.noises, "x")
         self.jumps = set(_jumps(log))
         self.pieces = pieces
@@ -216,7 +216,7 @@ class _Reader:
         if swing > OSCILLATION_SHARE * abs(motion.velocity):
             share = swing / abs(motion.velocity)
             return f"velocity swings by {share:.0%} at {frequency:.3g} Hz, so that friction is no single value"
-        readings = [(self.log[name][a:b], noise.step, factor) for name, (noise, factor) in self.noises.items()]
+        readings = [(self.log[name][a:b], noise, factor) for name, (noise, factor) in self.noises.items()]
         force, error, effective = mean_force(time, self.friction[a:b], readings)
         return Window(
             start=float(time[0]),

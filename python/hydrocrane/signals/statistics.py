@@ -51,16 +51,3 @@ def fitted_line(time: Array, values: Array) -> Line:
     variance = float(residual @ residual) / max(values.size - 2 * correlated, 1.0)
     mean_error = float(np.sqrt(variance / effective))
     return Line(mean, slope, mean_error, float(np.sqrt(variance * correlated / spread)), residual, effective)
-
-
-def rounding_bias(sigma: float, step: float) -> float:
-    """Error that a converter's rounding leaves in a mean, as a standard deviation.
-
-    Noise of standard deviation `sigma` before a converter of `step` smooths its staircase: the first harmonic of the
-    rounding error, amplitude step/pi, fades as exp(-2 pi^2 sigma^2 / step^2) (Widrow and Kollar, Quantization Noise,
-    2008).
-    """
-    if step <= 0.0:
-        return 0.0
-    faded = step / (np.pi * np.sqrt(2.0)) * np.exp(-2.0 * (np.pi * sigma / step) ** 2)
-    return float(min(step / np.sqrt(12.0), faded))

@@ -8,7 +8,8 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 from hydrocrane.logs.noise import Noise
-from hydrocrane.signals.statistics import fitted_line, rounding_bias
+from hydrocrane.signals.rounding import rounding_bias
+from hydrocrane.signals.statistics import fitted_line
 
 # Share of a piece at its end that may already belong to what follows.
 MARGIN = 0.05
@@ -83,17 +84,20 @@ def motion_of(time: Array, x: Array, noise: Noise) -> Motion:
 def _staircase(residual: Array, travel: float, noise: Noise) -> float | None:
     """Standard deviation, m, of a travel found by least squares where rounding is a wave; None where it is not.
 
-    As a wave in time it must not count as correlated noise too. One of amplitude a, k periods and unknown phase adds
+    As a wave in time it must not count as noise too. One of amplitude a, k periods and unknown phase adds up to
     6 a / (pi k) times a cosine; the first harmonic of the staircase, faded by noise, is that of :func:`rounding_bias`.
+    Over several steps the residuals are those of rounding and noise together, also where neighbouring samples fall on
+    one code and show none.
     """
     crossed = travel / noise.step if noise.step else 0.0
     spread = float(np.std(residual))
     if crossed < CROSSINGS or residual.size < SAMPLED * crossed or spread > EXPLAINED * noise.total:
         return None
-    # Noise makes rounding random in part, so that all of the residuals count as white.
-    sigma = max(spread, noise.sigma)
-    wave = 6.0 / np.pi * rounding_bias(noise.sigma, noise.step) / crossed
-    return float(np.hypot(sigma * np.sqrt(12.0 / residual.size), wave))
+    sigma = noise.sigma or float(np.sqrt(max(spread**2 - noise.step**2 / 12.0, 0.0)))
+    harmonic = rounding_bias(sigma, noise.step)
+    # Noise makes the rest of the rounding random.
+    white = np.sqrt(max(spread**2 - harmonic**2, sigma**2))
+    return float(np.hypot(white * np.sqrt(12.0 / residual.size), 6.0 / np.pi * harmonic / crossed))
 
 
 def _change(time: Array, x: Array, insignificant: float) -> float:
@@ -206,19 +210,18 @@ def _drift(piece: Piece, first: int) -> str:
     return ""
 
 
-def mean_force(time: Array, friction: Array, readings: list[tuple[Array, float, float]]) -> tuple[float, float, float]:
+def mean_force(time: Array, friction: Array, readings: list[tuple[Array, Noise, float]]) -> tuple[float, float, float]:
     """Mean friction, its standard error, N, and the effective number of samples.
 
     The error holds the scatter with its correlation in time, half of a drift that shows, and what the converters'
-    rounding hides; `readings` are (values, converter step, factor to N) of the signals in the sum.
+    rounding hides; `readings` are (values, noise of the whole signal, factor to N) of the signals in the sum.
     """
     line = fitted_line(time, friction)
     duration = float(time[-1] - time[0])
     drift = max(abs(line.slope) * duration - 2.0 * line.slope_error * duration, 0.0)
     rounding = 0.0
-    for values, step, factor in readings:
-        spread = float(np.std(values))
-        before = np.sqrt(max(spread**2 - step**2 / 12.0, 0.0))
-        rounding += (factor * rounding_bias(float(before), step)) ** 2
+    for values, noise, factor in readings:
+        travel = abs(np.polynomial.polynomial.polyfit(time - time[0], values, 1)[1]) * duration
+        rounding += (factor * rounding_bias(*noise, travel)) ** 2
     error = float(np.sqrt(line.mean_error**2 + (0.5 * drift) ** 2 + rounding))
     return line.mean, error, line.effective

@@ -13,7 +13,8 @@ from hydrocrane.logs.checks import checked
 from hydrocrane.logs.log import Log
 from hydrocrane.logs.noise import noise_of
 from hydrocrane.signals.friction import RigParameters
-from hydrocrane.signals.statistics import fitted_line, rounding_bias
+from hydrocrane.signals.rounding import noise_before_rounding, rounding_bias
+from hydrocrane.signals.statistics import fitted_line
 
 # Signals that have a zero to be read while the rig rests, where the log has them.
 SIGNALS = ("p1", "p2", "force")
@@ -123,5 +124,5 @@ def _zero(log: Log, name: str, inside: np.ndarray, start: float, until: float) -
             f"{log.source}: {name} changes by {np.ptp(values):.3g} {unit} between {start:g} and {until:g} s; the rig"
             f" was not at rest with nothing pushing. Wait until it is, or state the right stretch"
         )
-    before = float(np.sqrt(max(spread**2 - noise.step**2 / 12.0, 0.0)))
-    return line.mean, float(np.hypot(line.mean_error, rounding_bias(before, noise.step)))
+    # The rest of the log meets the steps elsewhere, and tells the noise before them.
+    return line.mean, float(np.hypot(line.mean_error, rounding_bias(*noise_before_rounding(log[name]))))
