@@ -50,3 +50,20 @@ def test_asked_for_twice_the_feasible_speed_it_still_keeps_its_way(direction: st
     """2 / 0.8 of the speeds above: the speed gives way, not the direction."""
     largest, _ = deviation(direction, "ideal", factor=2.5)
     assert largest < 10e-3
+
+
+@pytest.mark.parametrize(
+    ("stick", "changes", "why"),
+    [
+        ({"x": [1.0]}, {}, "out of the range of the joints"),
+        ({"z": [-1.0]}, {}, "a region to keep out of"),
+        ({"z": [1.0]}, {"payload": 400.0, "overrides": {"supply.pressure": "40 bar"}}, "too heavy"),
+        ({"z": [0.3]}, {"duration": 3.0}, None),
+    ],
+)
+def test_who_holds_the_stick_is_told_once_why_the_tip_stands(stick, changes, why) -> None:
+    start = {"boom": np.deg2rad(60 if "payload" in changes else 100), "jib": np.deg2rad(100), "extension": 0.0}
+    stick = hc.Joystick([0.2], stick, full_speed=0.2)
+    events = hc.simulate(hc.Scenario(**{"joints": start, "joystick": stick, "duration": 14.0, **changes})).events
+    assert len(events) == (why is not None)
+    assert all(why in event.text and event.time > 1.0 for event in events)

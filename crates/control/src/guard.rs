@@ -89,7 +89,9 @@ impl<const N: usize> Controller for Guard<N> {
     }
 
     fn notices(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.notices)
+        let mut notices = std::mem::take(&mut self.notices);
+        notices.append(&mut self.inner.notices());
+        notices
     }
 }
 

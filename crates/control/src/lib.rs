@@ -16,6 +16,7 @@ pub mod plausibility;
 pub mod redundancy;
 pub mod set_point;
 pub mod slow_down;
+pub mod standstill;
 pub mod tip;
 pub mod witness;
 pub mod working_area;

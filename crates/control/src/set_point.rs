@@ -39,6 +39,8 @@ pub struct Reference<const N: usize> {
     pub posture: Posture<N>,
     /// Of the commanded speed, how much the joints allow.
     pub scale: f64,
+    /// Speed of the set-point over the last period, m/s.
+    pub pace: f64,
     lags: [[f64; 2]; 2],
     /// Share by which a lag goes on in a period, and the period, s.
     lag_share: f64,
@@ -61,6 +63,7 @@ impl<const N: usize> Reference<N> {
             rates: [0.0; N],
             posture,
             scale: 1.0,
+            pace: 0.0,
             lags: [[0.0; 2]; 2],
             lag_share: 1.0 - (-shape.stick_bandwidth * period).exp(),
             period,
@@ -116,7 +119,7 @@ impl<const N: usize> Reference<N> {
         for i in 0..N {
             self.q[i] += rates[i] * self.period;
         }
-        (self.rates, self.scale, self.posture) = (rates, scale, posture);
+        (self.rates, self.scale, self.pace, self.posture) = (rates, scale, scale * speed, posture);
     }
 
     fn shape_stick(&mut self, wish: [f64; 2]) {
@@ -130,6 +133,7 @@ impl<const N: usize> Reference<N> {
     pub fn stand(&mut self) {
         self.lags = [[0.0; 2]; 2];
         self.rates = [0.0; N];
+        self.pace = 0.0;
     }
 }
 

@@ -9,6 +9,7 @@ use crate::feed_forward::{Mains, Moment};
 use crate::nominal::{Nominal, Posture};
 use crate::set_point::{Reference, Shape};
 use crate::slow_down::{checked, checked_stick};
+use crate::standstill::{Cause, Standstill};
 use hydrocrane_num::Vec2;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -36,7 +37,13 @@ struct State<const N: usize> {
     drives: [Drive; N],
     /// Since the set-point stopped, s.
     still: f64,
+    standstill: Standstill,
+    /// Why the tip stands, if that is news.
+    news: Option<Cause>,
 }
+
+/// Share of the speed asked for that counts as nothing left of it.
+const BLOCKED: f64 = 0.1;
 
 impl<const N: usize> Tip<N> {
     pub fn new(nominal: Nominal<N>, settings: Settings<N>) -> Self {
@@ -54,7 +61,7 @@ impl<const N: usize> State<N> {
             let moment = Moment { stroke: reference.posture.stroke[c], p: p[c] };
             Drive::at(n.cylinders[c], n.fluid, mains, s.drive, s.period, moment, load[c])
         });
-        State { reference, drives, still: s.settling }
+        State { reference, drives, still: s.settling, standstill: Standstill::default(), news: None }
     }
 
     /// Joint coordinates as observed.
@@ -79,6 +86,22 @@ impl<const N: usize> State<N> {
         (2.0 - 2.0 * lag / lag_limit).clamp(0.0, 1.0)
     }
 
+    /// Finds out why the tip stands though it is told to move at `wish`, m/s.
+    fn look_for_standstill(&mut self, s: &Settings<N>, wish: [f64; 2], waiting: f64) {
+        let asked = Vec2::<f64>::c(wish).norm();
+        if !self.standstill.watch(asked, self.reference.pace, s.period) {
+            return;
+        }
+        let open = Vec2::<f64>::c(s.shape.keep_out.slowed(self.reference.set_point, wish)).norm();
+        self.news = Some(if waiting < BLOCKED {
+            Cause::Lag
+        } else if open < BLOCKED * asked {
+            Cause::Region
+        } else {
+            Cause::Range
+        });
+    }
+
     fn step(
         &mut self,
         nominal: &Nominal<N>,
@@ -100,9 +123,9 @@ impl<const N: usize> State<N> {
         } else {
             let observed = self.observed(q, &measured);
             let waiting = self.governor(q, &measured, &observed, s.lag_limit);
-            let wish = wish.map(|w| w * waiting);
             let ranges = std::array::from_fn(|c| self.drives[c].range());
-            self.reference.advance(nominal, &s.shape, wish, &observed, &ranges);
+            self.reference.advance(nominal, &s.shape, wish.map(|w| w * waiting), &observed, &ranges);
+            self.look_for_standstill(s, wish, waiting);
             target = self.reference.posture.stroke;
         }
         let rates = self.reference.rates;
@@ -140,5 +163,10 @@ impl<const N: usize> Controller for Tip<N> {
 
     fn set_point(&self) -> Option<[f64; 2]> {
         self.state.as_ref().map(|s| s.reference.set_point)
+    }
+
+    fn notices(&mut self) -> Vec<String> {
+        let news = self.state.as_mut().and_then(|state| state.news.take());
+        news.into_iter().map(|cause| cause.text().to_string()).collect()
     }
 }

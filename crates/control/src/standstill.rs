@@ -1,0 +1,76 @@
+//! Notices a tip that stands though the stick is out, and why.             theory: docs/theory/control/tip.md
+//!
+//! The set-point may slow down, not turn, so that a straight path can end where the tip could well go on another way. Whoever
+//! holds the stick is told once, and again only after the tip has moved.
+
+/// Why the set-point of the tip stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cause {
+    /// The tip is too far behind.
+    Lag,
+    /// A region to keep out of.
+    Region,
+    /// Joint limits, end stops or what the pistons can do.
+    Range,
+}
+
+impl Cause {
+    pub fn text(self) -> &'static str {
+        match self {
+            Cause::Lag => {
+                "the tip stands though the stick is out: it does not follow its set-point; \
+                 the load may be too heavy for the supply pressure"
+            }
+            Cause::Region => {
+                "the tip stands though the stick is out: a region to keep out of lies ahead; steer away from it"
+            }
+            Cause::Range => {
+                "the tip stands though the stick is out: straight on leads out of the range of the joints; \
+                 steer another way"
+            }
+        }
+    }
+}
+
+/// Share of the speed asked for below which the tip counts as standing.
+const STANDING: f64 = 0.05;
+/// Time for which it stands before anybody is told, s.
+const PATIENCE: f64 = 1.0;
+
+/// Since when the tip has stood under a deflected stick.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Standstill {
+    /// s
+    lasted: f64,
+}
+
+impl Standstill {
+    /// Takes in the speed asked for and that of the set-point (m/s) over one `period` (s); whether to tell now.
+    pub fn watch(&mut self, asked: f64, given: f64, period: f64) -> bool {
+        if given >= STANDING * asked {
+            self.lasted = 0.0;
+            return false;
+        }
+        let before = self.lasted;
+        self.lasted += period;
+        before < PATIENCE && self.lasted >= PATIENCE
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tells_once_and_again_only_after_the_tip_has_moved() {
+        let mut still = Standstill::default();
+        let mut told =
+            |asked: f64, given: f64, samples: usize| (0..samples).filter(|_| still.watch(asked, given, 0.25)).count();
+        assert_eq!(told(0.2, 0.0, 3), 0, "too early");
+        assert_eq!(told(0.2, 0.0, 50), 1);
+        assert_eq!(told(0.2, 0.1, 1) + told(0.2, 0.005, 3), 0);
+        assert_eq!(told(0.2, 0.005, 1), 1);
+        // Nobody asks for anything.
+        assert_eq!(told(0.0, 0.0, 50), 0);
+    }
+}
