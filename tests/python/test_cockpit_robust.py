@@ -8,12 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import NoBrowser, chromium, served
-from test_cockpit_page import STARTS, Page, table
+from browser import served
+from cockpit_tab import STARTS, Page, table
 
 import hydrocrane as hc
 from hydrocrane.app.live_server import PAGE, Server, page_files
-from hydrocrane.errors import InputError
 
 # Pictures to be looked at.
 PICTURES = Path(__file__).resolve().parents[2] / "results/cockpit"
@@ -46,31 +45,6 @@ SHOW = """() => {
   document.dispatchEvent(new Event("visibilitychange"));
   window.asleep.forEach((act) => window.requestAnimationFrame(act));
 }"""
-
-
-@pytest.fixture(scope="module")
-def browser():
-    try:
-        with chromium() as found:
-            yield found
-    except NoBrowser as reason:
-        pytest.skip(str(reason))
-
-
-@pytest.fixture(scope="module")
-def address():
-    try:
-        with served() as found:
-            yield found
-    except InputError as reason:
-        pytest.skip(str(reason))
-
-
-@pytest.fixture
-def cockpit(browser, address):
-    with Page(browser, address) as page:
-        yield page
-        assert not page.complaints
 
 
 def rows_without_jumps(page):
