@@ -177,7 +177,7 @@ mod tests {
         let mut hand = Hand::new(sticks(true, 0.2, 0.0));
         let before: Vec<_> = samples().map(|t| hand.move_to(t).to_vec()).collect();
         hand.forget_after(samples());
-        assert!(!hand.sticks().linear && hand.sticks().times.len() == 3, "{:?}", hand.sticks());
+        assert!(!hand.sticks().linear && hand.sticks().times.len() == 4, "{:?}", hand.sticks());
         let after: Vec<_> = samples().map(|t| hand.move_to(t).to_vec()).collect();
         assert_eq!(before, after);
         assert_eq!(hand.move_to(9.0), before[3], "what was to come is forgotten");
