@@ -10,7 +10,7 @@ use hydrocrane_machine::{Machine, OverrideValue};
 use hydrocrane_sim::controller::Controller;
 use hydrocrane_sim::integrator::Tolerances;
 use hydrocrane_sim::{
-    build, EquilibriumMode, Live, Model, RunOptions, SampledPlan, SensorMode, Sensors, StickKind, Sticks,
+    build, BuildError, EquilibriumMode, Live, Model, RunOptions, SampledPlan, SensorMode, Sensors, StickKind, Sticks,
 };
 use serde_json::{json, Value};
 use std::sync::Arc;
@@ -240,8 +240,10 @@ fn begin(request: Request, stage: Option<Stage>, replay: Option<Replay>) -> Resu
 /// What a request puts in force from time zero on, after what was changed `before`.
 fn setting(request: Request, before: &[(String, OverrideValue)]) -> Result<(Setting, Machine), Problem> {
     let (machine, overrides) = request.machine(before)?;
-    let model =
-        build(&machine).map_err(|error| Problem::plain(format!("{}: [cannot-build] {error}", request.machine)))?;
+    let model = build(&machine).map_err(|error| {
+        let slug = if matches!(error, BuildError::Chain(_)) { "chain" } else { "cannot-build" };
+        Problem::named(slug, format!("{}: [cannot-build] {error}", request.machine))
+    })?;
     Ok((Setting { from: 0.0, request, overrides, model }, machine))
 }
 
