@@ -90,7 +90,12 @@ impl Drive {
 
     /// How the drive ended, if it has: kind, time (s), message.
     fn ended(&self) -> Option<(&'static str, f64, String)> {
-        let stuck = self.stuck.as_ref().map(|problem| ("bad-state", self.live.time(), problem.message().to_string()));
+        let stuck = self.stuck.as_ref().map(|problem| {
+            let reason = problem.message();
+            let message =
+                format!("the next phase of the replay cannot begin: {reason}; move a stick before it and drive on");
+            ("bad-state", self.live.time(), message)
+        });
         stuck.or_else(|| self.live.outcome().map(|o| (o.kind.name(), o.time, o.message.clone())))
     }
 

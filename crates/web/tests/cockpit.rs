@@ -253,6 +253,20 @@ fn straight_sticks_are_saved_as_they_are_and_as_samples_saw_them_where_somebody_
     }
 }
 
+#[test]
+fn a_phase_that_cannot_begin_ends_the_replay_with_the_reason_and_a_cure() {
+    let text = STRAIGHT.replace(
+        "[phase.levers.controller]",
+        "[phase.levers.overrides]\n\"friction.lift.model\" = \"static\"\n\n[phase.levers.controller]",
+    );
+    let (mut cockpit, _) = opened(json!({ "scenario": text }));
+    assert!(!cockpit.advance(3000));
+    let ended = cockpit.events()["ended"].clone();
+    let message = ended["message"].as_str().expect("a message");
+    assert_eq!((ended["kind"].as_str(), ended["time"].as_f64()), (Some("bad-state"), Some(2.0)));
+    assert!(message.contains("other states") && message.ends_with("move a stick before it and drive on"), "{message}");
+}
+
 fn stick_of(text: &str) -> hydrocrane_machine::scenario::Joystick {
     parse_scenario(text, "drive.toml", &[]).expect("a scenario").joystick.expect("with a joystick")
 }
