@@ -207,6 +207,8 @@ def test_a_drive_is_shared_as_a_link_and_replayed(cockpit, address):
     cockpit.tab.keyboard.up("ArrowUp")
     cockpit.comes_to_rest()
     reached = cockpit.tip
+    # Long enough for a slow computer to see it begin.
+    cockpit.wait(4)
     cockpit.button("Link").click()
     cockpit.until(lambda: "#drive=" in cockpit.tab.url)
     with Page(cockpit.browser, cockpit.tab.url) as other:
@@ -229,6 +231,25 @@ def test_a_saved_drive_is_replayed_until_a_stick_is_moved(cockpit, tmp_path):
     cockpit.until(lambda: "replay" not in cockpit.tab.locator("#pace").inner_text())
     cockpit.tab.keyboard.up("ArrowDown")
     cockpit.comes_to_rest()
+
+
+def test_a_replay_of_straight_sticks_taken_over_is_saved_and_repeated(cockpit, tmp_path):
+    path = tmp_path / "drive.toml"
+    straight = DRIVE.replace('time = ["0.1 s"]\nz = [1]', 'interpolation = "linear"\ntime = ["0 s", "4 s"]\nz = [0, 1]')
+    path.write_text(straight, encoding="utf-8")
+    cockpit.tab.locator("#drive-file").set_input_files(path)
+    cockpit.until(lambda: "replay until 30.0 s" in cockpit.tab.locator("#pace").inner_text())
+    cockpit.wait(1.5)
+    cockpit.tab.keyboard.down("ArrowRight")
+    cockpit.wait(0.7)
+    cockpit.tab.keyboard.up("ArrowRight")
+    path.write_text(cockpit.download("Scenario"), encoding="utf-8")
+    driven = table(cockpit.download("Data"))
+    run = hc.simulate(path)
+    rows = np.searchsorted(driven["time"], run.data["time"].values[1:] - 1e-6)
+    for name in ("tip.x", "tip.z"):
+        assert np.abs(driven[name][rows] - run.data[name].values[1:]).max() < 1e-9
+        assert np.ptp(driven[name]) > 0.01
 
 
 def test_a_task_is_scored_in_each_mode(cockpit):
@@ -321,7 +342,8 @@ def test_a_run_is_looked_at(browser, address, run):
         driven = table(page.download("Data"))
         for name in ("tip.z", "joint.boom.q", "cylinder.lift.p1", "cylinder.lift.friction", "supply.power"):
             np.testing.assert_allclose(driven[name], run.data[name].values, rtol=1e-12, atol=1e-12)
-        # There and back.
+        # There and back, slowly enough to be seen.
+        page.tab.locator("#speed").select_option("0.1")
         page.tab.locator("#timeline").fill("250")
         page.until(lambda: 0.9 < page.shown("time")[0] < 1.6)
         page.button("Reset").click()
