@@ -17,7 +17,7 @@ from cockpit_tab import Page
 from hydrocrane.errors import InputError
 
 # Farthest that a tip gets from where its velocity takes it between two rows of 10 ms, m: it rings while valves close.
-LEAP = 1e-3
+LEAP = 3e-3
 # Growth of memory after the first minutes that is none, MiB.
 NOISE = 2.0
 # Share of the time after which memory has settled.

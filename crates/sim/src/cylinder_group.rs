@@ -3,15 +3,14 @@
 use crate::cylinder_slopes::{Lifted, Piston, PowerSlopes, RateSlopes};
 use crate::cylinder_unit::{CylinderUnit, LocalRates, LocalState, Mains};
 use crate::layout::{Layout, OwnStates};
-use crate::model::MAX_JOINTS;
 use crate::plant::Plant;
-use hydrocrane_num::{Pack, Real};
+use hydrocrane_num::{register::WIDEST, Pack, Real};
 use hydrocrane_physics::hydraulics::fluid::{Fluid, OilTables};
 
 /// Up to as many cylinders as the type `L` has lanes. Lanes that are left over repeat the last cylinder.
 #[derive(Debug, Clone)]
 pub struct CylinderGroup<L> {
-    members: [Member; MAX_JOINTS],
+    members: [Member; WIDEST],
     count: usize,
     pub unit: CylinderUnit<L>,
     pub fluid: Fluid<L>,
