@@ -6,7 +6,10 @@ import { defineConfig } from "vite";
 const PAGE = resolve(import.meta.dirname, "../python/hydrocrane/app/cockpit_page");
 const SERVICE_WORKER = "service-worker.js";
 
-/** Gives the service worker the list of all files and a version that any change to them changes. */
+/** Kept by a browser only once it was needed. */
+const ON_DEMAND = /\/chains-/;
+
+/** Gives the service worker the list of files to keep and a version that any change to any file changes. */
 function offline() {
   return {
     name: "offline",
@@ -16,7 +19,7 @@ function offline() {
       const files = all.filter((file) => statSync(join(PAGE, file)).isFile() && file !== SERVICE_WORKER).sort();
       const version = createHash("sha256").update(source);
       files.forEach((file) => version.update(file).update(readFileSync(join(PAGE, file))));
-      const facts = { FILES: files, VERSION: version.digest("hex").slice(0, 16) };
+      const facts = { FILES: files.filter((file) => !ON_DEMAND.test(file)), VERSION: version.digest("hex").slice(0, 16) };
       const head = Object.entries(facts).map(([name, value]) => `const ${name} = ${JSON.stringify(value)};\n`);
       writeFileSync(join(PAGE, SERVICE_WORKER), head.join("") + source);
     },

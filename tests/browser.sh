@@ -1,10 +1,7 @@
 #!/bin/sh
 # Sees to it that the tests find a Chromium: sh tests/browser.sh PYTHON. Where none can be had, says so; those tests are
 # skipped then.
-for name in chromium chromium-browser google-chrome google-chrome-stable; do
-	command -v "$name" >/dev/null && exit 0
-done
-[ -z "$CHROMIUM" ] || exit 0
+"$1" "$(dirname "$0")/python/browser.py" && exit 0
 "$1" -m playwright install chromium >/dev/null 2>&1 && exit 0
 # A fresh Debian machine of a build server: its own package.
 if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then

@@ -9,7 +9,7 @@ import { linkOf, requestOf } from "./link";
 import { LogTask } from "./logs";
 import type { Description, Ended, FromWorker, Occurrence, Pace, Point, Recording, Request, ToWorker } from "./messages";
 import { keepOffline } from "./offline";
-import { palette, scaleColour } from "./palette";
+import { dark, palette, scaleColour } from "./palette";
 import { Panel } from "./panel";
 import { limitOf, Picture } from "./picture";
 import { Sticks } from "./sticks";
@@ -419,9 +419,7 @@ class CockpitPage {
   }
 
   private switchTheme(): void {
-    const root = document.documentElement;
-    const isDark = getComputedStyle(root).getPropertyValue("--dark").trim() === "1";
-    root.dataset["theme"] = isDark ? "light" : "dark";
+    document.documentElement.dataset["theme"] = dark() ? "light" : "dark";
     this.recolour();
   }
 

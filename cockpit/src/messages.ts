@@ -105,6 +105,8 @@ export interface Recording {
 
 export interface Problem {
   message: string;
+  /** What kind of problem it is, where there is a name for it. */
+  slug?: string;
   line?: number | null;
 }
 

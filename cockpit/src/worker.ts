@@ -1,8 +1,9 @@
 /** The simulation beside the page: steps of 1 ms that follow the clock on the wall, whatever the page draws. */
 
+import chainsUrl from "./chains.wasm?url";
 import coreUrl from "./core.wasm?url";
 import { Core } from "./core";
-import type { FromWorker, ToWorker } from "./messages";
+import type { Description, FromWorker, Request, ToWorker } from "./messages";
 import { Tape } from "./tape";
 
 /** Time between two turns, ms. */
@@ -46,7 +47,7 @@ class Clockwork {
   private busy = 0;
   private window = { began: performance.now(), ticks: 0, busy: 0, factor: 1, load: 0 };
 
-  constructor(private readonly core: Core) {
+  constructor(private core: Core) {
     setInterval(() => this.guarded(() => this.turn()), TURN);
   }
 
@@ -56,25 +57,21 @@ class Clockwork {
 
   private obey(message: ToWorker): void {
     switch (message.do) {
-      case "open": {
-        const answer = this.core.open(message.request);
-        if ("error" in answer) return post({ tell: "refused", problem: answer.error });
-        this.open = true;
-        this.tape = null;
-        this.ticks = 0;
-        if (answer.continued) this.keepRow();
-        else [this.rows, this.lastRow] = [[], 0];
-        this.restartClock();
-        return post({ tell: "opened", description: answer, fresh: !answer.continued });
-      }
-      case "view": {
-        const answer = this.core.open(message.request);
-        if ("error" in answer) return post({ tell: "refused", problem: answer.error });
-        this.tape = new Tape(this.core, answer, message.columns, message.table);
-        this.open = true;
-        post({ tell: "opened", description: { ...answer, "replay-until": this.tape.end }, fresh: true });
-        return this.seek(this.tape.time(0));
-      }
+      case "open":
+        return this.enter(message.request, (description) => {
+          this.tape = null;
+          this.ticks = 0;
+          if (description.continued) this.keepRow();
+          else [this.rows, this.lastRow] = [[], 0];
+          this.restartClock();
+          post({ tell: "opened", description, fresh: !description.continued });
+        });
+      case "view":
+        return this.enter(message.request, (description) => {
+          this.tape = new Tape(this.core, description, message.columns, message.table);
+          post({ tell: "opened", description: { ...description, "replay-until": this.tape.end }, fresh: true });
+          this.seek(this.tape.time(0));
+        });
       case "seek":
         return this.seek(message.time);
       case "steer":
@@ -93,6 +90,20 @@ class Clockwork {
         return post({ tell: "saved", text: answer.saved, share: message.share });
       }
     }
+  }
+
+  /** Opens what is asked for, with the larger core where the one at hand has no laws for so many joints. */
+  private enter(request: Request, begin: (description: Description) => void, core = this.core): void {
+    const answer = core.open(request);
+    if (!("error" in answer)) {
+      [this.core, this.open] = [core, true];
+      return begin(answer);
+    }
+    if (answer.error.slug !== "chain" || core !== this.core) return post({ tell: "refused", problem: answer.error });
+    Core.load(chainsUrl).then(
+      (larger) => this.guarded(() => this.enter(request, begin, larger)),
+      (error: Error) => post({ tell: "refused", problem: { message: `${answer.error.message}; ${error.message}` } }),
+    );
   }
 
   private seek(time: number): void {

@@ -1,26 +1,10 @@
 // Drives the compiled core without a page: node drive.mjs CORE.wasm < plan.json
 // The plan is { request, moves: [{ request, axes, mass, ticks }] }; answers { description, rows, saved, seconds }.
 import { readFileSync } from "node:fs";
+import { load } from "./core.mjs";
 
-const { instance } = await WebAssembly.instantiate(readFileSync(process.argv[2]), {});
-const core = instance.exports;
-const text = () =>
-  JSON.parse(new TextDecoder().decode(new Uint8Array(core.memory.buffer, core.text_at(), core.text_length())));
-const row = () => {
-  const length = core.frame();
-  return Array.from(new Float64Array(core.memory.buffer, core.frame_at(), length));
-};
-
+const { core, text, row, open } = await load(process.argv[2]);
 const plan = JSON.parse(readFileSync(0, "utf8"));
-const open = (request) => {
-  const bytes = new TextEncoder().encode(JSON.stringify(request));
-  // Asking for room can move the memory.
-  const room = core.input(bytes.length);
-  new Uint8Array(core.memory.buffer, room, bytes.length).set(bytes);
-  core.open();
-  return text();
-};
-core.start();
 const description = open(plan.request);
 if (description.error) {
   console.log(JSON.stringify(description));
@@ -38,4 +22,5 @@ for (const { request, axes = [], mass, ticks } of plan.moves) {
   rows.push(row());
 }
 core.save();
-console.log(JSON.stringify({ description, rows, saved: text(), seconds }));
+const numbers = rows.map((row) => Array.from(row));
+console.log(JSON.stringify({ description, rows: numbers, saved: text(), seconds }));

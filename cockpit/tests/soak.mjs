@@ -1,28 +1,15 @@
 // Half an hour of driving without a page: node soak.mjs CORE.wasm [MINUTES]
 // Tells how fast it goes, whether memory grows after the first minutes, and the tip's largest way in a millisecond.
-import { readFileSync } from "node:fs";
+import { load } from "./core.mjs";
 
-const { instance } = await WebAssembly.instantiate(readFileSync(process.argv[2]), {});
-const core = instance.exports;
+const { core, row, open } = await load(process.argv[2]);
 const minutes = Number(process.argv[3] ?? 30);
-const text = () =>
-  JSON.parse(new TextDecoder().decode(new Uint8Array(core.memory.buffer, core.text_at(), core.text_length())));
-const open = (request) => {
-  const bytes = new TextEncoder().encode(JSON.stringify(request));
-  const room = core.input(bytes.length);
-  new Uint8Array(core.memory.buffer, room, bytes.length).set(bytes);
-  core.open();
-  return text();
-};
-
-core.start();
 const request = { machine: "rottne-f9-lab", "full-speed": 0.3, ramp: 0.15, "real-sensors": true };
 const { signals } = open(request);
 const [x, z] = ["tip.x", "tip.z"].map((name) => signals.findIndex((signal) => signal.name === name));
 const tip = () => {
-  core.frame();
-  const row = new Float64Array(core.memory.buffer, core.frame_at(), signals.length);
-  return [row[x], row[z]];
+  const now = row();
+  return [now[x], now[z]];
 };
 
 const memory = [];

@@ -13,6 +13,7 @@ import re
 import subprocess
 import sys
 import time
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -52,10 +53,11 @@ LATENCY = """async () => {
 FRAMES = "() => { window.drawn = 0; const count = () => { window.drawn++; requestAnimationFrame(count); }; count(); }"
 
 
-def weight() -> tuple[float, float]:
-    """Bytes of the page, plain and compressed."""
-    files = [path.read_bytes() for path in BUILT.rglob("*") if path.is_file()]
-    return float(sum(map(len, files))), float(sum(len(gzip.compress(f, 9)) for f in files))
+def weight(paths: Iterable[Path]) -> str:
+    """MB of files, plain and compressed."""
+    files = [path.read_bytes() for path in paths]
+    plain, packed = sum(map(len, files)), sum(len(gzip.compress(f, 9)) for f in files)
+    return f"{plain / 1e6:.2f} MB, compressed {packed / 1e6:.2f} MB"
 
 
 def simulated(tab: Any) -> float:
@@ -146,7 +148,8 @@ def soaked() -> dict[str, str]:
 
 
 def page(found: dict[str, Any]) -> str:
-    plain, packed = weight()
+    files = [path for path in BUILT.rglob("*") if path.is_file()]
+    cores = {name: [path for path in files if path.match(f"{name}-*.wasm")] for name in ("core", "chains")}
     low, mid, high = np.nanpercentile(found["latencies"], [0, 50, 100])
     rows = {
         "wall time": f"{found['wall']:.1f} s",
@@ -156,7 +159,9 @@ def page(found: dict[str, Any]) -> str:
         "frames drawn": f"{found['frames']:.0f} per second",
         "key to first changed picture": f"{mid:.0f} ms in the middle, {low:.0f} to {high:.0f} ms",
         "load time, address to first picture": f"{found['loading']:.2f} s",
-        "weight of the page": f"{plain / 1e6:.2f} MB, compressed {packed / 1e6:.2f} MB",
+        "weight of the page": weight(path for path in files if path not in cores["chains"]),
+        "of it the compiled core": weight(cores["core"]),
+        "the second core, fetched for chains of other than one or three joints": weight(cores["chains"]),
         "load time without a network, from the browser's own files": f"{found['offline']:.2f} s",
         **soaked(),
     }

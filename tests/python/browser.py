@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,19 +22,23 @@ class NoBrowser(Exception):
     """Why there is none."""
 
 
+def installed() -> str | None:
+    """Path of the browser that CHROMIUM names, or of one that is installed."""
+    return os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, BROWSERS)), None)
+
+
 @contextmanager
 def chromium() -> Iterator[Any]:
-    """A headless Chromium: the one that CHROMIUM names, that is installed, or that playwright has downloaded."""
+    """A headless Chromium: one that is installed, or that playwright has downloaded."""
     try:
         from playwright.sync_api import Error, sync_playwright
     except ImportError as error:
         raise NoBrowser("playwright is not installed: pip install playwright") from error
     with sync_playwright() as playwright:
-        path = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, BROWSERS)), None)
         # Inside containers the browser's own sandbox cannot be made; the page is the project's own.
         arguments = ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
         try:
-            browser = playwright.chromium.launch(executable_path=path, args=arguments)
+            browser = playwright.chromium.launch(executable_path=installed(), args=arguments)
         except Error as error:
             hint = "install Chromium, or run `playwright install chromium`"
             raise NoBrowser(f"no browser can be started ({hint}): {str(error).splitlines()[0]}") from error
@@ -54,3 +59,7 @@ def served(target: str | Run | None = None) -> Iterator[str]:
         finally:
             server.shutdown()
             thread.join()
+
+
+if __name__ == "__main__":
+    sys.exit(installed() is None)

@@ -1,11 +1,14 @@
-"""Machines and random states that the evidence tests share."""
+"""Machines and random states that the evidence tests share, and the browser with a cockpit."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from browser import NoBrowser, chromium, served
+from cockpit_tab import Page
 
 import hydrocrane as hc
+from hydrocrane.errors import InputError
 
 CORRECTED = ("rottne-f9-lab", "hiab-xs031", "single-cylinder")
 
@@ -61,3 +64,30 @@ def random_states(random_poses):
         return states, rng.uniform(-1, 1, (count, len(strokes))) * crane.spool_strokes
 
     return draw
+
+
+@pytest.fixture(scope="module")
+def browser():
+    try:
+        with chromium() as found:
+            yield found
+    except NoBrowser as reason:
+        pytest.skip(str(reason))
+
+
+@pytest.fixture(scope="module")
+def address():
+    """Where the built page is served."""
+    try:
+        with served() as found:
+            yield found
+    except InputError as reason:
+        pytest.skip(str(reason))
+
+
+@pytest.fixture
+def cockpit(browser, address):
+    """A page with a crane at rest; whatever the page complains of fails the test."""
+    with Page(browser, address) as page:
+        yield page
+        assert not page.complaints

@@ -18,6 +18,8 @@ from hydrocrane.app.live_server import PAGE, Server, page_files
 from hydrocrane.errors import InputError, MachineFileError
 
 ROOT = Path(__file__).resolve().parents[2]
+# A chain of four joints.
+LONG = ROOT / "tests/data/two-telescopes.toml"
 
 
 # --- the server -----------------------------------------------------------------------------------------------------
@@ -129,17 +131,17 @@ def test_what_is_wrong_is_said_before_a_server_starts(tmp_path):
 
 @pytest.fixture(scope="module")
 def drive():
-    """Drive the compiled core in Node: (request, moves) to its answer."""
-    cores = sorted((PAGE / "assets").glob("core-*.wasm"))
-    if not cores:
+    """Drive a compiled core in Node: (request, moves) to its answer."""
+    if not PAGE.exists():
         pytest.skip("the cockpit is not built: run `make cockpit`")
     node = shutil.which("node")
     if node is None:
         pytest.skip("no Node.js to run WebAssembly in")
 
-    def drive(request, moves):
+    def drive(request, moves, core="core"):
+        (file,) = (PAGE / "assets").glob(f"{core}-*.wasm")
         done = subprocess.run(
-            [node, ROOT / "cockpit/tests/drive.mjs", cores[0]],
+            [node, ROOT / "cockpit/tests/drive.mjs", file],
             input=json.dumps({"request": request, "moves": moves}),
             capture_output=True,
             text=True,
@@ -213,6 +215,27 @@ def test_a_drive_with_changes_on_the_way_is_repeated_by_the_native_core(drive, t
     for name in ("tip.x", "tip.z"):
         driven_tip, native = rows[same, names.index(name)], run.data[name].values[at[same]]
         assert np.ptp(native) > 0.1 and np.abs(driven_tip - native).max() < 1e-9, name
+
+
+def test_the_first_core_is_light(drive):
+    (file,) = (PAGE / "assets").glob("core-*.wasm")
+    assert file.stat().st_size < 1.3e6, "names of functions left in it, or laws for other chains?"
+
+
+def test_a_chain_that_the_first_core_has_no_laws_for_is_driven_by_the_second(drive, tmp_path):
+    (tmp_path / LONG.name).write_bytes(LONG.read_bytes())
+    request = {"machine": LONG.name, "text": LONG.read_text(encoding="utf-8"), "controller": "lever"}
+    error = drive(request, [])["error"]
+    assert error["slug"] == "chain" and "4 joints" in error["message"]
+    driven = drive(request, restless(4, 10.0), core="chains")
+    path = tmp_path / "drive.toml"
+    path.write_text(driven["saved"]["saved"], encoding="utf-8")
+    run = hc.simulate(path)
+    names = [signal["name"] for signal in driven["description"]["signals"]]
+    tips = np.array([[row[names.index(n)] for n in ("tip.x", "tip.z")] for row in driven["rows"]])
+    native = np.array([run.data["tip.x"][-1], run.data["tip.z"][-1]])
+    assert run.outcome.completed and np.abs(tips[-2] - tips[0]).max() > 0.02
+    assert np.abs(tips[-2] - native).max() < 1e-9
 
 
 def test_webassembly_tells_the_errors_of_the_command_line(drive, tmp_path):

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
-import re
-import time
 
 import numpy as np
 import pytest
-from browser import NoBrowser, chromium, served
+from browser import served
+from cockpit_tab import STARTS, Page, table
 
 import hydrocrane as hc
 from hydrocrane.app.view import viewer_server
-from hydrocrane.errors import InputError
 
-STARTS = 20_000
 DRIVE = """
 [scenario]
 name = "up"
@@ -35,87 +30,6 @@ GAMEPAD = """
 window.pad = { id: "emulated", index: 0, connected: true, axes: [0, 0, 0, 0], buttons: [], mapping: "standard" };
 navigator.getGamepads = () => [window.pad];
 """
-
-
-@pytest.fixture(scope="module")
-def browser():
-    try:
-        with chromium() as found:
-            yield found
-    except NoBrowser as reason:
-        pytest.skip(str(reason))
-
-
-@pytest.fixture(scope="module")
-def address():
-    try:
-        with served() as found:
-            yield found
-    except InputError as reason:
-        pytest.skip(str(reason))
-
-
-@pytest.fixture
-def cockpit(browser, address):
-    """A page with a crane at rest; whatever the page complains of fails the test."""
-    with Page(browser, address) as page:
-        yield page
-        assert not page.complaints
-
-
-class Page:
-    """One tab with a cockpit."""
-
-    def __init__(self, browser, address, script=""):
-        self.browser = browser
-        self.context = browser.new_context(viewport={"width": 1400, "height": 850})
-        self.tab = self.context.new_page()
-        self.complaints: list[str] = []
-        self.tab.on("console", lambda m: m.type in ("error", "warning") and self.complaints.append(m.text))
-        self.tab.on("pageerror", lambda error: self.complaints.append(str(error)))
-        if script:
-            self.tab.add_init_script(script)
-        self.tab.goto(address)
-        self.until(lambda: "tip" in self.tab.locator("#readout").inner_text())
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.context.close()
-
-    def shown(self, name):
-        """Numbers of the readout behind a name."""
-        text = self.tab.locator("#readout").inner_text()
-        return [float(n) for n in re.findall(r"-?\d+\.?\d*", re.search(rf"{name}\s+([-\d., ]+)", text)[1])]
-
-    def wait(self, seconds):
-        self.tab.wait_for_timeout(1000 * seconds)
-
-    @property
-    def tip(self):
-        return np.array(self.shown("tip"))
-
-    def button(self, text):
-        return self.tab.locator("button", has_text=text)
-
-    def notices(self):
-        return self.tab.locator("#notices").inner_text()
-
-    def until(self, so):
-        """Wait until `so()`: asked from here, because the page's policy forbids it to run text as code."""
-        end = time.monotonic() + STARTS / 1000
-        while not so():
-            assert time.monotonic() < end, "the page does not get there"
-            self.wait(0.05)
-
-    def comes_to_rest(self):
-        self.until(lambda: self.shown("speed")[0] < 0.005)
-
-    def download(self, text):
-        with self.tab.expect_download() as waiting:
-            self.button(text).click()
-        return waiting.value.path().read_text(encoding="utf-8")
 
 
 def test_the_keyboard_moves_the_tip_and_letting_go_stops_it(cockpit):
@@ -293,6 +207,8 @@ def test_a_drive_is_shared_as_a_link_and_replayed(cockpit, address):
     cockpit.tab.keyboard.up("ArrowUp")
     cockpit.comes_to_rest()
     reached = cockpit.tip
+    # Long enough for a slow computer to see it begin.
+    cockpit.wait(4)
     cockpit.button("Link").click()
     cockpit.until(lambda: "#drive=" in cockpit.tab.url)
     with Page(cockpit.browser, cockpit.tab.url) as other:
@@ -315,6 +231,25 @@ def test_a_saved_drive_is_replayed_until_a_stick_is_moved(cockpit, tmp_path):
     cockpit.until(lambda: "replay" not in cockpit.tab.locator("#pace").inner_text())
     cockpit.tab.keyboard.up("ArrowDown")
     cockpit.comes_to_rest()
+
+
+def test_a_replay_of_straight_sticks_taken_over_is_saved_and_repeated(cockpit, tmp_path):
+    path = tmp_path / "drive.toml"
+    straight = DRIVE.replace('time = ["0.1 s"]\nz = [1]', 'interpolation = "linear"\ntime = ["0 s", "4 s"]\nz = [0, 1]')
+    path.write_text(straight, encoding="utf-8")
+    cockpit.tab.locator("#drive-file").set_input_files(path)
+    cockpit.until(lambda: "replay until 30.0 s" in cockpit.tab.locator("#pace").inner_text())
+    cockpit.wait(1.5)
+    cockpit.tab.keyboard.down("ArrowRight")
+    cockpit.wait(0.7)
+    cockpit.tab.keyboard.up("ArrowRight")
+    path.write_text(cockpit.download("Scenario"), encoding="utf-8")
+    driven = table(cockpit.download("Data"))
+    run = hc.simulate(path)
+    rows = np.searchsorted(driven["time"], run.data["time"].values[1:] - 1e-6)
+    for name in ("tip.x", "tip.z"):
+        assert np.abs(driven[name][rows] - run.data[name].values[1:]).max() < 1e-9
+        assert np.ptp(driven[name]) > 0.01
 
 
 def test_a_task_is_scored_in_each_mode(cockpit):
@@ -407,7 +342,8 @@ def test_a_run_is_looked_at(browser, address, run):
         driven = table(page.download("Data"))
         for name in ("tip.z", "joint.boom.q", "cylinder.lift.p1", "cylinder.lift.friction", "supply.power"):
             np.testing.assert_allclose(driven[name], run.data[name].values, rtol=1e-12, atol=1e-12)
-        # There and back.
+        # There and back, slowly enough to be seen.
+        page.tab.locator("#speed").select_option("0.1")
         page.tab.locator("#timeline").fill("250")
         page.until(lambda: 0.9 < page.shown("time")[0] < 1.6)
         page.button("Reset").click()
@@ -425,9 +361,3 @@ def test_the_viewer_serves_page_and_run_alone(run):
         rows = table.reshape(-1, len(about["columns"]))
         np.testing.assert_array_equal(rows[:, about["columns"].index("tip.x")], run.data["tip.x"])
         np.testing.assert_array_equal(rows[:, 0], run.data["time"])
-
-
-def table(text):
-    """A CSV file by column."""
-    head, *rows = csv.reader(io.StringIO(text))
-    return {name.split(" [")[0]: np.array(column, dtype=float) for name, column in zip(head, zip(*rows))}

@@ -8,15 +8,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import NoBrowser, chromium, served
-from test_cockpit_page import STARTS, Page, table
+from browser import served
+from cockpit_tab import STARTS, Page, table
 
 import hydrocrane as hc
 from hydrocrane.app.live_server import PAGE, Server, page_files
-from hydrocrane.errors import InputError
 
 # Pictures to be looked at.
 PICTURES = Path(__file__).resolve().parents[2] / "results/cockpit"
+# A chain of four joints.
+LONG = Path(__file__).resolve().parents[1] / "data/two-telescopes.toml"
 # Farthest that a tip at 0.3 m/s gets between two rows of 10 ms, m, with its ringing.
 FARTHEST = 5e-3
 # A processor that takes 2 ms for each ms.
@@ -46,31 +47,6 @@ SHOW = """() => {
   document.dispatchEvent(new Event("visibilitychange"));
   window.asleep.forEach((act) => window.requestAnimationFrame(act));
 }"""
-
-
-@pytest.fixture(scope="module")
-def browser():
-    try:
-        with chromium() as found:
-            yield found
-    except NoBrowser as reason:
-        pytest.skip(str(reason))
-
-
-@pytest.fixture(scope="module")
-def address():
-    try:
-        with served() as found:
-            yield found
-    except InputError as reason:
-        pytest.skip(str(reason))
-
-
-@pytest.fixture
-def cockpit(browser, address):
-    with Page(browser, address) as page:
-        yield page
-        assert not page.complaints
 
 
 def rows_without_jumps(page):
@@ -202,6 +178,22 @@ def test_every_machine_can_be_driven(browser, address, machine):
         data = table(page.download("Data"))
         strokes = [column for name, column in data.items() if name.startswith("cylinder.") and name.endswith(".x")]
         assert strokes and all(np.isfinite(column).all() and np.ptp(column) > 2e-3 for column in strokes)
+        assert not page.complaints
+
+
+def test_a_longer_chain_brings_a_core_of_its_own(browser, address):
+    with Page(browser, address) as page:
+        fetched = []
+        page.context.on("request", lambda request: fetched.append(request.url.rsplit("/", 1)[-1]))
+        page.tab.reload()
+        page.until(lambda: "tip" in page.tab.locator("#readout").inner_text())
+        page.tab.locator("#machine-file").set_input_files(LONG)
+        page.until(lambda: page.tab.title().startswith("two-telescopes"))
+        assert [name.split("-")[0] for name in fetched if name.endswith(".wasm")][-1:] == ["chains"]
+        page.tab.keyboard.press("2")
+        page.tab.locator(".lever").nth(3).wait_for(timeout=STARTS)
+        hold(page, "KeyR", 0.8)
+        assert np.ptp(table(page.download("Data"))["cylinder.second.x"]) > 2e-3
         assert not page.complaints
 
 

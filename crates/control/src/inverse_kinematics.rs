@@ -38,7 +38,11 @@ pub fn solve<const N: usize>(
 ) -> Result<Vec<[f64; N]>, TooFewRevolute> {
     let mut solutions: Vec<[f64; N]> =
         branches(mechanics, limits, target, held, printed)?.into_iter().flatten().collect();
-    solutions.sort_by(|a, b| clearance(limits, b).total_cmp(&clearance(limits, a)));
+    // Two at most.
+    let nearer = |a: &[f64; N], b: &[f64; N]| clearance(limits, a) < clearance(limits, b);
+    if matches!(solutions.as_slice(), [a, b] if nearer(a, b)) {
+        solutions.reverse();
+    }
     Ok(solutions)
 }
 

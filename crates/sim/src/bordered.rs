@@ -58,10 +58,18 @@ pub struct Bordered<T> {
 }
 
 impl<T: Real> Row<T> {
-    /// The change of the output along `k`; `c` is the cylinder's joint.
-    fn along(&self, joints: usize, c: usize, at: &OwnStates, k: &[T]) -> T {
-        let known = self.q * k[c] + self.qd * k[joints + c] + self.p1 * k[at.p1] + self.p2 * k[at.p2];
-        known + self.xs * k[at.xs] + at.z.map_or(T::c(0.0), |z| self.z * k[z])
+    /// What cylinder `c` sees of the state `k`.
+    #[inline(always)]
+    fn seen(joints: usize, c: usize, at: &OwnStates, k: &[T]) -> Self {
+        let z = at.z.map_or(T::c(0.0), |z| k[z]);
+        Row { q: k[c], qd: k[joints + c], p1: k[at.p1], p2: k[at.p2], xs: k[at.xs], z }
+    }
+
+    /// The change of the output along what is `seen`.
+    #[inline(always)]
+    fn along(&self, seen: &Self) -> T {
+        let known = self.q * seen.q + self.qd * seen.qd + self.p1 * seen.p1 + self.p2 * seen.p2;
+        known + self.xs * seen.xs + self.z * seen.z
     }
 
     fn write(&self, joints: usize, c: usize, at: &OwnStates, row: &mut [T]) {
@@ -136,10 +144,11 @@ impl<T: Real> Bordered<T> {
             for j in 0..n {
                 y[n + j] += own.response[j] * force;
             }
-            y[at.p1] += own.p1.along(n, c, at, k);
-            y[at.p2] += own.p2.along(n, c, at, k);
+            let seen = Row::seen(n, c, at, k);
+            y[at.p1] += own.p1.along(&seen);
+            y[at.p2] += own.p2.along(&seen);
             if let Some(z) = at.z {
-                y[z] += own.z.along(n, c, at, k);
+                y[z] += own.z.along(&seen);
             }
             y[at.xs] += own.spool[0][0] * k[at.xs] + own.spool[0][1] * k[at.vs];
             y[at.vs] += own.spool[1][0] * k[at.xs] + own.spool[1][1] * k[at.vs];
@@ -153,8 +162,9 @@ impl<T: Real> Bordered<T> {
             return;
         }
         for (c, (rows, y)) in self.quadratures.chunks_exact(each).zip(y.chunks_exact_mut(each)).enumerate() {
+            let seen = Row::seen(self.joints, c, &self.cylinders[c].at, k);
             for (row, y) in rows.iter().zip(y) {
-                *y += row.along(self.joints, c, &self.cylinders[c].at, k);
+                *y += row.along(&seen);
             }
         }
     }

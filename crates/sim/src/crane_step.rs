@@ -71,7 +71,7 @@ impl<T: Real> CraneStep<T> {
         let CraneStep { k, reached, slopes, elimination } = self;
         T::apart(
             #[inline(always)]
-            || evaluator.linearise(layout, x, spools, payload, None, &mut k[0], slopes, |_, _, _| {}),
+            || evaluator.linearise(layout, x, spools, payload, None, &mut k[0], slopes, |_, _| {}),
         );
         T::apart(
             #[inline(always)]

@@ -1,17 +1,16 @@
 //! Cylinders that obey the same laws, side by side: the numbers of one cylinder in one lane.
 
-use crate::cylinder_slopes::{Lifted, Piston, RateSlopes};
+use crate::cylinder_slopes::{Lifted, Piston, PowerSlopes, RateSlopes};
 use crate::cylinder_unit::{CylinderUnit, LocalRates, LocalState, Mains};
 use crate::layout::{Layout, OwnStates};
-use crate::model::MAX_JOINTS;
 use crate::plant::Plant;
-use hydrocrane_num::{Pack, Real};
-use hydrocrane_physics::hydraulics::fluid::Fluid;
+use hydrocrane_num::{register::WIDEST, Pack, Real};
+use hydrocrane_physics::hydraulics::fluid::{Fluid, OilTables};
 
 /// Up to as many cylinders as the type `L` has lanes. Lanes that are left over repeat the last cylinder.
 #[derive(Debug, Clone)]
 pub struct CylinderGroup<L> {
-    members: [Member; MAX_JOINTS],
+    members: [Member; WIDEST],
     count: usize,
     pub unit: CylinderUnit<L>,
     pub fluid: Fluid<L>,
@@ -121,6 +120,20 @@ impl<L: Real> CylinderGroup<L> {
         L::apart(
             #[inline(always)]
             || self.lifted.slopes(s, piston),
+        )
+    }
+
+    /// The same, and the powers of the ledger with theirs.
+    #[inline(always)]
+    pub fn sloped_with_powers(
+        &self,
+        oil: &OilTables,
+        s: &LocalState<L>,
+        piston: &Piston<L>,
+    ) -> (RateSlopes<L>, PowerSlopes<L>) {
+        L::apart(
+            #[inline(always)]
+            || self.lifted.slopes_with_powers(oil, s, piston),
         )
     }
 }

@@ -37,11 +37,15 @@ macro_rules! sized {
     ($joints:expr, $object:ident.$method:ident($($argument:expr),*)) => {
         match $joints {
             1 => $object.$method::<1>($($argument),*),
+            #[cfg(feature = "chains")]
             2 => $object.$method::<2>($($argument),*),
+            #[cfg(feature = "chains")]
             3 => $object.$method::<3>($($argument),*),
+            #[cfg(feature = "chains")]
             4 => $object.$method::<4>($($argument),*),
+            #[cfg(feature = "chains")]
             5 => $object.$method::<5>($($argument),*),
-            _ => $object.$method::<6>($($argument),*),
+            _ => $object.$method::<MAX_JOINTS>($($argument),*),
         }
     };
 }

@@ -3,8 +3,9 @@
 /// A machine that is described well but cannot be simulated here.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BuildError {
-    #[error("the machine has {0} joints; chains of 1 to 6 joints can be simulated")]
-    TooManyJoints(usize),
+    /// With so many joints.
+    #[error("the machine has {0} joints; chains of {chains} joints can be simulated", chains = crate::build::CHAINS)]
+    Chain(usize),
     #[error("machine.tip lies on link `{0}`; it must lie on the last link of the chain, `{1}`")]
     TipNotOnLastLink(String, String),
     #[error("cylinder.{0}.linkage: the barrel must be pinned to the parent link `{1}` of its joint")]

@@ -4,19 +4,18 @@
 //! slopes by joint coordinates and rates. The blocks are joined by the chain rule through x(q), v = g(q) q' and
 //! q'' = M^-1 (g f - b).
 
-use crate::bordered::{Bordered, Row};
+use crate::bordered::Bordered;
 use crate::cylinder_group::{CylinderGroup, Member};
-use crate::cylinder_slopes::{Piston, RateSlopes};
-use crate::cylinder_unit::{LocalRates, LocalState};
+use crate::cylinder_slopes::{Piston, PowerSlopes, RateSlopes};
 use crate::layout::Layout;
-use crate::ledger::{powers, LEDGER_PER_CYLINDER};
+use crate::ledger::LEDGER_PER_CYLINDER;
 use crate::rhs::{joint_state, write_joints, Accelerated, Evaluator, Placed};
 use hydrocrane_num::{Pack, Real};
 use hydrocrane_physics::hydraulics::fluid::OilTables;
 
 impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
-    /// Writes the state derivative and its slopes, and those of the ledger's powers if `slopes` has room for them and this
-    /// oil is given. `observe` sees each group of cylinders with its state and rates.
+    /// Writes the state derivative and its slopes, and those of the ledger's powers if the oil is given, for which `slopes`
+    /// must have room then. `observe` sees the powers of each group of cylinders.
     #[allow(clippy::too_many_arguments)]
     #[inline(always)]
     pub fn linearise(
@@ -28,7 +27,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         oil: Option<&OilTables>,
         dx: &mut [T],
         slopes: &mut Bordered<T>,
-        mut observe: impl FnMut(&CylinderGroup<L>, &LocalState<L>, &LocalRates<L>),
+        mut observe: impl FnMut(&CylinderGroup<L>, &[L; LEDGER_PER_CYLINDER]),
     ) {
         let (placed, gain_slopes) = self.place_moving(layout, x);
         let mut forces = [T::c(0.0); N];
@@ -39,7 +38,15 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
                 gain_slope: group.gather(|m| gain_slopes[m.cylinder]),
                 rate: group.gather(|m| placed.rates[m.cylinder]),
             };
-            let mut sloped = group.sloped(&local, &piston);
+            let mut sloped = match oil {
+                Some(oil) => {
+                    let (sloped, powered) = group.sloped_with_powers(oil, &local, &piston);
+                    group.write_power_slopes(&powered, slopes);
+                    observe(group, &powered.powers);
+                    sloped
+                }
+                None => group.sloped(&local, &piston),
+            };
             if slopes.secants {
                 let more = group.lifted.tangent_less_secant(local.v);
                 sloped.force.q += more * piston.gain_slope * piston.rate;
@@ -48,10 +55,6 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
             group.write_rates(&sloped.rates, &mut forces, dx);
             group.write_slopes(&sloped, slopes);
             group.write_spool_slopes(x, u, dx, slopes);
-            observe(group, &local, &sloped.rates);
-            if let (Some(oil), false) = (oil, slopes.quadratures.is_empty()) {
-                group.write_power_slopes(oil, &local, &piston, slopes);
-            }
         }
         let accelerated = self.plant.accelerate(&placed, &forces, payload);
         write_joints(layout, &placed.rates, &accelerated.qdd, dx);
@@ -145,28 +148,11 @@ impl<L: Real> CylinderGroup<L> {
     }
 
     #[inline(always)]
-    fn write_power_slopes<T: Real>(
-        &self,
-        oil: &OilTables,
-        local: &LocalState<L>,
-        piston: &Piston<L>,
-        out: &mut Bordered<T>,
-    ) where
+    fn write_power_slopes<T: Real>(&self, powered: &PowerSlopes<L>, out: &mut Bordered<T>)
+    where
         L: Pack<T>,
     {
-        let rows = L::apart(
-            #[inline(always)]
-            || {
-                let (moving, sloped) = self.lifted.sloped(local);
-                let powers = powers(oil, &moving, &sloped);
-                let mut rows = [Row::default(); LEDGER_PER_CYLINDER];
-                for (row, power) in rows.iter_mut().zip(&powers) {
-                    *row = piston.row(power);
-                }
-                rows
-            },
-        );
-        for (i, row) in rows.iter().enumerate() {
+        for (i, row) in powered.rows.iter().enumerate() {
             for lane in 0..L::WIDTH {
                 let Some(member) = self.member(lane) else { break };
                 out.quadratures[member.cylinder * LEDGER_PER_CYLINDER + i] = row.lane(lane);

@@ -9,7 +9,7 @@ use crate::plant::Plant;
 use crate::rhs::Evaluator;
 #[cfg(target_arch = "x86_64")]
 use hydrocrane_num::register::Register;
-use hydrocrane_num::{register::Handy, Lanes, Pack};
+use hydrocrane_num::{register::Handy, Lanes, Pack, Real};
 use hydrocrane_physics::hydraulics::fluid::OilTables;
 
 /// How the cylinders are arranged.
@@ -84,7 +84,8 @@ fn derivative<L: Pack<f64>, const N: usize>(
         #[inline(always)]
         || {
             evaluator.derivative(at.layout, at.x, at.u, at.payload, dx, |group, s, rates| {
-                write_powers(group, s, rates, &mut ledger);
+                let Some(ledger) = &mut ledger else { return };
+                write_powers(group, &powers_of(ledger.oil, s, rates), ledger.out);
             });
         },
     );
@@ -101,26 +102,25 @@ fn linearise<L: Pack<f64>, const N: usize>(
     L::apart(
         #[inline(always)]
         || {
-            evaluator.linearise(at.layout, at.x, at.u, at.payload, oil, dx, slopes, |group, s, rates| {
-                write_powers(group, s, rates, &mut ledger);
+            evaluator.linearise(at.layout, at.x, at.u, at.payload, oil, dx, slopes, |group, powers| {
+                let Some(ledger) = &mut ledger else { return };
+                write_powers(group, powers, ledger.out);
             });
         },
     );
 }
 
+#[inline(always)]
+fn powers_of<L: Real>(oil: &OilTables, s: &LocalState<L>, rates: &LocalRates<L>) -> [L; LEDGER_PER_CYLINDER] {
+    L::apart(
+        #[inline(always)]
+        || powers([oil.energy_density(s.p1), oil.energy_density(s.p2)], s, rates),
+    )
+}
+
 /// Writes the powers of a group of cylinders.
 #[inline(always)]
-fn write_powers<L: Pack<f64>>(
-    group: &CylinderGroup<L>,
-    s: &LocalState<L>,
-    rates: &LocalRates<L>,
-    ledger: &mut Option<Powers>,
-) {
-    let Some(Powers { oil, out }) = ledger else { return };
-    let powers = L::apart(
-        #[inline(always)]
-        || powers(oil, s, rates),
-    );
+fn write_powers<L: Pack<f64>>(group: &CylinderGroup<L>, powers: &[L; LEDGER_PER_CYLINDER], out: &mut [f64]) {
     for lane in 0..L::WIDTH {
         let Some(member) = group.member(lane) else { break };
         for (i, power) in powers.iter().enumerate() {

@@ -10,7 +10,6 @@
 
 use crate::cylinder_unit::{LocalRates, LocalState};
 use hydrocrane_num::Real;
-use hydrocrane_physics::hydraulics::fluid::OilTables;
 
 pub const LEDGER_PER_CYLINDER: usize = 13;
 
@@ -31,9 +30,9 @@ pub const LEDGER_TERMS: [(&str, &str, f64); LEDGER_PER_CYLINDER] = [
     ("end_stop", "heat of end stop damping", -1.0),
 ];
 
-/// Powers (W) in the order of [`LEDGER_TERMS`].
+/// Powers (W) in the order of [`LEDGER_TERMS`]; `stored` are the oil's energy densities in the two chambers, J/m^3.
 #[inline(always)]
-pub fn powers<T: Real>(oil: &OilTables, s: &LocalState<T>, r: &LocalRates<T>) -> [T; LEDGER_PER_CYLINDER] {
+pub fn powers<T: Real>(stored: [T; 2], s: &LocalState<T>, r: &LocalRates<T>) -> [T; LEDGER_PER_CYLINDER] {
     let p = &r.ports;
     let e = &r.edges;
     let (q_a, q_b) = (e.port_a(), e.port_b());
@@ -50,7 +49,7 @@ pub fn powers<T: Real>(oil: &OilTables, s: &LocalState<T>, r: &LocalRates<T>) ->
         (p.a - s.p1) * q_a + (s.p2 - p.b) * q_b,
         (s.p1 - s.p2) * r.internal_leakage,
         (s.p2 - p.tank) * r.external_leakage,
-        oil.energy_density(s.p1) * inflow_1 + oil.energy_density(s.p2) * inflow_2,
+        stored[0] * inflow_1 + stored[1] * inflow_2,
         r.friction * s.v - r.bristle_power,
         -(r.stop_damping * s.v),
     ]

@@ -84,7 +84,7 @@ impl Live {
     pub fn take_over(&mut self) {
         if self.replaying {
             self.replaying = false;
-            self.closed.hand.forget_after(self.sampled_until);
+            self.closed.take_over(self.controller.period());
             self.loads.forget();
             self.wanted_payload = self.payload;
         }

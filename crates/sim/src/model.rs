@@ -18,7 +18,7 @@ use hydrocrane_control::keep_out::Region;
 use hydrocrane_machine::Machine;
 
 /// Most joints a chain can have here.
-pub const MAX_JOINTS: usize = 6;
+pub const MAX_JOINTS: usize = if cfg!(feature = "chains") { 6 } else { 3 };
 
 /// The passivity condition of one LuGre cylinder.
 #[derive(Debug, Clone, PartialEq)]

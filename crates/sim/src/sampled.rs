@@ -157,6 +157,12 @@ impl ClosedLoop {
         (self.began, self.sample, self.failing) = (now, 0, 0);
     }
 
+    /// Nobody moves the sticks as planned any more, after the last sample of a controller with this period (s).
+    pub fn take_over(&mut self, period: f64) {
+        let (began, taken) = (self.began, self.sample);
+        self.hand.forget_after((0..taken).map(|sample| began + sample as f64 * period));
+    }
+
     /// When the controller measures next, s.
     fn next_sample(&self, period: f64) -> f64 {
         self.began + self.sample as f64 * period

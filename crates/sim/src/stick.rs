@@ -34,20 +34,25 @@ impl Sticks {
         Sticks { kind, times: Vec::new(), deflections: Vec::new(), axes, linear: false, dead_zone: 0.0, ramp: 0.0 }
     }
 
-    /// Where the operator wants one axis at time `t`, after its dead zone.
-    fn wanted(&self, axis: usize, t: f64) -> f64 {
+    /// Where one axis is held at time `t`.
+    fn raw(&self, axis: usize, t: f64) -> f64 {
         let next = self.times.partition_point(|&time| time <= t + 1e-12);
         if next == 0 {
             return 0.0;
         }
         let value = |row: usize| self.deflections[row * self.axes + axis];
-        let raw = match (self.linear, self.times.get(next)) {
+        match (self.linear, self.times.get(next)) {
             (true, Some(&end)) => {
                 let begin = self.times[next - 1];
                 value(next - 1) + (value(next) - value(next - 1)) * (t - begin) / (end - begin)
             }
             _ => value(next - 1),
-        };
+        }
+    }
+
+    /// Where the operator wants one axis at time `t`, after its dead zone.
+    fn wanted(&self, axis: usize, t: f64) -> f64 {
+        let raw = self.raw(axis, t);
         let beyond = raw - raw.clamp(-self.dead_zone, self.dead_zone);
         beyond / (1.0 - self.dead_zone)
     }
@@ -79,11 +84,22 @@ impl Hand {
         &self.sticks
     }
 
-    /// Forgets what the operator would have done after time `t`.
-    pub fn forget_after(&mut self, t: f64) {
-        let kept = self.sticks.times.partition_point(|&time| time <= t);
-        self.sticks.times.truncate(kept);
-        self.sticks.deflections.truncate(kept * self.sticks.axes);
+    /// Forgets what the operator would have done after the last of `samples` (s). Sticks that go straight between rows are
+    /// held where they were at each sample from then on: a controller that samples there sees no difference.
+    pub fn forget_after(&mut self, samples: impl Iterator<Item = f64>) {
+        if self.sticks.linear {
+            let straight = self.sticks.clone();
+            self.sticks = Sticks { times: Vec::new(), deflections: Vec::new(), linear: false, ..straight };
+            for t in samples {
+                let there: Vec<f64> = (0..straight.axes).map(|axis| straight.raw(axis, t)).collect();
+                self.hold(t, &there);
+            }
+        } else {
+            let last = samples.last().unwrap_or(f64::NEG_INFINITY);
+            let kept = self.sticks.times.partition_point(|&time| time <= last);
+            self.sticks.times.truncate(kept);
+            self.sticks.deflections.truncate(kept * self.sticks.axes);
+        }
     }
 
     /// From time `t` on the operator holds `deflections`. Times must grow.
@@ -153,6 +169,18 @@ mod tests {
         hand.move_to(0.99);
         assert!((hand.move_to(1.04)[1] - 0.25).abs() < 1e-12);
         assert_eq!(hand.move_to(1.5)[1], 1.0);
+    }
+
+    #[test]
+    fn straight_sticks_taken_over_are_held_as_the_samples_saw_them() {
+        let samples = || (0..=3).map(|k| 0.9 + 0.3 * f64::from(k));
+        let mut hand = Hand::new(sticks(true, 0.2, 0.0));
+        let before: Vec<_> = samples().map(|t| hand.move_to(t).to_vec()).collect();
+        hand.forget_after(samples());
+        assert!(!hand.sticks().linear && hand.sticks().times.len() == 4, "{:?}", hand.sticks());
+        let after: Vec<_> = samples().map(|t| hand.move_to(t).to_vec()).collect();
+        assert_eq!(before, after);
+        assert_eq!(hand.move_to(9.0), before[3], "what was to come is forgotten");
     }
 
     #[test]

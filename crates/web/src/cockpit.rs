@@ -10,7 +10,7 @@ use hydrocrane_machine::{Machine, OverrideValue};
 use hydrocrane_sim::controller::Controller;
 use hydrocrane_sim::integrator::Tolerances;
 use hydrocrane_sim::{
-    build, EquilibriumMode, Live, Model, RunOptions, SampledPlan, SensorMode, Sensors, StickKind, Sticks,
+    build, BuildError, EquilibriumMode, Live, Model, RunOptions, SampledPlan, SensorMode, Sensors, StickKind, Sticks,
 };
 use serde_json::{json, Value};
 use std::sync::Arc;
@@ -90,7 +90,12 @@ impl Drive {
 
     /// How the drive ended, if it has: kind, time (s), message.
     fn ended(&self) -> Option<(&'static str, f64, String)> {
-        let stuck = self.stuck.as_ref().map(|problem| ("bad-state", self.live.time(), problem.message().to_string()));
+        let stuck = self.stuck.as_ref().map(|problem| {
+            let reason = problem.message();
+            let message =
+                format!("the next phase of the replay cannot begin: {reason}; move a stick before it and drive on");
+            ("bad-state", self.live.time(), message)
+        });
         stuck.or_else(|| self.live.outcome().map(|o| (o.kind.name(), o.time, o.message.clone())))
     }
 
@@ -240,8 +245,10 @@ fn begin(request: Request, stage: Option<Stage>, replay: Option<Replay>) -> Resu
 /// What a request puts in force from time zero on, after what was changed `before`.
 fn setting(request: Request, before: &[(String, OverrideValue)]) -> Result<(Setting, Machine), Problem> {
     let (machine, overrides) = request.machine(before)?;
-    let model =
-        build(&machine).map_err(|error| Problem::plain(format!("{}: [cannot-build] {error}", request.machine)))?;
+    let model = build(&machine).map_err(|error| {
+        let slug = if matches!(error, BuildError::Chain(_)) { "chain" } else { "cannot-build" };
+        Problem::named(slug, format!("{}: [cannot-build] {error}", request.machine))
+    })?;
     Ok((Setting { from: 0.0, request, overrides, model }, machine))
 }
 

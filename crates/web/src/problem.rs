@@ -11,6 +11,11 @@ impl Problem {
         Problem(json!({ "message": message.into() }))
     }
 
+    /// Of a kind that the page knows by its name.
+    pub fn named(slug: &str, message: impl Into<String>) -> Self {
+        Problem(json!({ "message": message.into(), "slug": slug }))
+    }
+
     /// As the command line shows it, with its parts.
     pub fn file(error: &MachineError) -> Self {
         Problem(json!({

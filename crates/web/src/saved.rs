@@ -15,11 +15,6 @@ pub fn scenario(drive: &Drive) -> Result<String, Problem> {
     let earlier = drive.earlier.iter().map(|(setting, sticks)| (setting, sticks));
     let parts: Vec<(&Setting, &Sticks)> =
         earlier.chain([(&drive.now, drive.live.sticks())]).filter(|(setting, _)| setting.from < end).collect();
-    if parts.iter().any(|(_, sticks)| sticks.linear) {
-        return Err(Problem::plain(
-            "this drive began as a replay of sticks that move in straight lines; reset, then drive",
-        ));
-    }
     let mut text = String::new();
     let mut before: Option<&Setting> = None;
     for (phase, (setting, sticks)) in parts.into_iter().enumerate() {
@@ -101,10 +96,11 @@ fn controls(setting: &Setting, sticks: &Sticks, table: &str, text: &mut String) 
     let _ = write!(
         text,
         "\n[{table}controller]\nname = {}\ndelay = \"{:?} s\"\nsensors = \"{sensors}\"\n\n[{table}joystick]\n\
-         mode = \"{}\"\ndead-zone = {:?}\nramp = \"{:?} s\"\ntime = {}\n",
+         mode = \"{}\"\n{}dead-zone = {:?}\nramp = \"{:?} s\"\ntime = {}\n",
         quoted(&request.controller),
         request.delay,
         if request.lever() { "lever" } else { "tip" },
+        if sticks.linear { "interpolation = \"linear\"\n" } else { "" },
         sticks.dead_zone,
         sticks.ramp,
         list(sticks.times.iter().map(|t| format!("\"{t:?} s\""))),

@@ -1,6 +1,6 @@
 //! The cockpit against the native run: a drive that is saved and simulated ends in the same place.
 
-use hydrocrane_machine::scenario::{ControllerChoice, Joystick, Scenario, SensorQuality, StickMode};
+use hydrocrane_machine::scenario::{ControllerChoice, Interpolation, Joystick, Scenario, SensorQuality, StickMode};
 use hydrocrane_machine::{load, parse_scenario, OverrideValue};
 use hydrocrane_sim::controller::Controller;
 use hydrocrane_sim::integrator::Tolerances;
@@ -14,6 +14,8 @@ use std::sync::Arc;
 
 /// Period of the controllers in ticks.
 const SAMPLE: u32 = 10;
+/// Where the joints stand in the frames.
+const JOINTS: usize = 8;
 
 fn opened(request: Value) -> (Cockpit, Value) {
     let mut cockpit = Cockpit::default();
@@ -72,6 +74,7 @@ fn plan(model: &dyn Model, choice: &ControllerChoice, stick: &Joystick, seed: u6
         sticks: Sticks {
             times: stick.time.clone(),
             deflections,
+            linear: stick.interpolation == Interpolation::Linear,
             dead_zone: stick.dead_zone,
             ramp: stick.ramp,
             ..Sticks::centred(kind, model.machine().cylinders.len())
@@ -177,6 +180,91 @@ fn a_saved_drive_is_replayed_until_somebody_takes_over() {
     let changed = parse_scenario(&other.save().expect("a drive"), "drive.toml", &[]).expect("a scenario");
     assert_eq!(changed.joystick.expect("one").axes[1].last(), Some(&-1.0));
     assert!(changed.payload_changes.is_empty(), "the log of the replay was still to come");
+}
+
+/// Straight sticks in two phases, the second with levers and samples of its own rhythm.
+const STRAIGHT: &str = r#"
+[scenario]
+name = "straight"
+title = "Sticks that move in straight lines"
+machine = "rottne-f9-lab"
+duration = "6 s"
+payload = "0 kg"
+
+[initial]
+pressures = "equilibrium"
+
+[initial.joint]
+boom = "100 deg"
+jib = "100 deg"
+extension = "0 m"
+
+[controller]
+name = "tip"
+
+[joystick]
+mode = "tip"
+interpolation = "linear"
+dead-zone = 0.05
+ramp = "0.2 s"
+time = ["0.123 s", "1.2 s", "5 s"]
+x = [0.0, 0.4, -0.4]
+z = [-0.3, 0.7, 0.1]
+
+[phase.levers]
+time = "2 s"
+
+[phase.levers.controller]
+name = "lever"
+period = "7 ms"
+
+[phase.levers.joystick]
+mode = "lever"
+interpolation = "linear"
+time = ["2 s", "3 s", "6 s"]
+lift = [0.0, 0.5, -0.5]
+jib = [0.2, -0.3, 0.3]
+extension = [0.0, 0.0, 0.3]
+"#;
+
+#[test]
+fn straight_sticks_are_saved_as_they_are_and_as_samples_saw_them_where_somebody_took_over() {
+    // Where somebody takes over (ms), a sample at the end (ms), and which phases are straight when they are saved.
+    let cases =
+        [(None, 4296, vec![true, true]), (Some(1300), 4300, vec![false]), (Some(3300), 4296, vec![true, false])];
+    for (taken_over, end, straight) in cases {
+        let (mut cockpit, _) = opened(json!({ "scenario": STRAIGHT }));
+        if let Some(ticks) = taken_over {
+            assert!(cockpit.advance(ticks), "{}", cockpit.events());
+            cockpit.steer(&[0.3, -0.6]);
+        }
+        assert!(cockpit.advance(end - taken_over.unwrap_or(0)), "{}", cockpit.events());
+        let joints = cockpit.frame()[JOINTS..JOINTS + 3].to_vec();
+        // The drive is written down until its last sample, which the next step takes.
+        assert!(cockpit.advance(1));
+        let text = cockpit.save().expect("straight sticks too");
+        let scenario = parse_scenario(&text, "drive.toml", &[]).expect("a scenario");
+        let later = scenario.phases.iter().filter_map(|phase| phase.joystick.as_ref());
+        let sticks = scenario.joystick.iter().chain(later);
+        assert_eq!(sticks.map(|s| s.interpolation == Interpolation::Linear).collect::<Vec<_>>(), straight);
+        let (time, simulated) = simulated(&scenario);
+        assert_eq!(time, f64::from(end) / 1000.0);
+        assert_eq!(built("rottne-f9-lab", &[]).tip(&joints), simulated, "{taken_over:?}");
+    }
+}
+
+#[test]
+fn a_phase_that_cannot_begin_ends_the_replay_with_the_reason_and_a_cure() {
+    let text = STRAIGHT.replace(
+        "[phase.levers.controller]",
+        "[phase.levers.overrides]\n\"friction.lift.model\" = \"static\"\n\n[phase.levers.controller]",
+    );
+    let (mut cockpit, _) = opened(json!({ "scenario": text }));
+    assert!(!cockpit.advance(3000));
+    let ended = cockpit.events()["ended"].clone();
+    let message = ended["message"].as_str().expect("a message");
+    assert_eq!((ended["kind"].as_str(), ended["time"].as_f64()), (Some("bad-state"), Some(2.0)));
+    assert!(message.contains("other states") && message.ends_with("move a stick before it and drive on"), "{message}");
 }
 
 fn stick_of(text: &str) -> hydrocrane_machine::scenario::Joystick {

@@ -67,12 +67,18 @@ pub struct Effort {
 }
 
 /// The methods by name.
+#[cfg(feature = "methods")]
 pub const METHODS: [&str; 3] = ["rodas5p", "tsit5", "ros3l"];
+/// The method of a drive.
+#[cfg(not(feature = "methods"))]
+pub const METHODS: [&str; 1] = ["ros3l"];
 
 /// A method by its name in [`METHODS`].
 pub fn method(name: &str, dimension: usize, quadratures: usize) -> Option<Box<dyn Method>> {
     match name {
+        #[cfg(feature = "methods")]
         "rodas5p" => Some(Box::new(rodas5p::Rodas5p::new(dimension, quadratures))),
+        #[cfg(feature = "methods")]
         "tsit5" => Some(Box::new(tsit5::Tsit5::new(dimension, quadratures))),
         "ros3l" => Some(Box::new(ros3l::Ros3l::new(dimension, quadratures))),
         _ => None,

@@ -27,10 +27,14 @@ const C32: f64 = -1.901_285_526_477_801;
 const D: [f64; STAGES] = [GAMMA, 0.564_133_478_491_541, -1.143_449_221_516_972];
 const WEIGHTS: [f64; STAGES] = [2.423_364_536_605_055, 0.920_178_917_478_537_4, 0.503_185_619_126_517_3];
 
-/// Where the increments lead from `x`, number `i` of them.
+/// Number by number what `of` says of a start and its increments, of which `out` takes those from `first` on.
 #[inline(always)]
-fn end(x: f64, k: &[Vec<f64>; STAGES], i: usize) -> f64 {
-    x + k[0][i] * WEIGHTS[0] + k[1][i] * WEIGHTS[1] + k[2][i] * WEIGHTS[2]
+fn join(out: &mut [f64], from: &[f64], k: &[Vec<f64>; STAGES], first: usize, of: impl Fn(f64, [f64; STAGES]) -> f64) {
+    let [one, two, three] = k;
+    let increments = one[first..].iter().zip(&two[first..]).zip(&three[first..]);
+    for ((out, from), ((one, two), three)) in out.iter_mut().zip(from).zip(increments) {
+        *out = of(*from, [*one, *two, *three]);
+    }
 }
 
 /// The method for a [`System`]; quadratures lie behind the states.
@@ -133,16 +137,17 @@ impl Method for Ros3l {
             || self.stages(system, t, h, from.x),
         );
         self.effort.derivatives += 1;
-        to.x.iter_mut().zip(from.x).enumerate().for_each(|(i, (to, from))| *to = end(*from, &self.k, i));
-        to.w.iter_mut().zip(from.w).enumerate().for_each(|(i, (to, from))| *to = end(*from, &self.k, self.n + i));
+        let end = |x: f64, k: [f64; STAGES]| x + k[0] * WEIGHTS[0] + k[1] * WEIGHTS[1] + k[2] * WEIGHTS[2];
+        join(&mut to.x, from.x, &self.k, 0, end);
+        join(&mut to.w, from.w, &self.k, self.n, end);
         true
     }
 
     fn interpolate(&self, theta: f64, x: &mut [f64], w: &mut [f64]) {
-        let weights = interpolant(theta);
-        for (i, out) in x.iter_mut().chain(w).enumerate() {
-            *out = self.start[i] + (0..STAGES).map(|j| weights[j] * self.k[j][i]).sum::<f64>();
-        }
+        let [one, two, three] = interpolant(theta);
+        let there = |start: f64, k: [f64; STAGES]| start + (one * k[0] + two * k[1] + three * k[2]);
+        join(x, &self.start[..self.n], &self.k, 0, there);
+        join(w, &self.start[self.n..], &self.k, self.n, there);
     }
 
     fn effort(&self) -> Effort {

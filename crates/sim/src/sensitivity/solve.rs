@@ -94,7 +94,7 @@ pub fn sensitivities(
         4 => sized::<4>(experiment, &keys, &values, &machine, keep_going),
         5 => sized::<5>(experiment, &keys, &values, &machine, keep_going),
         6 => sized::<6>(experiment, &keys, &values, &machine, keep_going),
-        n => Err(BuildError::TooManyJoints(n).into()),
+        n => Err(BuildError::Chain(n).into()),
     }
 }
 

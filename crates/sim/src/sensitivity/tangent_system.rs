@@ -119,7 +119,7 @@ impl<const N: usize> System for TangentSystem<'_, N> {
         for group in self.groups {
             let Group { inputs, evaluator, first, count } = group;
             group.read(x, layout.len(), state);
-            evaluator.linearise(layout, state, &u, inputs.payload, None, rate, slopes, |_, _, _| {});
+            evaluator.linearise(layout, state, &u, inputs.payload, None, rate, slopes, |_, _| {});
             group.write(rate, rates);
             blocks[0] = slopes.map(|slope| slope.value);
             for k in 0..*count {
