@@ -96,7 +96,9 @@ fn assert_silent(what: &str, case: &Case, name: &str, seeds: std::ops::Range<u64
     for seed in seeds {
         let done = case.run(name, random_sticks(seed, end), seed, end, &[]);
         assert_eq!(done.run.outcome.kind, OutcomeKind::Completed, "{what}, seed {seed}: {}", done.run.outcome.message);
-        assert!(done.events.is_empty(), "{what}, seed {seed}: {:?}", &done.events[..done.events.len().min(3)]);
+        // A tip at the end of its range may say so; no sensor is accused.
+        let alarms: Vec<_> = done.events.iter().filter(|e| !e.text.starts_with("the tip stands")).take(3).collect();
+        assert!(alarms.is_empty(), "{what}, seed {seed}: {alarms:?}");
     }
 }
 

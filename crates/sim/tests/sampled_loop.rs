@@ -292,7 +292,9 @@ fn a_minute_of_random_sticks_is_finite_and_stays_inside_the_cylinders() {
             assert_eq!(outcome.kind, OutcomeKind::Completed, "{name}, seed {seed}: {}", outcome.message);
             assert!(done.run.states.iter().chain(&done.samples.measured).all(|v| v.is_finite()), "{name}, seed {seed}");
             assert!(done.samples.sticks.iter().all(|d| d.abs() <= 1.0), "{name}, seed {seed}");
-            assert!(done.events.is_empty(), "{name}, seed {seed}: {:?}", done.events);
+            // A tip at the end of its range may say so.
+            let others: Vec<_> = done.events.iter().filter(|e| !e.text.starts_with("the tip stands")).collect();
+            assert!(others.is_empty(), "{name}, seed {seed}: {others:?}");
         }
     }
 }
