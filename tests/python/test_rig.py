@@ -67,9 +67,7 @@ def test_the_kalmar_cylinder_chatters_under_115_kg_where_its_file_says_so():
 def test_slow_motion_is_found_where_leakage_takes_most_of_the_flow():
     base = hc.load_machine("rig-kalmar")
     gap = 1.2 * float(base.value("cylinder.test.leakage-gap").si)
-    crane = hc.load_machine(
-        "rig-kalmar", {"cylinder.test.leakage-gap": gap, "friction.test.breakaway": [450.0, 450.0]}
-    )
+    crane = hc.load_machine("rig-kalmar", {"cylinder.test.leakage-gap": gap, "friction.test.breakaway": [450.0, 450.0]})
     spools = [rig.steady_motion(crane, v, payload=0.0).spool for v in (-4e-5, -5e-5, -6e-5, -7e-5)]
     # Slower needs less opening, and what is found lies on one smooth curve.
     assert np.all(np.diff(spools) < 0) and np.all(np.array(spools) < 0)

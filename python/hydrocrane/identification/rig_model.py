@@ -35,9 +35,9 @@ LEAST_SAMPLES = 10
 # their effect.
 LEAST_PRESSURE = 1e5
 OTHER_PRESSURE, OTHER_PLACE = 1e4, 1e-3
-# Some 3 Pa: far below the noise of a block. Steps are chosen by the states alone: slopes are then a percent off near
-# kinks, which a search does not feel, and come twenty times as fast.
-SOLVER = Solver(rtol=1e-6, max_step=10.0)
+# Steps are chosen by the states alone, so that slopes come twenty times as fast. They are taken far shorter than noise
+# asks for: where many unknowns act almost alike, slopes that are a percent off would pass for information.
+SOLVER = Solver(rtol=1e-8, max_step=10.0)
 
 
 class LogModel:
