@@ -1,6 +1,6 @@
 //! What analogue sensors have in common.            theory: docs/theory/sensor/analogue.md
 //!
-//! With s = 0 at the low and 1 at the high end of the range (width w), a sensor of known quality reads
+//! With s = 0 at the low and 1 at the high end of the range (width w; a converter may go beyond), a sensor of known quality reads
 //!     y = u + w [ zero + gain (s - 1/2) + bow (4 s (1 - s) - 1/2) + noise n ]
 //! `zero`, `gain` and `bow` are drawn once, as one would buy a sensor; n is drawn for each reading. The data sheets
 //! give bounds of the sum, not of its parts: thesis (2.2.3, 9.1).
@@ -33,9 +33,18 @@ impl Quality {
     }
 }
 
+/// From `low` to `high`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    pub low: f64,
+    pub high: f64,
+}
+
 /// One sensor, as bought.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Analogue {
+    /// What the quality speaks of.
+    range: Range,
     converter: Converter,
     quality: Quality,
     zero: f64,
@@ -45,25 +54,34 @@ pub struct Analogue {
 }
 
 impl Analogue {
-    pub fn new(converter: Converter, quality: Quality, mut draws: Draws) -> Self {
+    /// A sensor whose converter spans just its range.
+    pub fn new(converter: Converter, quality: Quality, draws: Draws) -> Self {
+        Self::within(Range { low: converter.low, high: converter.high }, converter, quality, draws)
+    }
+
+    /// A sensor whose converter goes on beyond its range.
+    pub fn within(range: Range, converter: Converter, quality: Quality, mut draws: Draws) -> Self {
         // Half of the accuracy each: at the ends of the range, where both add, the whole is reached.
         let zero = 0.5 * quality.accuracy * draws.symmetric();
         let gain = quality.accuracy * draws.symmetric();
         let bow = 2.0 * quality.linearity * draws.symmetric();
-        Analogue { converter, quality, zero, gain, bow, draws }
+        Analogue { range, converter, quality, zero, gain, bow, draws }
     }
 
     /// Error that every reading of `u` has, in its unit.
     pub fn bias(&self, u: f64) -> f64 {
-        let width = self.converter.high - self.converter.low;
-        let s = ((u - self.converter.low) / width).clamp(0.0, 1.0);
+        let width = self.width();
+        let s = (u.clamp(self.converter.low, self.converter.high) - self.range.low) / width;
         width * (self.zero + self.gain * (s - 0.5) + self.bow * (4.0 * s * (1.0 - s) - 0.5))
     }
 
     pub fn read(&mut self, u: f64) -> f64 {
-        let width = self.converter.high - self.converter.low;
         let scatter = self.quality.repeatability * self.draws.symmetric() + self.quality.noise * self.draws.normal();
-        self.converter.read(u + self.bias(u) + width * scatter)
+        self.converter.read(u + self.bias(u) + self.width() * scatter)
+    }
+
+    fn width(&self) -> f64 {
+        self.range.high - self.range.low
     }
 }
 

@@ -6,7 +6,7 @@
 //! A live zero, the share of the supply voltage that stands for no pressure, shows readings below zero and beyond full
 //! scale by live zero / (1 - 2 live zero) of the range; without one, pressures below zero read zero.
 
-use super::analogue::{Analogue, Quality};
+use super::analogue::{Analogue, Quality, Range};
 use super::Converter;
 use hydrocrane_num::Draws;
 
@@ -35,10 +35,10 @@ impl PressureTransmitter {
         let Scale { full, live_zero } = scale;
         let beyond = full * live_zero / (1.0 - 2.0 * live_zero);
         let converter = Converter { low: -beyond, high: full + beyond, bits };
-        // The data sheet's shares are of full scale, not of what the converter spans.
-        let share = full / (full + 2.0 * beyond);
+        // The data sheet speaks of the range, not of what the converter spans.
+        let range = Range { low: 0.0, high: full };
         PressureTransmitter {
-            sensor: Analogue::new(converter, quality.scaled(share), draws),
+            sensor: Analogue::within(range, converter, quality, draws),
             time_constant: rise_time / 9f64.ln(),
             lagged: 0.0,
             ahead: 0.0,
@@ -133,7 +133,7 @@ mod tests {
     fn a_live_zero_shows_the_zero_point_on_both_sides_and_keeps_the_accuracy() {
         let quality = Quality { accuracy: 0.003, ..Quality::default() };
         let scale = Scale { live_zero: 0.1, ..SCALE };
-        let (mut below, mut largest) = (0, 0.0f64);
+        let (mut below, mut largest, mut at_full_scale) = (0, 0.0f64, 0.0f64);
         for seed in 0..200 {
             let mut transmitter = PressureTransmitter::new(scale, None, 4e-3, quality, Draws::new(seed, "p1"));
             transmitter.settle(0.0, 0.0);
@@ -145,8 +145,12 @@ mod tests {
                 (transmitter.read() + 50e5).abs() < 1e-6,
                 "the output ends at 0 V: an eighth of the range below zero"
             );
+            transmitter.settle(0.0, 400e5);
+            at_full_scale = at_full_scale.max((transmitter.read() - 400e5).abs());
         }
         assert!((60..140).contains(&below), "{below} of 200");
-        assert!(largest <= 0.003 * 400e5 && largest > 0.5 * 0.003 * 400e5, "{largest}");
+        for largest in [largest, at_full_scale] {
+            assert!(largest <= 0.003 * 400e5 && largest > 0.9 * 0.003 * 400e5, "{largest}");
+        }
     }
 }
