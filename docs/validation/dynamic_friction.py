@@ -163,7 +163,6 @@ def recovery(seeds: int) -> list[str]:
         study("Rottne, no calibration", "rig-rottne", fewer, zero=False),
         study("Kalmar, zero calibration", "rig-kalmar", seeds),
         study("Kalmar, fine sensors", "rig-kalmar", fewer, sensors=fine),
-        "\nWhere the zeros were never calibrated, intervals hold too seldom: take a calibration, or do not trust them.",
         "\n![One seed: log, prediction and what is left](dynamic-friction/rottne.png)",
     ]
 

@@ -19,7 +19,7 @@ from hydrocrane.identification.first_readings import first_readings
 from hydrocrane.identification.output_error import Estimate, Unknown
 from hydrocrane.identification.result import StaticFit
 from hydrocrane.identification.rig_misfit import Progress, RigMisfit
-from hydrocrane.identification.rig_model import LogModel
+from hydrocrane.identification.rig_model import OTHER_PLACE, OTHER_PRESSURE, LogModel
 from hydrocrane.identification.rig_sensors import Calibrated, RigSensors
 from hydrocrane.identification.rig_unknowns import (
     DYNAMIC,
@@ -43,8 +43,10 @@ STRAINED = 4.5
 ROUGH, FAR_OFF = 1e-3, 100.0
 # What the noise is taken for on the way there, as a multiple, and to what tolerance.
 SOFTENED, ON_THE_WAY = (100.0, 10.0), 0.1
-# Unknowns that the simulation starts from.
-MOVED = ("p1.start", "x.start")
+# Unknowns that the simulation starts from, with the largest move, Pa and m, that needs no other start, and how often
+# the fit is repeated from where they led at most.
+MOVED = {"p1.start": 0.1 * OTHER_PRESSURE, "x.start": 0.1 * OTHER_PLACE}
+MOST_MOVES = 5
 
 
 def fit_dynamic(
@@ -109,19 +111,29 @@ def fit_dynamic(
 
 
 def _fitted(unknowns: Sequence[Unknown], misfit: RigMisfit) -> tuple[Estimate, RigMisfit, list[Unknown]]:
-    """The fit, and again from the starts that it found, whose effects are straight lines only nearby.
+    """The fit, and again from the starts that it found until they stay: their effects are straight lines only nearby.
 
     A model that is far off stays so: it is not fitted again.
     """
     for softened in SOFTENED:
         near = output_error.fit(unknowns, misfit, tolerance=ON_THE_WAY, softened=softened)
         unknowns = [_started(unknown, float(value)) for unknown, value in zip(unknowns, near.values, strict=True)]
-    first = output_error.fit(unknowns, misfit, tolerance=ROUGH)
-    if first.variance > FAR_OFF:
-        return first, misfit, list(unknowns)
-    again = [_moved(unknown, float(value)) for unknown, value in zip(unknowns, first.values, strict=True)]
-    misfit = misfit.restarted(first.values)
-    return output_error.fit(again, misfit), misfit, again
+    estimate = output_error.fit(unknowns, misfit, tolerance=ROUGH)
+    if estimate.variance > FAR_OFF:
+        return estimate, misfit, list(unknowns)
+    for _ in range(MOST_MOVES):
+        unknowns = [_moved(unknown, float(value)) for unknown, value in zip(unknowns, estimate.values, strict=True)]
+        misfit = misfit.restarted(estimate.values)
+        estimate = output_error.fit(unknowns, misfit)
+        if _near(estimate):
+            break
+    return estimate, misfit, list(unknowns)
+
+
+def _near(estimate: Estimate) -> bool:
+    """Whether the starts were left where the simulation had them."""
+    by_name = zip(estimate.names, estimate.values, strict=True)
+    return all(abs(value) <= MOVED.get(name.rsplit(" ", 1)[0], np.inf) for name, value in by_name)
 
 
 def _started(unknown: Unknown, value: float) -> Unknown:
@@ -130,7 +142,7 @@ def _started(unknown: Unknown, value: float) -> Unknown:
 
 def _moved(unknown: Unknown, value: float) -> Unknown:
     """The unknown where the fit left it; what the simulation starts from counts from there."""
-    if not unknown.name.startswith(MOVED):
+    if not unknown.name.startswith(tuple(MOVED)):
         return _started(unknown, value)
     assert unknown.prior is not None
     mean, deviation = unknown.prior
