@@ -9,9 +9,11 @@ import numpy as np
 from hydrocrane.machine import Machine
 from hydrocrane.signals import RigParameters
 
-# Standard deviations of an error that is evenly likely within its bound, and of the error at zero (zero point and half
-# of the span, each up to half of the accuracy), as shares of the accuracy: docs/theory/sensor/analogue.md.
-UNIFORM, AT_ZERO = 1 / np.sqrt(3.0), 1 / np.sqrt(6.0)
+# Standard deviations as shares of the accuracy: of an error that is evenly likely within it, and of the error at zero,
+# which is the zero point, up to half of the accuracy, and as much by the span where the range begins there
+# (docs/theory/sensor/analogue.md).
+UNIFORM = 1 / np.sqrt(3.0)
+AT_ZERO = {"p1": 1 / np.sqrt(6.0), "p2": 1 / np.sqrt(6.0), "force": 1 / np.sqrt(12.0)}
 PRESSURES = ("p1", "p2")
 ENDINGS = {"p1": ".p1", "p2": ".p2", "force": ".force", "x": ".q"}
 
@@ -40,7 +42,8 @@ def largest_error(rig: Machine, signal: str) -> float | None:
 def bias_without_zero(rig: Machine, parameters: RigParameters, *, load_cell: bool) -> float:
     """Standard deviation of the constant error of the friction without a zero calibration, N."""
     factors = {"p1": parameters.piston_area, "p2": parameters.rod_area} | ({"force": 1.0} if load_cell else {})
-    return float(np.linalg.norm([(largest_error(rig, name) or 0.0) * AT_ZERO * f for name, f in factors.items()]))
+    errors = [(largest_error(rig, name) or 0.0) * AT_ZERO[name] * factor for name, factor in factors.items()]
+    return float(np.linalg.norm(errors))
 
 
 def span_error(rig: Machine, signals: Sequence[str] = PRESSURES) -> float:
