@@ -53,14 +53,14 @@ def about() -> dict[str, Any]:
 
 
 def circumstances() -> dict[str, Any]:
-    """The version of the sources, and how busy the computer was beside the measurement."""
+    """The version of the sources, the computer, and how busy it was beside the measurement."""
     git = ["git", "-C", str(RESULTS.parent), "rev-parse", "--short", "HEAD"]
     try:
         commit = subprocess.run(git, capture_output=True, text=True, check=True).stdout.strip()
     except (OSError, subprocess.CalledProcessError):
         commit = "unknown"
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
-    return {"commit": commit, "load": load}
+    return {"commit": commit, "load": load, "processor": processor()}
 
 
 def sections(quick: bool) -> dict[str, Callable[[], dict[str, Any]]]:
@@ -105,8 +105,9 @@ def main() -> None:
         if name not in known:
             parser.error(f"no section is called `{name}`; choose from {', '.join(known)}")
     results = json.loads(RESULTS.read_text(encoding="utf-8")) if options.only and RESULTS.exists() else {}
-    rounds = results.get("about", {}).get("sections", {})
-    results["about"] = about() | {"sections": rounds}
+    # What was kept was measured where it says.
+    results.setdefault("about", about() | {"sections": {}})
+    rounds = results["about"]["sections"]
     for name in chosen:
         print(f"--- {name}", flush=True)
         began = time.perf_counter()

@@ -295,12 +295,13 @@ def goals(results: Results) -> str:
 
 
 def circumstances(results: Results) -> str:
-    """With which sources each section was measured, and how busy the computer was."""
-    rows = []
-    for name, row in results["about"]["sections"].items():
+    """With which sources and where each section was measured, and how busy the computer was."""
+    facts, rows = results["about"], []
+    for name, row in facts["sections"].items():
         load = "unknown" if row["load"] is None else digits(row["load"], 2)
-        rows.append([name.replace("_", " "), f"`{row['commit']}`", load])
-    return table(["section", "commit", "processes at work on average, this one among them"], rows)
+        place = row.get("processor", facts["processor"])
+        rows.append([name.replace("_", " "), f"`{row['commit']}`", place, load])
+    return table(["section", "commit", "processor", "processes at work on average, this one among them"], rows)
 
 
 PARTS: dict[str, Callable[[Results], str]] = {

@@ -47,19 +47,17 @@ ENTRIES = {
   year    = {2011},
   doi     = {10.1016/j.camwa.2011.06.002},
 }""",
-    "sandu1997": """@article{sandu1997,
-  author  = {Sandu, A. and Verwer, J. G. and Blom, J. G. and Spee, E. J. and Carmichael, G. R. and Potra, F. A.},
-  title   = {Benchmarking stiff {ODE} solvers for atmospheric chemistry problems {II}: {R}osenbrock solvers},
-  journal = {Atmospheric Environment},
-  volume  = {31},
-  number  = {20},
-  pages   = {3459--3472},
-  year    = {1997},
-  doi     = {10.1016/S1352-2310(97)83212-8},
+    "hairer1996": """@book{hairer1996,
+  author    = {Hairer, E. and Wanner, G.},
+  title     = {Solving Ordinary Differential Equations II. Stiff and Differential-Algebraic Problems},
+  publisher = {Springer},
+  edition   = {2},
+  year      = {1996},
+  doi       = {10.1007/978-3-642-05221-7}
 }""",
 }
 
-_METHODS = {"rodas5p": "steinebach2023", "tsit5": "tsitouras2011", "ros3l": "sandu1997"}
+_METHODS = {"rodas5p": "steinebach2023", "tsit5": "tsitouras2011", "ros3l": "hairer1996"}
 
 
 def cite(subject: Machine | Run) -> str:
