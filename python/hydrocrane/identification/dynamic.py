@@ -8,7 +8,7 @@ leakage of the rig, and the errors of each sensor.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -94,10 +94,18 @@ def fit_dynamic(
     try:
         sensors = RigSensors.of(crane, calibrated=calibrated)
         read = {name: [r.value for r in found.values()] for name, found in readings.items()}
-        keys, nuisances = unknowns_of(crane, logs, sensors, read, static)
-        names = [unknown.name for unknown in keys]
-        misfit = RigMisfit([LogModel(log, crane, sensors, payload=payload, keys=names) for log in logs], progress)
-        estimate, misfit, unknowns = _fitted([*keys, *nuisances], misfit)
+
+        def fitted_from(read: Mapping[str, Sequence[float]]) -> tuple[Estimate, RigMisfit, list[Unknown]]:
+            keys, nuisances = unknowns_of(crane, logs, sensors, read, static)
+            names = [unknown.name for unknown in keys]
+            models = [LogModel(log, crane, sensors, payload=payload, keys=names) for log in logs]
+            return _fitted([*keys, *nuisances], RigMisfit(models, progress))
+
+        estimate, misfit, unknowns = fitted_from(read)
+        if estimate.variance > FAR_OFF:
+            # Readings may mislead the search: once more from the rig's own values.
+            other = fitted_from(dict.fromkeys(DYNAMIC, ()))
+            estimate, misfit, unknowns = min((estimate, misfit, unknowns), other, key=lambda found: found[0].variance)
         warnings += [*_doubts(estimate, misfit, crane), *_strained(estimate, unknowns)]
     except HydrocraneError as error:
         if not any(readings.values()):
