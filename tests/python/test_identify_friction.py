@@ -237,8 +237,11 @@ def test_bristles_are_fitted_on_the_identified_map(steady, ramp, tmp_path):
     for name, value in found.dynamic.params.items():
         assert mine.value(f"friction.test.{name}").si == pytest.approx(value, rel=1e-4)
     assert mine.value("friction.test.bristle-damping-velocity").provenance == "assumed"
-    # A ramp alone says little of the damping.
-    assert any("bristle-damping cannot be told" in text for text in found.warnings)
+    # A ramp alone says nothing of the damping: the search ends at its bound, and no number claims to know it.
+    assert any(text.startswith("bristle-damping") and "do not tell it" in text for text in found.warnings)
+    assert found.dynamic.intervals()["bristle-damping"] == (-np.inf, np.inf)
+    assert re.search(r"bristle-damping .*not told by the data", found.dynamic.summary())
+    assert re.search(r"bristle-damping .*not told by the data", found.toml())
 
 
 def test_a_later_stage_that_fails_leaves_the_earlier_ones(steady, ramp, found):

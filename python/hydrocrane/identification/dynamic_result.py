@@ -12,7 +12,7 @@ from scipy import stats
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
-from hydrocrane.identification.block import friction_block, signature
+from hydrocrane.identification.block import friction_block, interval, signature
 from hydrocrane.identification.bristle import Reading
 from hydrocrane.identification.output_error import Estimate
 from hydrocrane.identification.report import Section, Table
@@ -87,11 +87,14 @@ class DynamicFit:
         return _labelled(self._names(), self.fitted().correlation)
 
     def intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
-        """Confidence intervals of the bristle parameters, SI."""
+        """Confidence intervals of the bristle parameters, SI; infinite where one ended on a bound: it is not told."""
         if not 0.0 < level < 1.0:
             raise InputError(f"level must lie between 0 and 1, got {level:g}; 0.95 is usual")
         found, width = self.fitted(), float(stats.norm.ppf(0.5 + 0.5 * level))
-        half = {name: width * found.deviation(self._key(name)) for name in DYNAMIC}
+        half = {
+            name: np.inf if self._key(name) in found.at_bound else width * found.deviation(self._key(name))
+            for name in DYNAMIC
+        }
         return {name: (value - half[name], value + half[name]) for name, value in self.params.items()}
 
     def predicted(self, log: int) -> Array:
@@ -107,7 +110,7 @@ class DynamicFit:
         else:
             ends = self.intervals(0.95)
             lines = [
-                f"{name} {value:.4g} {UNITS[name]}, 95 % {ends[name][0]:.4g} to {ends[name][1]:.4g}"
+                f"{name} {value:.4g} {UNITS[name]}, 95 %: {interval(*ends[name])}"
                 for name, value in self.params.items()
             ]
         return "\n".join([*lines, *(f"warning: {warning}" for warning in self.warnings)])
@@ -133,7 +136,7 @@ class DynamicFit:
         where = json.dumps(f"{logs}; output-error fit, {signature(date)}", ensure_ascii=False)
         lines = [
             f'{name} = {{ value = "{value:.5g} {UNITS[name]}", class = "fitted", source = {where} }}'
-            f"  # 95 %: {ends[name][0]:.4g} .. {ends[name][1]:.4g}"
+            f"  # 95 %: {interval(*ends[name])}"
             for name, value in self.params.items()
         ]
         cylinder = self.rig.cylinder_names[0]
@@ -164,13 +167,13 @@ class DynamicFit:
     def _fit(self) -> Section:
         ends, best = self.intervals(0.95), self.bound
         rows = tuple(
-            (name, UNITS[name], f"{value:.4g}", f"{ends[name][0]:.4g}", f"{ends[name][1]:.4g}", f"{best[name]:.2g}")
+            (name, UNITS[name], f"{value:.4g}", interval(*ends[name]), f"{best[name]:.2g}")
             for name, value in self.params.items()
         )
         found = self.fitted()
         passive = "at every speed" if np.isinf(self.passive_up_to) else f"up to {self.passive_up_to:.3g} m/s"
         text = f"Residuals are {np.sqrt(found.variance):.2f} times the stated noise. Friction dissipates {passive}."
-        heads = ("parameter", "unit", "fitted", "95 % from", "to", "smallest standard deviation")
+        heads = ("parameter", "unit", "fitted", "95 %", "smallest standard deviation")
         return Section("Dynamic friction", text, Table(heads, rows), self.plot(), self.warnings)
 
     def _unknowns(self) -> Section:
