@@ -9,7 +9,7 @@ import numpy as np
 import hydrocrane as hc
 from benches.problem import Problem, Solution, Solver, clocked
 
-METHODS = ("rodas5p", "tsit5")
+METHODS = ("ros4l", "rodas5p", "tsit5")
 FIXED_STEPS = "ros3l"
 
 

@@ -47,6 +47,16 @@ ENTRIES = {
   year    = {2011},
   doi     = {10.1016/j.camwa.2011.06.002},
 }""",
+    "luan2017": """@article{luan2017,
+  author  = {Luan, Vu Thai},
+  title   = {Fourth-order two-stage explicit exponential integrators for time-dependent {PDE}s},
+  journal = {Applied Numerical Mathematics},
+  volume  = {112},
+  pages   = {91--103},
+  year    = {2017},
+  eprint  = {1606.05417},
+  archiveprefix = {arXiv},
+}""",
     "hairer1996": """@book{hairer1996,
   author    = {Hairer, E. and Wanner, G.},
   title     = {Solving Ordinary Differential Equations II. Stiff and Differential-Algebraic Problems},
@@ -57,7 +67,7 @@ ENTRIES = {
 }""",
 }
 
-_METHODS = {"rodas5p": "steinebach2023", "tsit5": "tsitouras2011", "ros3l": "hairer1996"}
+_METHODS = {"rodas5p": "steinebach2023", "ros4l": "luan2017", "tsit5": "tsitouras2011", "ros3l": "hairer1996"}
 
 
 def cite(subject: Machine | Run) -> str:

@@ -28,7 +28,7 @@ from hydrocrane.machine import Machine, load_machine, plain_overrides
 from hydrocrane.payload import payload_changes
 from hydrocrane.phases import Phase, checked_phases
 
-METHODS = ("rodas5p", "tsit5", "ros3l")
+METHODS = ("rodas5p", "ros4l", "tsit5", "ros3l")
 FIXED_STEPS = "ros3l"
 INTERPOLATIONS = ("hold", "linear")
 
@@ -75,10 +75,10 @@ class Command:
 class Solver:
     """Integration method, and its tolerances or its step.
 
-    ``rodas5p`` is the stiff method with the exact Jacobian, ``tsit5`` the explicit one: both choose their steps, up to
-    `max_step` (s). ``ros3l``, stiff as well, takes equal steps no longer than `step` (s) between changes of a command,
-    whatever error they make: each step costs the same, for real time. `atol` scales the absolute tolerances of all
-    states together; ``None`` leaves them in their fixed proportion to `rtol`.
+    ``rodas5p`` and ``ros4l`` are stiff methods with the exact Jacobian, ``tsit5`` is explicit: they choose their
+    steps, up to `max_step` (s). ``ros3l``, stiff as well, takes equal steps no longer than `step` (s) between
+    changes of a command, whatever error they make: each step costs the same, for real time. `atol` scales the
+    absolute tolerances of all states together; ``None`` leaves them in their fixed proportion to `rtol`.
     """
 
     method: str = "rodas5p"

@@ -110,7 +110,8 @@ const ROOT_KEYS: [&str; 10] = [
 ];
 const SCENARIO_KEYS: [&str; 8] =
     ["name", "title", "machine", "duration", "record-interval", "payload", "seed", "recorded-by"];
-const METHODS: [(&str, &str); 3] = [("rodas5p", "rodas5p"), ("tsit5", "tsit5"), (FIXED_STEPS, FIXED_STEPS)];
+const METHODS: [(&str, &str); 4] =
+    [("rodas5p", "rodas5p"), ("ros4l", "ros4l"), ("tsit5", "tsit5"), (FIXED_STEPS, FIXED_STEPS)];
 /// The method that takes steps of the size it is given.
 const FIXED_STEPS: &str = "ros3l";
 const DEFAULT_RECORD_INTERVAL: f64 = 0.01;

@@ -22,9 +22,18 @@ fn main() {
         "\n{:28}{:>10}{:>10}{:>8}{:>8}{:>8}{:>8}{:>10}",
         "run", "time", "x real", "steps", "reject", "rhs", "LU", "tip"
     );
-    for (method, rtol, ledger) in
-        [("rodas5p", 1e-3, false), ("rodas5p", 1e-4, false), ("rodas5p", 1e-4, true), ("tsit5", 1e-4, false)]
-    {
+    for (method, rtol, ledger) in [
+        ("rodas5p", 1e-3, false),
+        ("rodas5p", 2e-4, false),
+        ("rodas5p", 1e-4, false),
+        ("rodas5p", 1e-4, true),
+        ("ros4l", 1e-3, false),
+        ("ros4l", 3e-4, false),
+        ("ros4l", 2e-4, false),
+        ("ros4l", 1e-4, false),
+        ("ros4l", 1e-4, true),
+        ("tsit5", 1e-4, false),
+    ] {
         lift.report(method, rtol, ledger, &reference);
     }
 }

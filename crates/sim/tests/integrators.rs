@@ -98,7 +98,7 @@ fn quadratures_converge_with_the_order_of_the_states_and_interpolants_with_one_l
 
 #[test]
 fn tolerances_are_met() {
-    for name in ["rodas5p", "tsit5"] {
+    for name in ["rodas5p", "ros4l", "tsit5"] {
         for tolerance in [1e-4, 1e-7, 1e-10] {
             let tolerances = Tolerances { relative: tolerance, absolute: tolerance, max_step: 1.0 };
             let mut stepper = Stepper::new(method(name, 4, 1).expect("listed"), tolerances, 0.0, &exact(0.0).0, 1);
@@ -113,7 +113,7 @@ fn tolerances_are_met() {
 
 #[test]
 fn a_restart_within_rounding_of_a_limit_does_not_shorten_later_ones() {
-    for name in ["rodas5p", "tsit5"] {
+    for name in ["rodas5p", "ros4l", "tsit5"] {
         let tolerances = Tolerances { relative: 1e-6, absolute: 1e-6, max_step: 0.5 };
         let mut stepper = Stepper::new(method(name, 4, 1).expect("listed"), tolerances, 0.0, &exact(0.0).0, 1);
         for limit in [1.0 - 1e-15, 1.0, 2.0] {

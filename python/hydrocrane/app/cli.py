@@ -68,7 +68,9 @@ def simulate(
     machine: Annotated[str | None, typer.Option(help="Use this machine in place of the scenario's.")] = None,
     payload: Payload = None,
     duration: Annotated[float | None, typer.Option(help="s.")] = None,
-    method: Annotated[str | None, typer.Option(help="rodas5p (stiff), tsit5 (explicit), ros3l (fixed steps).")] = None,
+    method: Annotated[
+        str | None, typer.Option(help="rodas5p or ros4l (stiff), tsit5 (explicit), ros3l (fixed steps).")
+    ] = None,
     rtol: Annotated[float | None, typer.Option(help="Relative tolerance.")] = None,
     step: Annotated[float | None, typer.Option(help="Size of the steps of ros3l, s.")] = None,
     also: Annotated[list[str], typer.Option(help="Also write the data as mat, csv or parquet.")] = [],  # noqa: B006

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -142,7 +142,7 @@ class Study:
         """Run what is not done yet; parameters and result as of :func:`sweep`."""
         kept = Store.at(store, self._layout(block), overwrite=overwrite)
         places, total = kept.pending(), kept.total
-        done = total - sum(_size(place) for place in places)
+        done = total - _sizes(places)
         if scheduler is None:
             results = local.in_threads(self.job, self.cases, places, local.thread_count(workers))
         else:
@@ -157,7 +157,8 @@ class Study:
                     done += _size(place)
                     tell(done, total)
         except KeyboardInterrupt:
-            raise StudyInterrupted(_stopped(done, total, kept)) from None
+            # Ctrl-C may have come between a block's writing and its counting: the store knows.
+            raise StudyInterrupted(_stopped(total - _sizes(kept.pending()), total, kept)) from None
         return kept.dataset()
 
     def pictured(self, measure: str | None) -> str:
@@ -261,6 +262,10 @@ def sweep(
 
 def _size(place: tuple[slice, ...]) -> int:
     return int(np.prod([part.stop - part.start for part in place]))
+
+
+def _sizes(places: Iterable[tuple[slice, ...]]) -> int:
+    return sum(map(_size, places))
 
 
 def _block(given: int | None) -> int | None:

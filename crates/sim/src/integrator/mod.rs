@@ -5,6 +5,7 @@
 pub mod grk4t;
 pub mod rodas5p;
 pub mod ros3l;
+pub mod ros4l;
 pub mod tsit5;
 
 mod linear;
@@ -24,8 +25,9 @@ pub trait Method: Send + Sync {
     fn fixed_steps(&self) -> bool {
         false
     }
-    /// Prepares whatever the step from `(t, x)` shares between attempts. Called once per accepted state.
-    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64]);
+    /// Prepares whatever the step from `(t, x)` shares between attempts. Called once per accepted state; `goes_on` where this
+    /// is the end of the last attempt, under the same right-hand side.
+    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], goes_on: bool);
     /// Tries a step of size `h`. Writes the new state, the new quadratures and, unless steps are fixed, the error estimate;
     /// `false` where the linear system cannot be solved. Keeps what the interpolant needs.
     fn attempt(&mut self, system: &dyn System, t: f64, h: f64, from: Point, to: &mut Target) -> bool;
@@ -68,7 +70,7 @@ pub struct Effort {
 
 /// The methods by name.
 #[cfg(feature = "methods")]
-pub const METHODS: [&str; 3] = ["rodas5p", "tsit5", "ros3l"];
+pub const METHODS: [&str; 4] = ["rodas5p", "ros4l", "tsit5", "ros3l"];
 /// The method of a drive.
 #[cfg(not(feature = "methods"))]
 pub const METHODS: [&str; 1] = ["ros3l"];
@@ -78,6 +80,8 @@ pub fn method(name: &str, dimension: usize, quadratures: usize) -> Option<Box<dy
     match name {
         #[cfg(feature = "methods")]
         "rodas5p" => Some(Box::new(rodas5p::Rodas5p::new(dimension, quadratures))),
+        #[cfg(feature = "methods")]
+        "ros4l" => Some(Box::new(ros4l::Ros4l::new(dimension, quadratures))),
         #[cfg(feature = "methods")]
         "tsit5" => Some(Box::new(tsit5::Tsit5::new(dimension, quadratures))),
         "ros3l" => Some(Box::new(ros3l::Ros3l::new(dimension, quadratures))),

@@ -195,7 +195,7 @@ impl Method for Rodas5p {
         5
     }
 
-    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64]) {
+    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], _goes_on: bool) {
         system.linearise(t, x, &mut self.linearisation);
         self.driven = system.time_derivative(t, x, self.shape.parts_mut(&mut self.time_derivative).0);
         self.effort.jacobians += 1;

@@ -128,7 +128,7 @@ impl Method for Ros3l {
         true
     }
 
-    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64]) {
+    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], _goes_on: bool) {
         system.linearise(t, x, &mut self.linearisation);
         self.driven = system.time_derivative(t, x, &mut self.time_derivative);
         self.effort.jacobians += 1;
@@ -284,7 +284,7 @@ mod tests {
     /// One step of size 1 from 1.
     fn step(j: f64, f: fn(f64) -> f64) -> f64 {
         let (scalar, mut method, mut target) = (Scalar { j, f }, Ros3l::new(1, 0), Target::new(1, 0));
-        method.begin(&scalar, 0.0, &[1.0]);
+        method.begin(&scalar, 0.0, &[1.0], false);
         assert!(method.attempt(&scalar, 0.0, 1.0, Point { x: &[1.0], w: &[] }, &mut target));
         target.x[0]
     }

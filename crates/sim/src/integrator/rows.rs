@@ -105,6 +105,17 @@ pub fn sum<const J: usize>(weights: &[f64], rows: &[&[Block]; J], i: usize) -> B
     sum
 }
 
+/// row = scale row + sum_j weight_j row_j; a scale of zero leaves nothing of what was there.
+#[inline(always)]
+pub fn blend<const J: usize>(row: &mut [Block], scale: f64, weights: &[f64], rows: [&[Block]; J]) {
+    for (i, out) in row.iter_mut().enumerate() {
+        let sum = sum(weights, &rows, i);
+        for lane in 0..LANES {
+            out[lane] = if scale == 0.0 { sum[lane] } else { scale * out[lane] + sum[lane] };
+        }
+    }
+}
+
 /// row = base + scale sum_j weight_j row_j
 #[inline(always)]
 pub fn set_sum<const J: usize>(row: &mut [Block], base: &[Block], scale: f64, weights: &[f64], rows: [&[Block]; J]) {

@@ -59,6 +59,8 @@ pub struct Stepper {
     from: f64,
     target: Target,
     begun: bool,
+    /// Whether the state is the end of the last attempt, and the right-hand side still the same.
+    goes_on: bool,
     /// Size and error norm of the last accepted step under the same right-hand side.
     last: Option<(f64, f64)>,
     /// Size of the first whole step after the last restart.
@@ -81,6 +83,7 @@ impl Stepper {
             from: t,
             target: Target::new(x.len(), quadratures),
             begun: false,
+            goes_on: false,
             last: None,
             first: None,
             restarted: true,
@@ -91,22 +94,22 @@ impl Stepper {
 
     /// Tells that the right-hand side has changed, as at a command step.
     pub fn restart(&mut self) {
-        self.begun = false;
+        self.refresh();
         self.h = self.first.unwrap_or(0.0);
         self.restarted = true;
-        self.last = None;
     }
 
     /// Tells that the right-hand side has changed a little: the step size is kept as a first guess.
     pub fn refresh(&mut self) {
         self.begun = false;
+        self.goes_on = false;
         self.last = None;
     }
 
     /// One accepted step, at most to `limit`.
     pub fn step(&mut self, system: &dyn System, limit: f64) -> Result<(), StepFailure> {
         if !self.begun {
-            self.method.begin(system, self.t, &self.x);
+            self.method.begin(system, self.t, &self.x, self.goes_on);
             self.begun = true;
         }
         if self.method.fixed_steps() {
@@ -138,7 +141,6 @@ impl Stepper {
                 self.take(h, limit);
                 // A step cut short by the limit does not disprove the size that was wanted.
                 self.h = if h < wanted { next.max(wanted) } else { next };
-                self.begun = false;
                 return Ok(());
             }
             rejected_before = true;
@@ -157,7 +159,6 @@ impl Stepper {
             other => other,
         })?;
         self.take(h, limit);
-        self.begun = false;
         Ok(())
     }
 
@@ -235,6 +236,8 @@ impl Stepper {
             }
         }
         self.accepted += 1;
+        self.begun = false;
+        self.goes_on = true;
     }
 
     /// A first step from the size of state, slope and change of slope (Hairer, Norsett, Wanner: Solving Ordinary

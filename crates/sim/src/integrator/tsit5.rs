@@ -79,7 +79,7 @@ impl Method for Tsit5 {
         5
     }
 
-    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64]) {
+    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], _goes_on: bool) {
         let (_, first) = self.shape.split::<0>(&mut self.k);
         let (dx, dw) = self.shape.parts_mut(first);
         system.derivative(t, x, dx, dw);
