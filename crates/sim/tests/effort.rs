@@ -65,8 +65,8 @@ fn a_stiff_lift_takes_its_number_of_steps() {
 
 #[test]
 fn few_right_hand_sides_and_many_solves_take_their_number_of_steps() {
-    assert_near(&lift("ros4l", 0.05), [199, 21]);
-    assert_near(&tip_control("ros4l", 0.05), [342, 78]);
+    assert_near(&lift("ros4l", 0.05), [210, 18]);
+    assert_near(&tip_control("ros4l", 0.05), [343, 66]);
 }
 
 #[test]

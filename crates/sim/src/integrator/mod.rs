@@ -21,6 +21,10 @@ use crate::system::System;
 pub trait Method: Send + Sync {
     /// Order of the solution that is carried on.
     fn order(&self) -> u32;
+    /// Power of the step with which its error estimate is taken to go when the next size is chosen.
+    fn estimate_order(&self) -> u32 {
+        self.order()
+    }
     /// Whether its steps are equal and never tried again, so that their cost is bounded.
     fn fixed_steps(&self) -> bool {
         false

@@ -262,6 +262,11 @@ impl Method for Ros4l {
         4
     }
 
+    /// The bend's half goes with the fourth power, the swing's with the seventh.
+    fn estimate_order(&self) -> u32 {
+        5
+    }
+
     fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], goes_on: bool) {
         if goes_on {
             std::mem::swap(&mut self.here, &mut self.ahead);

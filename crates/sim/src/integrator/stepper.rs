@@ -145,7 +145,7 @@ impl Stepper {
             }
             rejected_before = true;
             self.rejected += 1;
-            let factor = SAFETY * norm.powf(-1.0 / self.order());
+            let factor = SAFETY * norm.powf(-1.0 / self.estimate_order());
             self.h = h * if norm.is_finite() { factor.clamp(SHRINK, 1.0) } else { SHRINK };
         }
     }
@@ -162,8 +162,8 @@ impl Stepper {
         Ok(())
     }
 
-    fn order(&self) -> f64 {
-        f64::from(self.method.order())
+    fn estimate_order(&self) -> f64 {
+        f64::from(self.method.estimate_order())
     }
 
     /// Change of step size after an accepted step: the filter H211b (b = 4) of G. Soderlind, Digital filters in adaptive
@@ -172,10 +172,10 @@ impl Stepper {
     /// An error so small that it asks for twice the step is answered at once.
     fn growth(&self, h: f64, norm: f64) -> f64 {
         match self.last {
-            Some((last_h, last_norm)) if norm > (SAFETY / DOUBLE).powi(self.method.order() as i32) => {
-                SAFETY * (norm * last_norm).powf(-0.25 / self.order()) * (last_h / h).sqrt().sqrt()
+            Some((last_h, last_norm)) if norm > (SAFETY / DOUBLE).powi(self.method.estimate_order() as i32) => {
+                SAFETY * (norm * last_norm).powf(-0.25 / self.estimate_order()) * (last_h / h).sqrt().sqrt()
             }
-            _ => SAFETY * norm.powf(-1.0 / self.order()),
+            _ => SAFETY * norm.powf(-1.0 / self.estimate_order()),
         }
     }
 
@@ -253,7 +253,7 @@ impl Stepper {
         system.derivative(self.t + probe, &ahead, &mut f1, &mut w);
         let bend: Vec<f64> = f1.iter().zip(&f0).map(|(a, b)| (a - b) / probe).collect();
         let curvature = self.norm(system, &bend);
-        let order = self.order();
+        let order = self.estimate_order();
         let second = (0.01 / slope.max(curvature)).powf(1.0 / order).max(1e-9);
         let h = (100.0 * probe).min(second).min(self.tolerances.max_step);
         if h.is_finite() {
