@@ -103,3 +103,15 @@ fn a_stiff_attempt_costs_seven_right_hand_sides_and_one_factorisation() {
         assert_eq!(run.effort.jacobians, run.accepted);
     }
 }
+
+/// What is known at the end of a step is not computed again at the start of the next; the three intervals between commands
+/// begin anew.
+#[test]
+fn a_step_begins_with_what_the_last_one_ended_with() {
+    let explicit = lift("tsit5", 0.05);
+    assert_eq!(explicit.effort.derivatives, 6 * (explicit.accepted + explicit.rejected) + 3);
+    let implicit = lift("ros4l", 0.05);
+    let attempts = implicit.accepted + implicit.rejected;
+    let effort = implicit.effort;
+    assert_eq!([effort.derivatives, effort.jacobians, effort.factorisations], [attempts, attempts + 3, attempts]);
+}

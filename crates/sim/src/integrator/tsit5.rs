@@ -79,7 +79,13 @@ impl Method for Tsit5 {
         5
     }
 
-    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], _goes_on: bool) {
+    /// The last slope of a step is the first of the next.
+    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], goes_on: bool) {
+        if goes_on {
+            let blocks = self.k.len() / STAGES;
+            self.k.copy_within((STAGES - 1) * blocks.., 0);
+            return;
+        }
         let (_, first) = self.shape.split::<0>(&mut self.k);
         let (dx, dw) = self.shape.parts_mut(first);
         system.derivative(t, x, dx, dw);
