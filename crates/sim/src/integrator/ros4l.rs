@@ -5,7 +5,7 @@
 //! takes in, at its last three links, the bend N = h F_2 - h F_1 - h J u of the right-hand side at x + u, where
 //! F_2 = f(t + c h, x + u) and u = u_1 w_1 + u_2 w_2. Then x_new = x + sum_k p_k w_k. The links are linear in what swings,
 //! so that nine of them follow it to the eighth power of h; what bends is met to the fourth by N alone
-//! (Hochbruck and Ostermann 2010: one node of an exponential Rosenbrock method, at c = 3/4).
+//! (V. T. Luan, Appl. Numer. Math. 112 (2017) 91-103: one node of an exponential method, at c = 3/4).
 //!
 //! A step costs one right-hand side, a linearisation of where it ends, by which the next one begins, a factorisation and ten
 //! solves. h J w_k = (w_k - w_{k-1} - s_k N)/gamma, so that no product with J is formed.
@@ -15,7 +15,7 @@ use super::{Effort, Linearisation, Method, Point, Target};
 use crate::system::System;
 
 const SOLVES: usize = 9;
-/// L-stable from here to 0.262; a swing is followed best at the lower end.
+/// L-stable from here on; a swing is followed best where that begins.
 const GAMMA: f64 = 0.172;
 /// Where the second right-hand side is, as a share of the step: c.
 const NODE: f64 = 0.75;
