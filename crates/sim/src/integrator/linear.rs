@@ -15,6 +15,8 @@ pub struct Linearisation {
     /// df/dx and dg/dx, then the derivative of df/dx along each tangent; empty where the slopes are dense.
     blocks: Vec<Bordered<f64>>,
     elimination: Elimination<f64>,
+    /// Of the last factorisation.
+    time: f64,
     secants: bool,
 }
 
@@ -38,6 +40,7 @@ impl Linearisation {
             dense: Dense::default(),
             blocks: Vec::new(),
             elimination: Elimination::default(),
+            time: 0.0,
             secants: false,
         }
     }
@@ -68,16 +71,27 @@ impl Linearisation {
         (&mut self.rate, &mut self.quadrature_rate, &mut self.blocks)
     }
 
-    /// Factors `shift I - df/dx`; `false` where that cannot be done.
-    pub fn factor(&mut self, shift: f64) -> bool {
+    /// Factors `I/time - df/dx`; `false` where that cannot be done.
+    pub fn factor(&mut self, time: f64) -> bool {
+        self.time = time;
+        let shift = 1.0 / time;
         match self.blocks.first() {
             Some(jacobian) => self.elimination.factor(jacobian, shift),
             None => self.dense.factor(shift),
         }
     }
 
-    /// Replaces the right-hand sides in `k`, state first, by the solutions: the state's enters those of its tangents.
-    pub fn solve(&self, k: &mut [f64]) {
+    /// Replaces the right-hand sides of states, `k`, and of quadratures, `kappa`, by the solutions. Quadratures need no
+    /// solve, as nothing depends on them.
+    #[inline(always)]
+    pub fn solve(&self, k: &mut [f64], kappa: &mut [f64]) {
+        self.solve_states(k);
+        self.add_quadrature_slopes(k, kappa);
+        kappa.iter_mut().for_each(|value| *value *= self.time);
+    }
+
+    /// [`Self::solve`] for states alone, the state first: its solution enters the right-hand sides of its tangents.
+    fn solve_states(&self, k: &mut [f64]) {
         let Some((jacobian, slopes)) = self.blocks.split_first() else { return self.dense.solve(k) };
         let (state, tangents) = k.split_at_mut(k.len() / self.blocks.len());
         self.elimination.solve(jacobian, state);
@@ -88,7 +102,7 @@ impl Linearisation {
     }
 
     /// y += dg/dx k, with `k` of the state.
-    pub fn add_quadrature_slopes(&self, k: &[f64], y: &mut [f64]) {
+    fn add_quadrature_slopes(&self, k: &[f64], y: &mut [f64]) {
         match self.blocks.first() {
             Some(jacobian) => jacobian.add_quadratures(k, y),
             None => add_product(&self.dense.dgdx, &k[..self.dense.n], y),

@@ -172,9 +172,7 @@ impl Rodas5p {
             add_sum(k, h, &[D[I]], [&self.time_derivative]);
         }
         let (k, kappa) = self.shape.parts_mut(k);
-        self.linearisation.solve(k);
-        self.linearisation.add_quadrature_slopes(k, kappa);
-        kappa.iter_mut().for_each(|value| *value *= h * GAMMA);
+        self.linearisation.solve(k, kappa);
     }
 
     #[inline(always)]
@@ -203,7 +201,7 @@ impl Method for Rodas5p {
 
     fn attempt(&mut self, system: &dyn System, t: f64, h: f64, from: Point, to: &mut Target) -> bool {
         self.effort.factorisations += 1;
-        if !self.linearisation.factor(1.0 / (h * GAMMA)) {
+        if !self.linearisation.factor(h * GAMMA) {
             return false;
         }
         self.shape.set(&mut self.start, from.x, from.w);
@@ -226,18 +224,13 @@ impl Method for Rodas5p {
         let rest = 1.0 - theta;
         let weights: [f64; STAGES] = std::array::from_fn(|i| H[0][i] + theta * (H[1][i] + theta * H[2][i]));
         let increments = self.shape.all::<STAGES>(&self.k);
-        wide(
+        self.shape.write_wide(
+            x,
+            w,
             #[inline(always)]
-            || {
-                self.shape.write(
-                    x,
-                    w,
-                    #[inline(always)]
-                    |i: usize| {
-                        let (bend, start, end) = (sum(&weights, &increments, i), &self.start[i], &self.argument[i]);
-                        std::array::from_fn(|lane| rest * start[lane] + theta * end[lane] + theta * rest * bend[lane])
-                    },
-                );
+            |i| {
+                let (bend, start, end) = (sum(&weights, &increments, i), &self.start[i], &self.argument[i]);
+                std::array::from_fn(|lane| rest * start[lane] + theta * end[lane] + theta * rest * bend[lane])
             },
         );
     }

@@ -83,7 +83,7 @@ impl Ros3l {
             }
         };
         drift(first, GAMMA);
-        solve(linearisation, h, *n, first);
+        solve(linearisation, *n, first);
         for (argument, (x, k)) in argument.iter_mut().zip(x.iter().zip(&*first)) {
             *argument = *x + *k * (NODE / GAMMA);
         }
@@ -95,28 +95,25 @@ impl Ros3l {
             *second = inverse * *first * p4 + *ahead * q3;
         }
         drift(second, P[2] + Q[1]);
-        solve(linearisation, h, *n, second);
+        solve(linearisation, *n, second);
         for (third, ((first, second), ahead)) in third.iter_mut().zip(first.iter().zip(&*second).zip(&*ahead)) {
             *third = inverse * (*first * p3 + *second * (1.0 / GAMMA)) + *ahead * q2;
         }
         drift(third, P[1] + P[2] + Q[0] + Q[1]);
-        solve(linearisation, h, *n, third);
+        solve(linearisation, *n, third);
         for (fourth, (first, third)) in fourth.iter_mut().zip(first.iter().zip(&*third)) {
             *fourth = inverse * (*first * p2 + *third * (1.0 / GAMMA));
         }
         drift(fourth, 1.0 - GAMMA);
-        solve(linearisation, h, *n, fourth);
+        solve(linearisation, *n, fourth);
     }
 }
 
-/// Replaces `r` by the solution of `(I/(h gamma) - J) k = r` with the quadratures behind the `n` states, whose rows need no
-/// solve: nothing depends on them.
+/// Solves in place for a row, the quadratures behind the `n` states.
 #[inline(always)]
-fn solve(linearisation: &Linearisation, h: f64, n: usize, r: &mut [f64]) {
+fn solve(linearisation: &Linearisation, n: usize, r: &mut [f64]) {
     let (k, kappa) = r.split_at_mut(n);
-    linearisation.solve(k);
-    linearisation.add_quadrature_slopes(k, kappa);
-    kappa.iter_mut().for_each(|value| *value *= h * GAMMA);
+    linearisation.solve(k, kappa);
 }
 
 impl Method for Ros3l {
@@ -136,7 +133,7 @@ impl Method for Ros3l {
 
     fn attempt(&mut self, system: &dyn System, t: f64, h: f64, from: Point, to: &mut Target) -> bool {
         self.effort.factorisations += 1;
-        if !self.linearisation.factor(1.0 / (h * GAMMA)) {
+        if !self.linearisation.factor(h * GAMMA) {
             return false;
         }
         self.start[..self.n].copy_from_slice(from.x);

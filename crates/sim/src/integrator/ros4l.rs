@@ -10,7 +10,7 @@
 //! A step costs one right-hand side, a linearisation of where it ends, by which the next one begins, a factorisation and ten
 //! solves. h J w_k = (w_k - w_{k-1} - s_k N)/gamma, so that no product with J is formed.
 
-use super::rows::{add_sum, blend, set_sum, sum, wide, Block, Shape};
+use super::rows::{add_sum, set, set_sum, sum, wide, Block, Shape};
 use super::{Effort, Linearisation, Method, Point, Target};
 use crate::system::System;
 
@@ -164,7 +164,7 @@ pub struct Ros4l {
     rate: Vec<Block>,
     /// Of the second right-hand side; in the end the new state.
     argument: Vec<Block>,
-    /// What becomes the error estimate.
+    /// How the bends differ, for the error estimate.
     doubt: Vec<Block>,
     effort: Effort,
 }
@@ -194,16 +194,17 @@ impl Ros4l {
     fn link<const I: usize>(&mut self, h: f64) {
         let (done, link) = self.shape.split::<I>(&mut self.links);
         if I == 0 {
-            blend(link, 0.0, &[1.0 / GAMMA], [&self.rate]);
+            set(link, &[1.0 / GAMMA], [&self.rate]);
         } else if I < JOINED {
-            blend(link, 0.0, &[1.0 / (h * GAMMA)], [done[I - 1]]);
+            set(link, &[1.0 / (h * GAMMA)], [done[I - 1]]);
         } else {
-            blend(link, 0.0, &[1.0 / (h * GAMMA), JOIN[I - JOINED] / GAMMA], [done[I - 1], &self.bend]);
+            set(link, &[1.0 / (h * GAMMA), JOIN[I - JOINED] / GAMMA], [done[I - 1], &self.bend]);
         }
         if self.driven {
             add_sum(link, h, &[1.0], [&self.time_derivative]);
         }
-        solve(&self.here, self.shape, h, link);
+        let (k, kappa) = self.shape.parts_mut(link);
+        self.here.solve(k, kappa);
     }
 
     /// N/h, once two links are there.
@@ -235,26 +236,21 @@ impl Ros4l {
     /// The error estimate, once the system is linearised at the end: how differently the right-hand side bends there, and
     /// what the last links add to a swing.
     #[inline(always)]
-    fn doubt(&mut self, h: f64) {
+    fn doubt(&mut self, h: f64, error: &mut [f64]) {
         let links = self.shape.all::<SOLVES>(&self.links);
         self.shape.set(&mut self.doubt, &self.ahead.rate, &self.ahead.quadrature_rate);
         let after = |k: usize| P.get(k + 1).copied().unwrap_or(0.0);
         let weights: [f64; SOLVES] = std::array::from_fn(|k| (after(k) - P[k]) / (h * GAMMA));
-        blend(&mut self.doubt, 1.0, &weights, links);
+        add_sum(&mut self.doubt, 1.0, &weights, links);
         let joined: f64 = P[JOINED..].iter().zip(JOIN).map(|(p, s)| p * s).sum();
-        blend(&mut self.doubt, 1.0, &[joined / GAMMA - 1.0 / (NODE * NODE)], [&self.bend]);
-        solve(&self.here, self.shape, h, &mut self.doubt);
-        blend(&mut self.doubt, BENDS / GAMMA, &E, links);
+        add_sum(&mut self.doubt, 1.0, &[joined / GAMMA - 1.0 / (NODE * NODE)], [&self.bend]);
+        let (k, kappa) = self.shape.parts_mut(&mut self.doubt);
+        self.here.solve(k, kappa);
+        self.shape.write(error, &mut [], |i| {
+            let (swing, bend) = (sum(&E, &links, i), &self.doubt[i]);
+            std::array::from_fn(|lane| BENDS / GAMMA * bend[lane] + swing[lane])
+        });
     }
-}
-
-/// Replaces `r` by the solution of `(I/(h gamma) - J) k = r`; quadratures need no solve, as nothing depends on them.
-#[inline(always)]
-fn solve(linearisation: &Linearisation, shape: Shape, h: f64, r: &mut [Block]) {
-    let (k, kappa) = shape.parts_mut(r);
-    linearisation.solve(k);
-    linearisation.add_quadrature_slopes(k, kappa);
-    kappa.iter_mut().for_each(|value| *value *= h * GAMMA);
 }
 
 impl Method for Ros4l {
@@ -279,7 +275,7 @@ impl Method for Ros4l {
 
     fn attempt(&mut self, system: &dyn System, t: f64, h: f64, from: Point, to: &mut Target) -> bool {
         self.effort.factorisations += 1;
-        if !self.here.factor(1.0 / (h * GAMMA)) {
+        if !self.here.factor(h * GAMMA) {
             return false;
         }
         self.shape.set(&mut self.start, from.x, from.w);
@@ -297,27 +293,21 @@ impl Method for Ros4l {
         self.effort.jacobians += 1;
         wide(
             #[inline(always)]
-            || self.doubt(h),
+            || self.doubt(h, &mut to.error),
         );
-        to.error.copy_from_slice(self.shape.parts(&self.doubt).0);
         true
     }
 
     fn interpolate(&self, theta: f64, x: &mut [f64], w: &mut [f64]) {
         let weights = interpolant(theta);
         let links = self.shape.all::<SOLVES>(&self.links);
-        wide(
+        self.shape.write_wide(
+            x,
+            w,
             #[inline(always)]
-            || {
-                self.shape.write(
-                    x,
-                    w,
-                    #[inline(always)]
-                    |i: usize| {
-                        let (way, start) = (sum(&weights, &links, i), &self.start[i]);
-                        std::array::from_fn(|lane| start[lane] + way[lane])
-                    },
-                );
+            |i| {
+                let (way, start) = (sum(&weights, &links, i), &self.start[i]);
+                std::array::from_fn(|lane| start[lane] + way[lane])
             },
         );
     }

@@ -90,6 +90,15 @@ impl Shape {
             }
         }
     }
+
+    /// [`Self::write`] with a register for each block: see [`wide`].
+    #[inline(always)]
+    pub fn write_wide(&self, x: &mut [f64], w: &mut [f64], of: impl Fn(usize) -> Block) {
+        wide(
+            #[inline(always)]
+            || self.write(x, w, &of),
+        );
+    }
 }
 
 /// The sum of block `i` of `rows` with `weights`.
@@ -105,14 +114,11 @@ pub fn sum<const J: usize>(weights: &[f64], rows: &[&[Block]; J], i: usize) -> B
     sum
 }
 
-/// row = scale row + sum_j weight_j row_j; a scale of zero leaves nothing of what was there.
+/// row = sum_j weight_j row_j
 #[inline(always)]
-pub fn blend<const J: usize>(row: &mut [Block], scale: f64, weights: &[f64], rows: [&[Block]; J]) {
+pub fn set<const J: usize>(row: &mut [Block], weights: &[f64], rows: [&[Block]; J]) {
     for (i, out) in row.iter_mut().enumerate() {
-        let sum = sum(weights, &rows, i);
-        for lane in 0..LANES {
-            out[lane] = if scale == 0.0 { sum[lane] } else { scale * out[lane] + sum[lane] };
-        }
+        *out = sum(weights, &rows, i);
     }
 }
 

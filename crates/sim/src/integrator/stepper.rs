@@ -59,9 +59,7 @@ pub struct Stepper {
     from: f64,
     target: Target,
     begun: bool,
-    /// Whether the state is the end of the last attempt, and the right-hand side still the same.
-    goes_on: bool,
-    /// Size and error norm of the last accepted step under the same right-hand side.
+    /// Size and error norm of the last accepted step under the same right-hand side: where there is one, the next goes on from it.
     last: Option<(f64, f64)>,
     /// Size of the first whole step after the last restart.
     first: Option<f64>,
@@ -83,7 +81,6 @@ impl Stepper {
             from: t,
             target: Target::new(x.len(), quadratures),
             begun: false,
-            goes_on: false,
             last: None,
             first: None,
             restarted: true,
@@ -102,14 +99,13 @@ impl Stepper {
     /// Tells that the right-hand side has changed a little: the step size is kept as a first guess.
     pub fn refresh(&mut self) {
         self.begun = false;
-        self.goes_on = false;
         self.last = None;
     }
 
     /// One accepted step, at most to `limit`.
     pub fn step(&mut self, system: &dyn System, limit: f64) -> Result<(), StepFailure> {
         if !self.begun {
-            self.method.begin(system, self.t, &self.x, self.goes_on);
+            self.method.begin(system, self.t, &self.x, self.last.is_some());
             self.begun = true;
         }
         if self.method.fixed_steps() {
@@ -237,7 +233,6 @@ impl Stepper {
         }
         self.accepted += 1;
         self.begun = false;
-        self.goes_on = true;
     }
 
     /// A first step from the size of state, slope and change of slope (Hairer, Norsett, Wanner: Solving Ordinary

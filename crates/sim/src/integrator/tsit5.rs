@@ -115,18 +115,13 @@ impl Method for Tsit5 {
 
     fn interpolate(&self, theta: f64, x: &mut [f64], w: &mut [f64]) {
         let (b, slopes) = (interpolant(theta), self.shape.all::<STAGES>(&self.k));
-        wide(
+        self.shape.write_wide(
+            x,
+            w,
             #[inline(always)]
-            || {
-                self.shape.write(
-                    x,
-                    w,
-                    #[inline(always)]
-                    |i: usize| {
-                        let (sum, start) = (sum(&b, &slopes, i), &self.start[i]);
-                        std::array::from_fn(|lane| start[lane] + self.step * sum[lane])
-                    },
-                );
+            |i| {
+                let (sum, start) = (sum(&b, &slopes, i), &self.start[i]);
+                std::array::from_fn(|lane| start[lane] + self.step * sum[lane])
             },
         );
     }
