@@ -107,8 +107,7 @@ def test_every_loss_only_grows(run):
     """Metering edges, leakage, friction (while passive) and the damping of end stops never give anything back."""
     data, crane = run.data, run.machine
     limits = {entry["cylinder"]: entry["velocity_limit"] or np.inf for entry in crane.passivity()}
-    # The interpolant of ros4l, of order three, leaves a little where an edge closes within a step.
-    rounding = (3e-10 if data.attrs["solver_method"] == "ros4l" else 1e-10) * throughput(data)
+    rounding = 1e-10 * throughput(data)
     for cylinder in crane.cylinder_names:
         assert np.abs(data[f"cylinder.{cylinder}.v"]).max() < limits.get(cylinder, np.inf)
         for loss in DISSIPATED:

@@ -84,13 +84,13 @@ pub unsafe extern "C" fn solve(
 pub unsafe extern "C" fn evaluate(task: *const Task, states: *const f64, rows: usize, structured: bool) {
     let (model, n) = ((*task).model.as_ref(), (*task).start.len());
     let (spools, mut rates) = (vec![0.0; model.layout().joints()], vec![0.0; n]);
-    let mut slopes = Bordered::new(model.layout(), 0);
+    let mut slopes = Bordered::new(model.layout());
     for x in std::slice::from_raw_parts(states, rows * n).chunks_exact(n) {
         if structured {
-            model.linearise(x, &spools, (*task).payload, &mut rates, &mut [], &mut slopes);
+            model.linearise(x, &spools, (*task).payload, &mut rates, &mut slopes);
             black_box(&slopes);
         } else {
-            model.derivative(x, &spools, (*task).payload, &mut rates, &mut []);
+            model.derivative(x, &spools, (*task).payload, &mut rates);
         }
         black_box(&rates);
     }

@@ -128,7 +128,7 @@ impl<'a> Laws<'a> {
     /// Whether the state was one the laws hold for.
     pub fn derivative(&self, x: &[f64], dx: &mut [f64]) -> bool {
         self.right_hand_sides.set(self.right_hand_sides.get() + 1);
-        self.model.derivative(x, &self.spools, self.payload, dx, &mut []);
+        self.model.derivative(x, &self.spools, self.payload, dx);
         dx.iter().all(|rate| rate.is_finite())
     }
 

@@ -347,7 +347,7 @@ impl Machine {
 
     fn state_derivative<'py>(&self, py: Python<'py>, x: Rows<'py>, u: Rows<'py>, payload: f64) -> Matrix<'py> {
         let width = self.states();
-        let data = self.over_states(py, &x, &u, width, |m, x, u, out| m.derivative(x, u, payload, out, &mut []))?;
+        let data = self.over_states(py, &x, &u, width, |m, x, u, out| m.derivative(x, u, payload, out))?;
         matrix(py, data, width)
     }
     fn reference_state_derivative<'py>(

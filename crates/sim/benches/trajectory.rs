@@ -118,14 +118,14 @@ fn laws(model: &dyn Model, run: &Run) {
     let per_state = 1e9 / states.len() as f64;
     let rhs = shortest(ROUNDS, || {
         for x in &states {
-            model.derivative(x, &u, 0.0, &mut dx, &mut []);
+            model.derivative(x, &u, 0.0, &mut dx);
             black_box(&dx);
         }
     });
-    let mut slopes = Bordered::new(model.layout(), 0);
+    let mut slopes = Bordered::new(model.layout());
     let structured = shortest(ROUNDS, || {
         for x in &states {
-            model.linearise(x, &u, 0.0, &mut dx, &mut [], &mut slopes);
+            model.linearise(x, &u, 0.0, &mut dx, &mut slopes);
             black_box(&slopes);
         }
     });

@@ -42,7 +42,7 @@ pub struct CylinderSlopes<T> {
     pub response: [T; MAX_JOINTS],
 }
 
-/// df/dx of a crane, with rows for quadratures.
+/// df/dx of a crane.
 #[derive(Debug, Clone)]
 pub struct Bordered<T> {
     pub joints: usize,
@@ -53,8 +53,6 @@ pub struct Bordered<T> {
     pub by_q: [[T; MAX_JOINTS]; MAX_JOINTS],
     pub by_qd: [[T; MAX_JOINTS]; MAX_JOINTS],
     pub cylinders: [CylinderSlopes<T>; MAX_JOINTS],
-    /// Slopes of the quadratures, equally many for each cylinder.
-    pub quadratures: Vec<Row<T>>,
 }
 
 impl<T: Real> Row<T> {
@@ -95,14 +93,13 @@ impl<T: Real> Row<T> {
 }
 
 impl<T: Real> Bordered<T> {
-    /// All zero, for the states of `layout` and as many `quadratures` in all.
-    pub fn new(layout: &Layout, quadratures: usize) -> Self {
+    /// All zero, for the states of `layout`.
+    pub fn new(layout: &Layout) -> Self {
         let joints = layout.joints();
         let mut cylinders = [CylinderSlopes::default(); MAX_JOINTS];
         (0..joints).for_each(|c| cylinders[c].at = layout.own(c));
         let square = [[T::c(0.0); MAX_JOINTS]; MAX_JOINTS];
-        let quadratures = vec![Row::default(); quadratures];
-        Bordered { joints, secants: false, by_q: square, by_qd: square, cylinders, quadratures }
+        Bordered { joints, secants: false, by_q: square, by_qd: square, cylinders }
     }
 
     /// The same blocks with `f` of every slope.
@@ -121,7 +118,6 @@ impl<T: Real> Bordered<T> {
                 force: c.force.map(&f),
                 response: c.response.map(&f),
             }),
-            quadratures: self.quadratures.iter().map(|row| row.map(&f)).collect(),
         }
     }
 
@@ -155,20 +151,6 @@ impl<T: Real> Bordered<T> {
         }
     }
 
-    /// y += the changes of the quadratures along `k`.
-    pub fn add_quadratures(&self, k: &[T], y: &mut [T]) {
-        let each = self.quadratures.len() / self.joints;
-        if each == 0 {
-            return;
-        }
-        for (c, (rows, y)) in self.quadratures.chunks_exact(each).zip(y.chunks_exact_mut(each)).enumerate() {
-            let seen = Row::seen(self.joints, c, &self.cylinders[c].at, k);
-            for (row, y) in rows.iter().zip(y) {
-                *y += row.along(&seen);
-            }
-        }
-    }
-
     /// Row-major, `n x n` for the `n` states.
     pub fn write_dense(&self, n: usize, jacobian: &mut [T]) {
         jacobian.fill(T::c(0.0));
@@ -198,15 +180,6 @@ impl<T: Real> Bordered<T> {
                 jacobian[row * n + at.xs] = slopes[0];
                 jacobian[row * n + at.vs] = slopes[1];
             }
-        }
-    }
-
-    /// Row-major, one row per quadrature.
-    pub fn write_dense_quadratures(&self, n: usize, rows: &mut [T]) {
-        rows.fill(T::c(0.0));
-        let each = (self.quadratures.len() / self.joints).max(1);
-        for (i, (slopes, row)) in self.quadratures.iter().zip(rows.chunks_exact_mut(n)).enumerate() {
-            slopes.write(self.joints, i / each, &self.cylinders[i / each].at, row);
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::equilibrium::EquilibriumMode;
 use crate::errors::{BuildError, PoseError, StrokeError};
 use crate::from_machine::plant;
 use crate::inverse::joint_from_stroke;
-use crate::laws::{Laws, Moment, Powers};
+use crate::laws::{Laws, Moment};
 use crate::layout::{Layout, Unit};
 use crate::limits::{Drivetrain, JointLimits};
 use crate::model::{Model, Passivity};
@@ -99,7 +99,7 @@ impl<const N: usize> Crane<N> {
             x[self.layout.p2(i)] = 0.4 * self.plant().mains.supply;
         }
         let mut dx = vec![0.0; x.len()];
-        self.derivative(&x, &[0.0; N], self.machine.payload.mass, &mut dx, &mut []);
+        self.derivative(&x, &[0.0; N], self.machine.payload.mass, &mut dx);
         match dx.iter().position(|d| !d.is_finite()) {
             Some(i) => Err(BuildError::NotFinite(self.layout.names[i].clone())),
             None => Ok(()),
@@ -112,11 +112,6 @@ impl<const N: usize> Crane<N> {
 
     fn oil(&self) -> &OilTables {
         self.oil.get_or_init(|| OilTables::new(self.plant().fluid))
-    }
-
-    /// Room for the powers of the ledger, where there is some.
-    fn powers<'a>(&'a self, ledger: &'a mut [f64]) -> Option<Powers<'a>> {
-        (!ledger.is_empty()).then(|| Powers { oil: self.oil(), out: ledger })
     }
 
     fn drivetrain(&self, i: usize) -> Drivetrain<'_> {
@@ -320,20 +315,16 @@ impl<const N: usize> Model for Crane<N> {
         .collect()
     }
 
-    fn derivative(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], ledger: &mut [f64]) {
-        self.laws.derivative(Moment { layout: &self.layout, x, u, payload }, dx, self.powers(ledger));
+    fn derivative(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64]) {
+        self.laws.derivative(Moment { layout: &self.layout, x, u, payload }, dx);
     }
 
-    fn linearise(
-        &self,
-        x: &[f64],
-        u: &[f64],
-        payload: f64,
-        dx: &mut [f64],
-        ledger: &mut [f64],
-        slopes: &mut Bordered<f64>,
-    ) {
-        self.laws.linearise(Moment { layout: &self.layout, x, u, payload }, dx, self.powers(ledger), slopes);
+    fn linearise(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], slopes: &mut Bordered<f64>) {
+        self.laws.linearise(Moment { layout: &self.layout, x, u, payload }, dx, slopes);
+    }
+
+    fn powers(&self, x: &[f64], powers: &mut [f64]) {
+        self.laws.powers(&self.layout, self.oil(), x, powers);
     }
 
     fn reference_derivative(&self, x: &[f64], u: &[f64], payload: f64) -> Option<Vec<f64>> {

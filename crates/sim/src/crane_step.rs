@@ -58,7 +58,7 @@ impl<T: Real> CraneStep<T> {
         CraneStep {
             k: std::array::from_fn(|_| room.clone()),
             reached: room,
-            slopes: Bordered { secants: true, ..Bordered::new(layout, 0) },
+            slopes: Bordered { secants: true, ..Bordered::new(layout) },
             elimination: Elimination::default(),
         }
     }
@@ -71,7 +71,7 @@ impl<T: Real> CraneStep<T> {
         let CraneStep { k, reached, slopes, elimination } = self;
         T::apart(
             #[inline(always)]
-            || evaluator.linearise(layout, x, spools, payload, None, &mut k[0], slopes, |_, _| {}),
+            || evaluator.linearise(layout, x, spools, payload, &mut k[0], slopes),
         );
         T::apart(
             #[inline(always)]
@@ -113,7 +113,7 @@ impl<T: Real, const N: usize> Linearised<T> for Here<'_, T, N> {
         let Scene { evaluator, layout, spools, payload, .. } = *self.scene;
         T::apart(
             #[inline(always)]
-            || evaluator.derivative(layout, x, spools, payload, rate, |_, _, _| {}),
+            || evaluator.derivative(layout, x, spools, payload, rate),
         );
     }
 

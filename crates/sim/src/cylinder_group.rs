@@ -1,8 +1,9 @@
 //! Cylinders that obey the same laws, side by side: the numbers of one cylinder in one lane.
 
-use crate::cylinder_slopes::{Lifted, Piston, PowerSlopes, RateSlopes};
+use crate::cylinder_slopes::{Lifted, Piston, RateSlopes};
 use crate::cylinder_unit::{CylinderUnit, LocalRates, LocalState, Mains};
 use crate::layout::{Layout, OwnStates};
+use crate::ledger::{powers, LEDGER_PER_CYLINDER};
 use crate::plant::Plant;
 use hydrocrane_num::{register::WIDEST, Pack, Real};
 use hydrocrane_physics::hydraulics::fluid::{Fluid, OilTables};
@@ -123,17 +124,13 @@ impl<L: Real> CylinderGroup<L> {
         )
     }
 
-    /// The same, and the powers of the ledger with theirs.
+    /// Powers of the ledger, W.
     #[inline(always)]
-    pub fn sloped_with_powers(
-        &self,
-        oil: &OilTables,
-        s: &LocalState<L>,
-        piston: &Piston<L>,
-    ) -> (RateSlopes<L>, PowerSlopes<L>) {
+    pub fn powers(&self, oil: &OilTables, s: &LocalState<L>) -> [L; LEDGER_PER_CYLINDER] {
+        let rates = self.rates(s);
         L::apart(
             #[inline(always)]
-            || self.lifted.slopes_with_powers(oil, s, piston),
+            || powers([oil.energy_density(s.p1), oil.energy_density(s.p2)], s, &rates),
         )
     }
 }

@@ -3,10 +3,9 @@
 
 use crate::bordered::Row;
 use crate::cylinder_unit::{CylinderUnit, FrictionLaw, LocalRates, LocalState, Mains, Parts, Port, Rubbing};
-use crate::ledger::{powers, LEDGER_PER_CYLINDER};
 use hydrocrane_num::{Dual, Real};
 use hydrocrane_physics::hydraulics::end_stop::EndStop;
-use hydrocrane_physics::hydraulics::fluid::{Fluid, OilTables};
+use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::spool::Spool;
 
 /// A number with its slopes by the local numbers of a cylinder, in the order of [`LocalState`].
@@ -66,13 +65,6 @@ pub struct RateSlopes<L> {
     pub force: Row<L>,
 }
 
-/// The powers of the ledger, W, and their slopes by states.
-#[derive(Debug, Clone, Copy)]
-pub struct PowerSlopes<L> {
-    pub powers: [L; LEDGER_PER_CYLINDER],
-    pub rows: [Row<L>; LEDGER_PER_CYLINDER],
-}
-
 impl<L: Real> Lifted<L> {
     pub fn new(unit: &CylinderUnit<L>, fluid: &Fluid<L>, mains: &Mains<L>) -> Self {
         Lifted {
@@ -87,28 +79,14 @@ impl<L: Real> Lifted<L> {
 
     #[inline(always)]
     pub fn slopes(&self, s: &LocalState<L>, piston: &Piston<L>) -> RateSlopes<L> {
-        let (_, sloped) = self.sloped(s);
-        rate_slopes(&sloped, piston)
-    }
-
-    /// [`Self::slopes`], and the powers of the ledger with theirs.
-    #[inline(always)]
-    pub fn slopes_with_powers(
-        &self,
-        oil: &OilTables,
-        s: &LocalState<L>,
-        piston: &Piston<L>,
-    ) -> (RateSlopes<L>, PowerSlopes<L>) {
-        let (local, sloped) = self.sloped(s);
-        let energy_density = |p: L, at: usize| oil.energy_density::<Dual<L, 1>>(Dual::variable(p, 0)).among([at]);
-        let powers = powers([energy_density(s.p1, P1), energy_density(s.p2, P2)], &local, &sloped);
-        let mut power_slopes =
-            PowerSlopes { powers: [L::c(0.0); LEDGER_PER_CYLINDER], rows: [Row::default(); LEDGER_PER_CYLINDER] };
-        for (i, power) in powers.iter().enumerate() {
-            power_slopes.powers[i] = power.value;
-            power_slopes.rows[i] = piston.row(power);
+        let sloped = self.sloped(s);
+        RateSlopes {
+            rates: sloped.map(|number| number.value),
+            p1: piston.row(&sloped.p1_rate),
+            p2: piston.row(&sloped.p2_rate),
+            z: piston.row(&sloped.z_rate),
+            force: piston.row(&sloped.force),
         }
-        (rate_slopes(&sloped, piston), power_slopes)
     }
 
     /// Slope of a friction map less its secant F/v through standstill; zero with bristles, which are no map.
@@ -138,9 +116,9 @@ impl<L: Real> Lifted<L> {
         [position_rate, velocity_rate]
     }
 
-    /// The local numbers as the variables that they are, and the rates with their slopes by them.
+    /// The rates with their slopes by the local numbers.
     #[inline(always)]
-    fn sloped(&self, s: &LocalState<L>) -> (LocalState<Sloped<L>>, LocalRates<Sloped<L>>) {
+    fn sloped(&self, s: &LocalState<L>) -> LocalRates<Sloped<L>> {
         let local = LocalState {
             x: Dual::variable(s.x, X),
             v: Dual::variable(s.v, V),
@@ -157,7 +135,7 @@ impl<L: Real> Lifted<L> {
             stops: self.stops(s),
         };
         let (unit, mains) = &self.whole;
-        (local, unit.join(mains, &local, &parts))
+        unit.join(mains, &local, &parts)
     }
 
     #[inline(always)]
@@ -189,16 +167,5 @@ impl<L: Real> Lifted<L> {
     fn stops(&self, s: &LocalState<L>) -> (Sloped<L>, Sloped<L>) {
         let (spring, damping) = self.end_stop.force(Dual::variable(s.x, 0), Dual::variable(s.v, 1));
         (spring.among([X, V]), damping.among([X, V]))
-    }
-}
-
-#[inline(always)]
-fn rate_slopes<L: Real>(sloped: &LocalRates<Sloped<L>>, piston: &Piston<L>) -> RateSlopes<L> {
-    RateSlopes {
-        rates: sloped.map(|number| number.value),
-        p1: piston.row(&sloped.p1_rate),
-        p2: piston.row(&sloped.p2_rate),
-        z: piston.row(&sloped.z_rate),
-        force: piston.row(&sloped.force),
     }
 }

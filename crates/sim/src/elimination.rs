@@ -193,9 +193,9 @@ mod tests {
         for (i, scale) in model.layout().scales.iter().enumerate().skip(q.len()) {
             x[i] += 0.4 * scale * (1.0 + i as f64).sin();
         }
-        let mut slopes = Bordered::new(model.layout(), 0);
+        let mut slopes = Bordered::new(model.layout());
         let u = vec![0.01; q.len()];
-        model.linearise(&x, &u, 50.0, &mut vec![0.0; n], &mut [], &mut slopes);
+        model.linearise(&x, &u, 50.0, &mut vec![0.0; n], &mut slopes);
         (slopes, n)
     }
 

@@ -6,29 +6,15 @@
 
 use crate::bordered::Bordered;
 use crate::cylinder_group::{CylinderGroup, Member};
-use crate::cylinder_slopes::{Piston, PowerSlopes, RateSlopes};
+use crate::cylinder_slopes::{Piston, RateSlopes};
 use crate::layout::Layout;
-use crate::ledger::LEDGER_PER_CYLINDER;
 use crate::rhs::{joint_state, write_joints, Accelerated, Evaluator, Placed};
 use hydrocrane_num::{Pack, Real};
-use hydrocrane_physics::hydraulics::fluid::OilTables;
 
 impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
-    /// Writes the state derivative and its slopes, and those of the ledger's powers if the oil is given, for which `slopes`
-    /// must have room then. `observe` sees the powers of each group of cylinders.
-    #[allow(clippy::too_many_arguments)]
+    /// Writes the state derivative and its slopes.
     #[inline(always)]
-    pub fn linearise(
-        &self,
-        layout: &Layout,
-        x: &[T],
-        u: &[T],
-        payload: T,
-        oil: Option<&OilTables>,
-        dx: &mut [T],
-        slopes: &mut Bordered<T>,
-        mut observe: impl FnMut(&CylinderGroup<L>, &[L; LEDGER_PER_CYLINDER]),
-    ) {
+    pub fn linearise(&self, layout: &Layout, x: &[T], u: &[T], payload: T, dx: &mut [T], slopes: &mut Bordered<T>) {
         let (placed, gain_slopes) = self.place_moving(layout, x);
         let mut forces = [T::c(0.0); N];
         for group in &self.groups {
@@ -38,15 +24,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
                 gain_slope: group.gather(|m| gain_slopes[m.cylinder]),
                 rate: group.gather(|m| placed.rates[m.cylinder]),
             };
-            let mut sloped = match oil {
-                Some(oil) => {
-                    let (sloped, powered) = group.sloped_with_powers(oil, &local, &piston);
-                    group.write_power_slopes(&powered, slopes);
-                    observe(group, &powered.powers);
-                    sloped
-                }
-                None => group.sloped(&local, &piston),
-            };
+            let mut sloped = group.sloped(&local, &piston);
             if slopes.secants {
                 let more = group.lifted.tangent_less_secant(local.v);
                 sloped.force.q += more * piston.gain_slope * piston.rate;
@@ -144,19 +122,6 @@ impl<L: Real> CylinderGroup<L> {
             dx[at.vs] = across.value.lane(lane);
             let by = |slopes: &[L; 2]| [slopes[0].lane(lane), slopes[1].lane(lane)];
             out.cylinders[*cylinder].spool = [by(&along.derivative), by(&across.derivative)];
-        }
-    }
-
-    #[inline(always)]
-    fn write_power_slopes<T: Real>(&self, powered: &PowerSlopes<L>, out: &mut Bordered<T>)
-    where
-        L: Pack<T>,
-    {
-        for (i, row) in powered.rows.iter().enumerate() {
-            for lane in 0..L::WIDTH {
-                let Some(member) = self.member(lane) else { break };
-                out.quadratures[member.cylinder * LEDGER_PER_CYLINDER + i] = row.lane(lane);
-            }
         }
     }
 }

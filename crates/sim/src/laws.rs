@@ -1,15 +1,12 @@
 //! A crane's laws, its cylinders in lanes where the processor has registers for them. Either way the bits are the same.
 
 use crate::bordered::Bordered;
-use crate::cylinder_group::CylinderGroup;
-use crate::cylinder_unit::{LocalRates, LocalState};
 use crate::layout::Layout;
-use crate::ledger::{powers, LEDGER_PER_CYLINDER};
 use crate::plant::Plant;
 use crate::rhs::Evaluator;
 #[cfg(target_arch = "x86_64")]
 use hydrocrane_num::register::Register;
-use hydrocrane_num::{register::Handy, Lanes, Pack, Real};
+use hydrocrane_num::{register::Handy, Lanes, Pack};
 use hydrocrane_physics::hydraulics::fluid::OilTables;
 
 /// How the cylinders are arranged.
@@ -32,12 +29,6 @@ pub struct Moment<'a> {
     pub payload: f64,
 }
 
-/// Where the powers of the ledger go, and the oil they are of.
-pub struct Powers<'a> {
-    pub oil: &'a OilTables,
-    pub out: &'a mut [f64],
-}
-
 impl<const N: usize> Laws<N> {
     pub fn new(plant: &Plant<f64, N>, layout: &Layout) -> Self {
         #[cfg(target_arch = "x86_64")]
@@ -55,39 +46,38 @@ impl<const N: usize> Laws<N> {
         }
     }
 
-    /// Writes the state derivative, and the powers if they are wanted.
-    pub fn derivative(&self, at: Moment, dx: &mut [f64], ledger: Option<Powers>) {
+    /// Writes the state derivative.
+    pub fn derivative(&self, at: Moment, dx: &mut [f64]) {
         match self {
-            Laws::Wide(evaluator) => derivative(evaluator, at, dx, ledger),
+            Laws::Wide(evaluator) => derivative(evaluator, at, dx),
             #[cfg(target_arch = "x86_64")]
-            Laws::Single(evaluator) => derivative(evaluator, at, dx, ledger),
+            Laws::Single(evaluator) => derivative(evaluator, at, dx),
         }
     }
 
-    /// Writes the state derivative with its slopes, and the powers with theirs if they are wanted.
-    pub fn linearise(&self, at: Moment, dx: &mut [f64], ledger: Option<Powers>, slopes: &mut Bordered<f64>) {
+    /// Writes the state derivative with its slopes.
+    pub fn linearise(&self, at: Moment, dx: &mut [f64], slopes: &mut Bordered<f64>) {
         match self {
-            Laws::Wide(evaluator) => linearise(evaluator, at, dx, ledger, slopes),
+            Laws::Wide(evaluator) => linearise(evaluator, at, dx, slopes),
             #[cfg(target_arch = "x86_64")]
-            Laws::Single(evaluator) => linearise(evaluator, at, dx, ledger, slopes),
+            Laws::Single(evaluator) => linearise(evaluator, at, dx, slopes),
+        }
+    }
+
+    /// Writes the powers of the ledger at the state `x`.
+    pub fn powers(&self, layout: &Layout, oil: &OilTables, x: &[f64], out: &mut [f64]) {
+        match self {
+            Laws::Wide(evaluator) => powers(evaluator, layout, oil, x, out),
+            #[cfg(target_arch = "x86_64")]
+            Laws::Single(evaluator) => powers(evaluator, layout, oil, x, out),
         }
     }
 }
 
-fn derivative<L: Pack<f64>, const N: usize>(
-    evaluator: &Evaluator<f64, L, N>,
-    at: Moment,
-    dx: &mut [f64],
-    mut ledger: Option<Powers>,
-) {
+fn derivative<L: Pack<f64>, const N: usize>(evaluator: &Evaluator<f64, L, N>, at: Moment, dx: &mut [f64]) {
     L::apart(
         #[inline(always)]
-        || {
-            evaluator.derivative(at.layout, at.x, at.u, at.payload, dx, |group, s, rates| {
-                let Some(ledger) = &mut ledger else { return };
-                write_powers(group, &powers_of(ledger.oil, s, rates), ledger.out);
-            });
-        },
+        || evaluator.derivative(at.layout, at.x, at.u, at.payload, dx),
     );
 }
 
@@ -95,36 +85,23 @@ fn linearise<L: Pack<f64>, const N: usize>(
     evaluator: &Evaluator<f64, L, N>,
     at: Moment,
     dx: &mut [f64],
-    mut ledger: Option<Powers>,
     slopes: &mut Bordered<f64>,
 ) {
-    let oil = ledger.as_ref().map(|powers| powers.oil);
     L::apart(
         #[inline(always)]
-        || {
-            evaluator.linearise(at.layout, at.x, at.u, at.payload, oil, dx, slopes, |group, powers| {
-                let Some(ledger) = &mut ledger else { return };
-                write_powers(group, powers, ledger.out);
-            });
-        },
+        || evaluator.linearise(at.layout, at.x, at.u, at.payload, dx, slopes),
     );
 }
 
-#[inline(always)]
-fn powers_of<L: Real>(oil: &OilTables, s: &LocalState<L>, rates: &LocalRates<L>) -> [L; LEDGER_PER_CYLINDER] {
+fn powers<L: Pack<f64>, const N: usize>(
+    evaluator: &Evaluator<f64, L, N>,
+    layout: &Layout,
+    oil: &OilTables,
+    x: &[f64],
+    out: &mut [f64],
+) {
     L::apart(
         #[inline(always)]
-        || powers([oil.energy_density(s.p1), oil.energy_density(s.p2)], s, rates),
-    )
-}
-
-/// Writes the powers of a group of cylinders.
-#[inline(always)]
-fn write_powers<L: Pack<f64>>(group: &CylinderGroup<L>, powers: &[L; LEDGER_PER_CYLINDER], out: &mut [f64]) {
-    for lane in 0..L::WIDTH {
-        let Some(member) = group.member(lane) else { break };
-        for (i, power) in powers.iter().enumerate() {
-            out[member.cylinder * LEDGER_PER_CYLINDER + i] = power.lane(lane);
-        }
-    }
+        || evaluator.powers(layout, oil, x, out),
+    );
 }

@@ -197,7 +197,7 @@ impl Live {
 
     /// Energies since the start, J: the cylinders' terms, then those of the payload; empty without ledger.
     pub fn energies(&self) -> Vec<f64> {
-        let own = &self.closed.stepper.w;
+        let own = self.closed.stepper.integrals();
         let payload = if own.is_empty() { &[][..] } else { &self.loads.account };
         [own, payload].concat()
     }

@@ -78,23 +78,16 @@ pub trait Model: Send + Sync {
     /// Per cylinder with LuGre friction.
     fn passivity(&self) -> Vec<Passivity>;
 
-    /// Writes the state derivative and, where `powers` is not empty, the ledger's powers.
-    fn derivative(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], powers: &mut [f64]);
-    /// The derivative and its slopes, with those of the ledger's powers where `powers` is not empty.
-    #[allow(clippy::too_many_arguments)]
-    fn linearise(
-        &self,
-        x: &[f64],
-        u: &[f64],
-        payload: f64,
-        dx: &mut [f64],
-        powers: &mut [f64],
-        slopes: &mut Bordered<f64>,
-    );
+    /// Writes the state derivative.
+    fn derivative(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64]);
+    /// The derivative and its slopes.
+    fn linearise(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], slopes: &mut Bordered<f64>);
+    /// Writes the powers of the ledger, W: cylinder by cylinder its [terms](crate::LEDGER_TERMS).
+    fn powers(&self, x: &[f64], powers: &mut [f64]);
     /// Row-major Jacobian.
     fn jacobian(&self, x: &[f64], u: &[f64], payload: f64, jacobian: &mut [f64]) {
-        let mut slopes = Bordered::new(self.layout(), 0);
-        self.linearise(x, u, payload, &mut vec![0.0; x.len()], &mut [], &mut slopes);
+        let mut slopes = Bordered::new(self.layout());
+        self.linearise(x, u, payload, &mut vec![0.0; x.len()], &mut slopes);
         slopes.write_dense(x.len(), jacobian);
     }
     /// The same derivative by the readable one-function model; `None` where a law is switched to as-printed.

@@ -44,7 +44,8 @@ impl<'a> Recorder<'a> {
     pub fn take(&mut self, stepper: &Stepper, driven: &Driven) {
         while self.next < self.record.len() && self.record[self.next] <= stepper.t + 1e-12 {
             let t = self.record[self.next];
-            stepper.interpolate(t, &mut self.state, &mut self.energies);
+            stepper.interpolate(t, &mut self.state);
+            stepper.interpolate_integrals(t, &mut self.energies);
             self.push(t, driven);
             self.next += 1;
         }
@@ -66,7 +67,7 @@ impl<'a> Recorder<'a> {
             let last = self.run.times.last().copied().unwrap_or(-1.0);
             if outcome.kind != OutcomeKind::Completed && stepper.t > last {
                 self.state.copy_from_slice(&stepper.x);
-                self.energies.copy_from_slice(&stepper.w);
+                self.energies.copy_from_slice(stepper.integrals());
                 self.push(stepper.t, driven);
             }
             self.run.payload_events.clone_from(&driven.loads.events);

@@ -3,11 +3,13 @@
 use crate::cylinder_group::{CylinderGroup, Member};
 use crate::cylinder_unit::{LocalRates, LocalState};
 use crate::layout::{Layout, OwnStates};
+use crate::ledger::LEDGER_PER_CYLINDER;
 use crate::plant::Plant;
 use hydrocrane_num::small::Spd;
 use hydrocrane_num::{Dual, Pack, Real};
 use hydrocrane_physics::geometry::chain::ChainPose;
 use hydrocrane_physics::geometry::stroke::Actuation;
+use hydrocrane_physics::hydraulics::fluid::OilTables;
 
 /// A plant ready to be evaluated, its cylinders side by side in the lanes of `L`.
 #[derive(Debug, Clone)]
@@ -89,18 +91,9 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         }
     }
 
-    /// Writes the state derivative for the spool commands `u` (m) with `payload` kg at the tip. `observe` sees each group
-    /// of cylinders with its state and rates.
+    /// Writes the state derivative for the spool commands `u` (m) with `payload` kg at the tip.
     #[inline(always)]
-    pub fn derivative(
-        &self,
-        layout: &Layout,
-        x: &[T],
-        u: &[T],
-        payload: T,
-        dx: &mut [T],
-        mut observe: impl FnMut(&CylinderGroup<L>, &LocalState<L>, &LocalRates<L>),
-    ) {
+    pub fn derivative(&self, layout: &Layout, x: &[T], u: &[T], payload: T, dx: &mut [T]) {
         let placed = self.plant.place(layout, x);
         let mut forces = [T::c(0.0); N];
         for group in &self.groups {
@@ -108,10 +101,19 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
             let rates = group.rates(&local);
             group.write_rates(&rates, &mut forces, dx);
             group.write_spools(x, u, dx);
-            observe(group, &local, &rates);
         }
         let Accelerated { qdd, .. } = self.plant.accelerate(&placed, &forces, payload);
         write_joints(layout, &placed.rates, &qdd, dx);
+    }
+
+    /// Writes the powers of the ledger (W), cylinder by cylinder.
+    #[inline(always)]
+    pub fn powers(&self, layout: &Layout, oil: &OilTables, x: &[T], out: &mut [T]) {
+        let placed = self.plant.place(layout, x);
+        for group in &self.groups {
+            let local = group.local(&placed.positions, &placed.velocities, x);
+            group.write_powers(&group.powers(oil, &local), out);
+        }
     }
 }
 
@@ -138,6 +140,18 @@ impl<L: Real> CylinderGroup<L> {
             if let Some(z) = at.z {
                 dx[z] = rates.z_rate.lane(lane);
             }
+        }
+    }
+
+    #[inline(always)]
+    fn write_powers<T: Real>(&self, powers: &[L; LEDGER_PER_CYLINDER], out: &mut [T])
+    where
+        L: Pack<T>,
+    {
+        for lane in 0..L::WIDTH {
+            let Some(Member { cylinder, .. }) = self.member(lane) else { break };
+            let own = &mut out[cylinder * LEDGER_PER_CYLINDER..][..LEDGER_PER_CYLINDER];
+            own.iter_mut().zip(powers).for_each(|(out, power)| *out = power.lane(lane));
         }
     }
 

@@ -107,15 +107,15 @@ impl System for Driven<'_> {
     fn dimension(&self) -> usize {
         self.model.layout().len()
     }
-    fn quadratures(&self) -> usize {
-        self.quadratures
+    fn derivative(&self, t: f64, x: &[f64], dx: &mut [f64]) {
+        self.model.derivative(x, &self.command(t), self.payload, dx);
     }
-    fn derivative(&self, t: f64, x: &[f64], dx: &mut [f64], dw: &mut [f64]) {
-        self.model.derivative(x, &self.command(t), self.payload, dx, dw);
+    fn quadrature_rates(&self, x: &[f64], dw: &mut [f64]) {
+        self.model.powers(x, dw);
     }
     fn linearise(&self, t: f64, x: &[f64], at: &mut Linearisation) {
-        let (rate, powers, slopes) = at.bordered(self.model.layout(), 0);
-        self.model.linearise(x, &self.command(t), self.payload, rate, powers, &mut slopes[0]);
+        let (rate, slopes) = at.bordered(self.model.layout(), 0);
+        self.model.linearise(x, &self.command(t), self.payload, rate, &mut slopes[0]);
     }
     fn time_derivative(&self, _t: f64, _x: &[f64], dfdt: &mut [f64]) -> bool {
         let driven = self.slope != [0.0; MAX_JOINTS];
@@ -238,7 +238,7 @@ pub fn simulate(
 
 /// A stepper at time zero; `None` where there is no such method, which [`start_fault`] finds first.
 pub(crate) fn stepper(x0: &[f64], driven: &Driven, options: &RunOptions) -> Option<Stepper> {
-    let method = method(&options.method, x0.len(), driven.quadratures)?;
+    let method = method(&options.method, x0.len())?;
     Some(Stepper::new(method, options.tolerances, 0.0, x0, driven.quadratures))
 }
 

@@ -183,10 +183,10 @@ impl Sensors {
         }
         let (from, to) = (stepper.previous_time(), stepper.t);
         let parts = ((to - from) / LAG_STEP).ceil().max(1.0);
-        let (mut x, mut w) = (vec![0.0; stepper.x.len()], vec![0.0; stepper.w.len()]);
+        let mut x = vec![0.0; stepper.x.len()];
         for part in 1..=parts as u64 {
             let t = from + (to - from) * part as f64 / parts;
-            stepper.interpolate(t, &mut x, &mut w);
+            stepper.interpolate(t, &mut x);
             self.follow_to(t, &x);
         }
     }

@@ -2,21 +2,21 @@
 
 use crate::integrator::Linearisation;
 
-/// A system x' = f(t, x) with quadratures w' = g(t, x) that nothing depends on.
+/// A system x' = f(t, x) with quadratures w' = g(x) that nothing depends on.
 pub trait System {
     fn dimension(&self) -> usize;
-    /// Number of quadratures.
-    fn quadratures(&self) -> usize;
-    /// Writes f and g.
-    fn derivative(&self, t: f64, x: &[f64], dx: &mut [f64], dw: &mut [f64]);
+    /// Writes f.
+    fn derivative(&self, t: f64, x: &[f64], dx: &mut [f64]);
+    /// Writes g; there are no quadratures unless a system says so.
+    fn quadrature_rates(&self, _x: &[f64], _dw: &mut [f64]) {}
     /// Copies of the state, behind it in `x`, that follow the linearised equations: derivatives with respect to parameters.
     fn tangents(&self) -> usize {
         0
     }
-    /// Writes f, g, df/dx and dg/dx. With tangents these slopes are of the state alone, and df/dx is followed, tangent by
-    /// tangent, by its derivative along it: what couples the tangent's equations to the state.
+    /// Writes f and df/dx. With tangents these slopes are of the state alone, followed, tangent by tangent, by their
+    /// derivative along it: what couples the tangent's equations to the state.
     fn linearise(&self, t: f64, x: &[f64], at: &mut Linearisation);
-    /// Writes df/dt, or says `false` where all of it is zero; g does not depend on time directly.
+    /// Writes df/dt, or says `false` where all of it is zero.
     fn time_derivative(&self, t: f64, x: &[f64], dfdt: &mut [f64]) -> bool;
     /// Whether `x` lies where the equations mean something.
     fn admissible(&self, x: &[f64]) -> bool;

@@ -85,8 +85,8 @@ fn secants_replace_the_slope_of_static_friction_alone() {
         let v = -1.5e-3;
         x[layout.qd(2)] = v / gain[2];
         let slopes = |secants: bool| {
-            let mut slopes = Bordered { secants, ..Bordered::new(layout, 0) };
-            model.linearise(&x, &[0.0; 3], 0.0, &mut vec![0.0; layout.len()], &mut [], &mut slopes);
+            let mut slopes = Bordered { secants, ..Bordered::new(layout) };
+            model.linearise(&x, &[0.0; 3], 0.0, &mut vec![0.0; layout.len()], &mut slopes);
             let mut dense = vec![0.0; layout.len() * layout.len()];
             slopes.write_dense(layout.len(), &mut dense);
             (slopes.cylinders[2].force.qd, dense)

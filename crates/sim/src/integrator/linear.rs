@@ -8,15 +8,12 @@ use hydrocrane_num::dense::Lu;
 /// What a [`System`](crate::system::System) says of itself at one state: rates, and their slopes either as a dense matrix
 /// or in the blocks of a crane.
 pub struct Linearisation {
-    /// f and g.
+    /// f
     pub rate: Vec<f64>,
-    pub quadrature_rate: Vec<f64>,
     dense: Dense,
-    /// df/dx and dg/dx, then the derivative of df/dx along each tangent; empty where the slopes are dense.
+    /// df/dx, then its derivative along each tangent; empty where the slopes are dense.
     blocks: Vec<Bordered<f64>>,
     elimination: Elimination<f64>,
-    /// Of the last factorisation.
-    time: f64,
     secants: bool,
 }
 
@@ -26,21 +23,18 @@ struct Dense {
     n: usize,
     /// df/dx, then its derivative along each tangent.
     dfdx: Vec<f64>,
-    dgdx: Vec<f64>,
     matrix: Vec<f64>,
     lu: Lu,
 }
 
 impl Linearisation {
-    /// For `n` states with all their tangents, and `m` quadratures.
-    pub fn new(n: usize, m: usize) -> Self {
+    /// For `n` states with all their tangents.
+    pub fn new(n: usize) -> Self {
         Linearisation {
             rate: vec![0.0; n],
-            quadrature_rate: vec![0.0; m],
             dense: Dense::default(),
             blocks: Vec::new(),
             elimination: Elimination::default(),
-            time: 0.0,
             secants: false,
         }
     }
@@ -51,29 +45,26 @@ impl Linearisation {
         self
     }
 
-    /// Room for df/dx, row-major `n x n`, followed by its derivative along each of the `tangents`; and for dg/dx.
-    pub fn dense(&mut self, tangents: usize) -> (&mut [f64], &mut [f64]) {
+    /// Room for df/dx, row-major `n x n`, followed by its derivative along each of the `tangents`.
+    pub fn dense(&mut self, tangents: usize) -> &mut [f64] {
         let dense = &mut self.dense;
         dense.n = self.rate.len() / (1 + tangents);
         dense.dfdx.resize(dense.n * dense.n * (1 + tangents), 0.0);
-        dense.dgdx.resize(dense.n * self.quadrature_rate.len(), 0.0);
         dense.matrix.resize(dense.n * dense.n, 0.0);
-        (&mut dense.dfdx, &mut dense.dgdx)
+        &mut dense.dfdx
     }
 
-    /// Rates of states and quadratures, and room for the slopes of a crane, followed by their derivatives along each of
-    /// the `tangents`.
-    pub fn bordered(&mut self, layout: &Layout, tangents: usize) -> (&mut [f64], &mut [f64], &mut [Bordered<f64>]) {
+    /// The rates, and room for the slopes of a crane, followed by their derivatives along each of the `tangents`.
+    pub fn bordered(&mut self, layout: &Layout, tangents: usize) -> (&mut [f64], &mut [Bordered<f64>]) {
         if self.blocks.is_empty() {
-            let blocks = Bordered { secants: self.secants, ..Bordered::new(layout, self.quadrature_rate.len()) };
+            let blocks = Bordered { secants: self.secants, ..Bordered::new(layout) };
             self.blocks = vec![blocks; 1 + tangents];
         }
-        (&mut self.rate, &mut self.quadrature_rate, &mut self.blocks)
+        (&mut self.rate, &mut self.blocks)
     }
 
     /// Factors `I/time - df/dx`; `false` where that cannot be done.
     pub fn factor(&mut self, time: f64) -> bool {
-        self.time = time;
         let shift = 1.0 / time;
         match self.blocks.first() {
             Some(jacobian) => self.elimination.factor(jacobian, shift),
@@ -81,31 +72,16 @@ impl Linearisation {
         }
     }
 
-    /// Replaces the right-hand sides of states, `k`, and of quadratures, `kappa`, by the solutions. Quadratures need no
-    /// solve, as nothing depends on them.
+    /// Replaces the right-hand side `k` by the solution: that of the state first, which enters the right-hand sides of its
+    /// tangents.
     #[inline(always)]
-    pub fn solve(&self, k: &mut [f64], kappa: &mut [f64]) {
-        self.solve_states(k);
-        self.add_quadrature_slopes(k, kappa);
-        kappa.iter_mut().for_each(|value| *value *= self.time);
-    }
-
-    /// [`Self::solve`] for states alone, the state first: its solution enters the right-hand sides of its tangents.
-    fn solve_states(&self, k: &mut [f64]) {
+    pub fn solve(&self, k: &mut [f64]) {
         let Some((jacobian, slopes)) = self.blocks.split_first() else { return self.dense.solve(k) };
         let (state, tangents) = k.split_at_mut(k.len() / self.blocks.len());
         self.elimination.solve(jacobian, state);
         for (tangent, slope) in tangents.chunks_exact_mut(state.len()).zip(slopes) {
             slope.add_product(state, tangent);
             self.elimination.solve(jacobian, tangent);
-        }
-    }
-
-    /// y += dg/dx k, with `k` of the state.
-    fn add_quadrature_slopes(&self, k: &[f64], y: &mut [f64]) {
-        match self.blocks.first() {
-            Some(jacobian) => jacobian.add_quadratures(k, y),
-            None => add_product(&self.dense.dgdx, &k[..self.dense.n], y),
         }
     }
 }

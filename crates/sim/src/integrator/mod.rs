@@ -9,6 +9,7 @@ pub mod ros4l;
 pub mod tsit5;
 
 mod linear;
+mod quadratures;
 mod rows;
 mod stepper;
 
@@ -32,11 +33,11 @@ pub trait Method: Send + Sync {
     /// Prepares whatever the step from `(t, x)` shares between attempts. Called once per accepted state; `goes_on` where this
     /// is the end of the last attempt, under the same right-hand side.
     fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], goes_on: bool);
-    /// Tries a step of size `h`. Writes the new state, the new quadratures and, unless steps are fixed, the error estimate;
-    /// `false` where the linear system cannot be solved. Keeps what the interpolant needs.
-    fn attempt(&mut self, system: &dyn System, t: f64, h: f64, from: Point, to: &mut Target) -> bool;
-    /// State and quadratures at the fraction `theta` of the last attempt, before the next state is begun.
-    fn interpolate(&self, theta: f64, x: &mut [f64], w: &mut [f64]);
+    /// Tries a step of size `h` from `x`. Writes the new state and, unless steps are fixed, the error estimate; `false` where
+    /// the linear system cannot be solved. Keeps what the interpolant needs.
+    fn attempt(&mut self, system: &dyn System, t: f64, h: f64, x: &[f64], to: &mut Target) -> bool;
+    /// The state at the fraction `theta` of the last attempt, before the next state is begun.
+    fn interpolate(&self, theta: f64, x: &mut [f64]);
     /// Evaluations so far: right-hand sides, Jacobians, factorisations.
     fn effort(&self) -> Effort;
 }
@@ -44,24 +45,16 @@ pub trait Method: Send + Sync {
 /// States smaller than this are zero: decaying spools would end in subnormal numbers, which are slow.
 pub(crate) const FLUSH: f64 = 1e-30;
 
-/// A state with its quadratures.
-#[derive(Clone, Copy)]
-pub struct Point<'a> {
-    pub x: &'a [f64],
-    pub w: &'a [f64],
-}
-
 /// Where an attempt puts its results.
 pub struct Target {
     pub x: Vec<f64>,
-    pub w: Vec<f64>,
     pub error: Vec<f64>,
 }
 
 impl Target {
-    /// Room for `n` states and `m` quadratures.
-    pub fn new(n: usize, m: usize) -> Self {
-        Target { x: vec![0.0; n], w: vec![0.0; m], error: vec![0.0; n] }
+    /// Room for `n` states.
+    pub fn new(n: usize) -> Self {
+        Target { x: vec![0.0; n], error: vec![0.0; n] }
     }
 }
 
@@ -80,15 +73,15 @@ pub const METHODS: [&str; 4] = ["rodas5p", "ros4l", "tsit5", "ros3l"];
 pub const METHODS: [&str; 1] = ["ros3l"];
 
 /// A method by its name in [`METHODS`].
-pub fn method(name: &str, dimension: usize, quadratures: usize) -> Option<Box<dyn Method>> {
+pub fn method(name: &str, dimension: usize) -> Option<Box<dyn Method>> {
     match name {
         #[cfg(feature = "methods")]
-        "rodas5p" => Some(Box::new(rodas5p::Rodas5p::new(dimension, quadratures))),
+        "rodas5p" => Some(Box::new(rodas5p::Rodas5p::new(dimension))),
         #[cfg(feature = "methods")]
-        "ros4l" => Some(Box::new(ros4l::Ros4l::new(dimension, quadratures))),
+        "ros4l" => Some(Box::new(ros4l::Ros4l::new(dimension))),
         #[cfg(feature = "methods")]
-        "tsit5" => Some(Box::new(tsit5::Tsit5::new(dimension, quadratures))),
-        "ros3l" => Some(Box::new(ros3l::Ros3l::new(dimension, quadratures))),
+        "tsit5" => Some(Box::new(tsit5::Tsit5::new(dimension))),
+        "ros3l" => Some(Box::new(ros3l::Ros3l::new(dimension))),
         _ => None,
     }
 }

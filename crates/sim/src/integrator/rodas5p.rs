@@ -11,8 +11,8 @@
 //! Tangents of the state are carried along by the derivative of the very step: W k_i' = r' + J' k_i, where r' is the
 //! right-hand side of the stage with tangents in place of states. One factorisation serves all of them.
 
-use super::rows::{add_sum, set_sum, sum, wide, Block, Shape};
-use super::{Effort, Linearisation, Method, Point, Target};
+use super::rows::{add_sum, set_sum, sum, wide, write_wide, Block, Shape};
+use super::{Effort, Linearisation, Method, Target};
 use crate::system::System;
 
 const STAGES: usize = 8;
@@ -137,11 +137,11 @@ pub struct Rodas5p {
 }
 
 impl Rodas5p {
-    pub fn new(n: usize, m: usize) -> Self {
-        let shape = Shape::new(n, m);
+    pub fn new(n: usize) -> Self {
+        let shape = Shape::new(n);
         Rodas5p {
             shape,
-            linearisation: Linearisation::new(n, m),
+            linearisation: Linearisation::new(n),
             time_derivative: shape.rows(1),
             driven: false,
             k: shape.rows(STAGES),
@@ -157,22 +157,20 @@ impl Rodas5p {
         let (done, k) = self.shape.split::<I>(&mut self.k);
         if I == 0 {
             self.argument.copy_from_slice(&self.start);
-            self.shape.set(k, &self.linearisation.rate, &self.linearisation.quadrature_rate);
+            self.shape.states_mut(k).copy_from_slice(&self.linearisation.rate);
         } else {
             if I < A.len() {
                 set_sum(&mut self.argument, &self.start, 1.0, A[I], done);
             } else {
                 add_sum(&mut self.argument, 1.0, &[1.0], [done[I - 1]]);
             }
-            let (dx, dw) = self.shape.parts_mut(k);
-            system.derivative(t + NODES[I] * h, self.shape.parts(&self.argument).0, dx, dw);
+            system.derivative(t + NODES[I] * h, self.shape.states(&self.argument), self.shape.states_mut(k));
         }
         add_sum(k, 1.0 / h, C[I], done);
         if self.driven && D[I] != 0.0 {
             add_sum(k, h, &[D[I]], [&self.time_derivative]);
         }
-        let (k, kappa) = self.shape.parts_mut(k);
-        self.linearisation.solve(k, kappa);
+        self.linearisation.solve(self.shape.states_mut(k));
     }
 
     #[inline(always)]
@@ -195,16 +193,16 @@ impl Method for Rodas5p {
 
     fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], _goes_on: bool) {
         system.linearise(t, x, &mut self.linearisation);
-        self.driven = system.time_derivative(t, x, self.shape.parts_mut(&mut self.time_derivative).0);
+        self.driven = system.time_derivative(t, x, self.shape.states_mut(&mut self.time_derivative));
         self.effort.jacobians += 1;
     }
 
-    fn attempt(&mut self, system: &dyn System, t: f64, h: f64, from: Point, to: &mut Target) -> bool {
+    fn attempt(&mut self, system: &dyn System, t: f64, h: f64, x: &[f64], to: &mut Target) -> bool {
         self.effort.factorisations += 1;
         if !self.linearisation.factor(h * GAMMA) {
             return false;
         }
-        self.shape.set(&mut self.start, from.x, from.w);
+        self.shape.states_mut(&mut self.start).copy_from_slice(x);
         wide(
             #[inline(always)]
             || {
@@ -215,18 +213,17 @@ impl Method for Rodas5p {
         );
         self.effort.derivatives += STAGES as u64 - 1;
         let (_, last) = self.shape.split::<{ STAGES - 1 }>(&mut self.k);
-        to.error.copy_from_slice(self.shape.parts(last).0);
-        self.shape.get(&self.argument, &mut to.x, &mut to.w);
+        to.error.copy_from_slice(self.shape.states(last));
+        to.x.copy_from_slice(self.shape.states(&self.argument));
         true
     }
 
-    fn interpolate(&self, theta: f64, x: &mut [f64], w: &mut [f64]) {
+    fn interpolate(&self, theta: f64, x: &mut [f64]) {
         let rest = 1.0 - theta;
         let weights: [f64; STAGES] = std::array::from_fn(|i| H[0][i] + theta * (H[1][i] + theta * H[2][i]));
         let increments = self.shape.all::<STAGES>(&self.k);
-        self.shape.write_wide(
+        write_wide(
             x,
-            w,
             #[inline(always)]
             |i| {
                 let (bend, start, end) = (sum(&weights, &increments, i), &self.start[i], &self.argument[i]);

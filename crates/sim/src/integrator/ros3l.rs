@@ -7,7 +7,7 @@
 //! first increment h gamma G F_1 enters as it is.
 
 use super::rows::wide;
-use super::{Effort, Linearisation, Method, Point, Target};
+use super::{Effort, Linearisation, Method, Target};
 use crate::system::System;
 
 const STAGES: usize = 4;
@@ -27,20 +27,18 @@ const INTERPOLANT: [[f64; 4]; STAGES] = [
     [-2.376_121_233_318_882_3, 13.403_603_919_756_397, -13.359_313_198_961_987, -3.297_385_580_196_955_8],
 ];
 
-/// Number by number what `of` says of a start and its increments, of which `out` takes those from `first` on.
+/// Number by number what `of` says of a start and its increments.
 #[inline(always)]
-fn join(out: &mut [f64], from: &[f64], k: &[Vec<f64>; STAGES], first: usize, of: impl Fn(f64, [f64; STAGES]) -> f64) {
+fn join(out: &mut [f64], from: &[f64], k: &[Vec<f64>; STAGES], of: impl Fn(f64, [f64; STAGES]) -> f64) {
     let [one, two, three, four] = k;
-    let increments = one[first..].iter().zip(&two[first..]).zip(&three[first..]).zip(&four[first..]);
+    let increments = one.iter().zip(two).zip(three).zip(four);
     for ((out, from), (((one, two), three), four)) in out.iter_mut().zip(from).zip(increments) {
         *out = of(*from, [*one, *two, *three, *four]);
     }
 }
 
-/// The method for a [`System`]; quadratures lie behind the states.
+/// The method for a [`System`].
 pub struct Ros3l {
-    /// Number of states.
-    n: usize,
     linearisation: Linearisation,
     /// df/dt, and whether any of it is not zero.
     time_derivative: Vec<f64>,
@@ -55,16 +53,15 @@ pub struct Ros3l {
 }
 
 impl Ros3l {
-    pub fn new(n: usize, m: usize) -> Self {
+    pub fn new(n: usize) -> Self {
         Ros3l {
-            n,
-            linearisation: Linearisation::new(n, m).with_secants(),
+            linearisation: Linearisation::new(n).with_secants(),
             time_derivative: vec![0.0; n],
             driven: false,
-            k: std::array::from_fn(|_| vec![0.0; n + m]),
-            ahead: vec![0.0; n + m],
+            k: std::array::from_fn(|_| vec![0.0; n]),
+            ahead: vec![0.0; n],
             argument: vec![0.0; n],
-            start: vec![0.0; n + m],
+            start: vec![0.0; n],
             effort: Effort::default(),
         }
     }
@@ -73,7 +70,7 @@ impl Ros3l {
     /// the sums of p and q by the powers of G so far.
     #[inline(always)]
     fn stages(&mut self, system: &dyn System, t: f64, h: f64, x: &[f64]) {
-        let Ros3l { n, linearisation, time_derivative, driven, ahead, argument, .. } = self;
+        let Ros3l { linearisation, time_derivative, driven, ahead, argument, .. } = self;
         let [first, second, third, fourth] = &mut self.k;
         let inverse = 1.0 / h;
         // A solve takes df/dt as often as time has gone on in what it is applied to.
@@ -83,37 +80,29 @@ impl Ros3l {
             }
         };
         drift(first, GAMMA);
-        solve(linearisation, *n, first);
+        linearisation.solve(first);
         for (argument, (x, k)) in argument.iter_mut().zip(x.iter().zip(&*first)) {
             *argument = *x + *k * (NODE / GAMMA);
         }
-        let (dx, dw) = ahead.split_at_mut(*n);
-        system.derivative(t + NODE * h, argument, dx, dw);
+        system.derivative(t + NODE * h, argument, ahead);
         let [p2, p3, p4] = P.map(|p| p / (GAMMA * GAMMA));
         let [q2, q3] = Q.map(|q| q / GAMMA);
         for (second, (first, ahead)) in second.iter_mut().zip(first.iter().zip(&*ahead)) {
             *second = inverse * *first * p4 + *ahead * q3;
         }
         drift(second, P[2] + Q[1]);
-        solve(linearisation, *n, second);
+        linearisation.solve(second);
         for (third, ((first, second), ahead)) in third.iter_mut().zip(first.iter().zip(&*second).zip(&*ahead)) {
             *third = inverse * (*first * p3 + *second * (1.0 / GAMMA)) + *ahead * q2;
         }
         drift(third, P[1] + P[2] + Q[0] + Q[1]);
-        solve(linearisation, *n, third);
+        linearisation.solve(third);
         for (fourth, (first, third)) in fourth.iter_mut().zip(first.iter().zip(&*third)) {
             *fourth = inverse * (*first * p2 + *third * (1.0 / GAMMA));
         }
         drift(fourth, 1.0 - GAMMA);
-        solve(linearisation, *n, fourth);
+        linearisation.solve(fourth);
     }
-}
-
-/// Solves in place for a row, the quadratures behind the `n` states.
-#[inline(always)]
-fn solve(linearisation: &Linearisation, n: usize, r: &mut [f64]) {
-    let (k, kappa) = r.split_at_mut(n);
-    linearisation.solve(k, kappa);
 }
 
 impl Method for Ros3l {
@@ -131,32 +120,25 @@ impl Method for Ros3l {
         self.effort.jacobians += 1;
     }
 
-    fn attempt(&mut self, system: &dyn System, t: f64, h: f64, from: Point, to: &mut Target) -> bool {
+    fn attempt(&mut self, system: &dyn System, t: f64, h: f64, x: &[f64], to: &mut Target) -> bool {
         self.effort.factorisations += 1;
         if !self.linearisation.factor(h * GAMMA) {
             return false;
         }
-        self.start[..self.n].copy_from_slice(from.x);
-        self.start[self.n..].copy_from_slice(from.w);
-        let (k_of_states, k_of_quadratures) = self.k[0].split_at_mut(self.n);
-        k_of_states.copy_from_slice(&self.linearisation.rate);
-        k_of_quadratures.copy_from_slice(&self.linearisation.quadrature_rate);
+        self.start.copy_from_slice(x);
+        self.k[0].copy_from_slice(&self.linearisation.rate);
         wide(
             #[inline(always)]
-            || self.stages(system, t, h, from.x),
+            || self.stages(system, t, h, x),
         );
         self.effort.derivatives += 1;
-        let end = |x: f64, k: [f64; STAGES]| x + k[0] + k[3];
-        join(&mut to.x, from.x, &self.k, 0, end);
-        join(&mut to.w, from.w, &self.k, self.n, end);
+        join(&mut to.x, x, &self.k, |x, k| x + k[0] + k[3]);
         true
     }
 
-    fn interpolate(&self, theta: f64, x: &mut [f64], w: &mut [f64]) {
+    fn interpolate(&self, theta: f64, x: &mut [f64]) {
         let [one, two, three, four] = interpolant(theta);
-        let there = |start: f64, k: [f64; STAGES]| start + (one * k[0] + two * k[1] + three * k[2] + four * k[3]);
-        join(x, &self.start[..self.n], &self.k, 0, there);
-        join(w, &self.start[self.n..], &self.k, self.n, there);
+        join(x, &self.start, &self.k, |start, k| start + (one * k[0] + two * k[1] + three * k[2] + four * k[3]));
     }
 
     fn effort(&self) -> Effort {
@@ -257,15 +239,12 @@ mod tests {
         fn dimension(&self) -> usize {
             1
         }
-        fn quadratures(&self) -> usize {
-            0
-        }
-        fn derivative(&self, _t: f64, x: &[f64], dx: &mut [f64], _dw: &mut [f64]) {
+        fn derivative(&self, _t: f64, x: &[f64], dx: &mut [f64]) {
             dx[0] = self.j.abs() * (self.f)(x[0]);
         }
         fn linearise(&self, _t: f64, x: &[f64], at: &mut Linearisation) {
             at.rate[0] = self.j.abs() * (self.f)(x[0]);
-            at.dense(0).0[0] = self.j;
+            at.dense(0)[0] = self.j;
         }
         fn time_derivative(&self, _t: f64, _x: &[f64], _dfdt: &mut [f64]) -> bool {
             false
@@ -280,9 +259,9 @@ mod tests {
 
     /// One step of size 1 from 1.
     fn step(j: f64, f: fn(f64) -> f64) -> f64 {
-        let (scalar, mut method, mut target) = (Scalar { j, f }, Ros3l::new(1, 0), Target::new(1, 0));
+        let (scalar, mut method, mut target) = (Scalar { j, f }, Ros3l::new(1), Target::new(1));
         method.begin(&scalar, 0.0, &[1.0], false);
-        assert!(method.attempt(&scalar, 0.0, 1.0, Point { x: &[1.0], w: &[] }, &mut target));
+        assert!(method.attempt(&scalar, 0.0, 1.0, &[1.0], &mut target));
         target.x[0]
     }
 

@@ -10,8 +10,8 @@
 //! A step costs one right-hand side, a linearisation of where it ends, by which the next one begins, a factorisation and ten
 //! solves. h J w_k = (w_k - w_{k-1} - s_k N)/gamma, so that no product with J is formed.
 
-use super::rows::{add_sum, set, set_sum, sum, wide, Block, Shape};
-use super::{Effort, Linearisation, Method, Point, Target};
+use super::rows::{add_sum, set, set_sum, sum, wide, write, write_wide, Block, Shape};
+use super::{Effort, Linearisation, Method, Target};
 use crate::system::System;
 
 const SOLVES: usize = 9;
@@ -160,7 +160,7 @@ pub struct Ros4l {
     /// N/h.
     bend: Vec<Block>,
     start: Vec<Block>,
-    /// f and g at the start.
+    /// f at the start.
     rate: Vec<Block>,
     /// Of the second right-hand side; in the end the new state.
     argument: Vec<Block>,
@@ -170,13 +170,13 @@ pub struct Ros4l {
 }
 
 impl Ros4l {
-    pub fn new(n: usize, m: usize) -> Self {
-        let shape = Shape::new(n, m);
+    pub fn new(n: usize) -> Self {
+        let shape = Shape::new(n);
         let row = || shape.rows(1);
         Ros4l {
             shape,
-            here: Linearisation::new(n, m),
-            ahead: Linearisation::new(n, m),
+            here: Linearisation::new(n),
+            ahead: Linearisation::new(n),
             time_derivative: row(),
             driven: false,
             links: shape.rows(SOLVES),
@@ -203,8 +203,7 @@ impl Ros4l {
         if self.driven {
             add_sum(link, h, &[1.0], [&self.time_derivative]);
         }
-        let (k, kappa) = self.shape.parts_mut(link);
-        self.here.solve(k, kappa);
+        self.here.solve(self.shape.states_mut(link));
     }
 
     /// N/h, once two links are there.
@@ -212,8 +211,8 @@ impl Ros4l {
     fn bend(&mut self, system: &dyn System, t: f64, h: f64) {
         let [first, second] = self.shape.all::<2>(&self.links);
         set_sum(&mut self.argument, &self.start, 1.0, &STAGE, [first, second]);
-        let (dx, dw) = self.shape.parts_mut(&mut self.bend);
-        system.derivative(t + NODE * h, self.shape.parts(&self.argument).0, dx, dw);
+        let argument = self.shape.states(&self.argument);
+        system.derivative(t + NODE * h, argument, self.shape.states_mut(&mut self.bend));
         let [one, two] = STAGE;
         let weights = [one / GAMMA - 1.0, (two - one) / (h * GAMMA), -two / (h * GAMMA)];
         add_sum(&mut self.bend, 1.0, &weights, [&self.rate, first, second]);
@@ -238,15 +237,14 @@ impl Ros4l {
     #[inline(always)]
     fn doubt(&mut self, h: f64, error: &mut [f64]) {
         let links = self.shape.all::<SOLVES>(&self.links);
-        self.shape.set(&mut self.doubt, &self.ahead.rate, &self.ahead.quadrature_rate);
+        self.shape.states_mut(&mut self.doubt).copy_from_slice(&self.ahead.rate);
         let after = |k: usize| P.get(k + 1).copied().unwrap_or(0.0);
         let weights: [f64; SOLVES] = std::array::from_fn(|k| (after(k) - P[k]) / (h * GAMMA));
         add_sum(&mut self.doubt, 1.0, &weights, links);
         let joined: f64 = P[JOINED..].iter().zip(JOIN).map(|(p, s)| p * s).sum();
         add_sum(&mut self.doubt, 1.0, &[joined / GAMMA - 1.0 / (NODE * NODE)], [&self.bend]);
-        let (k, kappa) = self.shape.parts_mut(&mut self.doubt);
-        self.here.solve(k, kappa);
-        self.shape.write(error, &mut [], |i| {
+        self.here.solve(self.shape.states_mut(&mut self.doubt));
+        write(error, |i| {
             let (swing, bend) = (sum(&E, &links, i), &self.doubt[i]);
             std::array::from_fn(|lane| BENDS / GAMMA * bend[lane] + swing[lane])
         });
@@ -270,16 +268,16 @@ impl Method for Ros4l {
             system.linearise(t, x, &mut self.here);
             self.effort.jacobians += 1;
         }
-        self.driven = system.time_derivative(t, x, self.shape.parts_mut(&mut self.time_derivative).0);
+        self.driven = system.time_derivative(t, x, self.shape.states_mut(&mut self.time_derivative));
     }
 
-    fn attempt(&mut self, system: &dyn System, t: f64, h: f64, from: Point, to: &mut Target) -> bool {
+    fn attempt(&mut self, system: &dyn System, t: f64, h: f64, x: &[f64], to: &mut Target) -> bool {
         self.effort.factorisations += 1;
         if !self.here.factor(h * GAMMA) {
             return false;
         }
-        self.shape.set(&mut self.start, from.x, from.w);
-        self.shape.set(&mut self.rate, &self.here.rate, &self.here.quadrature_rate);
+        self.shape.states_mut(&mut self.start).copy_from_slice(x);
+        self.shape.states_mut(&mut self.rate).copy_from_slice(&self.here.rate);
         wide(
             #[inline(always)]
             || {
@@ -287,7 +285,7 @@ impl Method for Ros4l {
                 set_sum(&mut self.argument, &self.start, 1.0, &P, self.shape.all::<SOLVES>(&self.links));
             },
         );
-        self.shape.get(&self.argument, &mut to.x, &mut to.w);
+        to.x.copy_from_slice(self.shape.states(&self.argument));
         system.linearise(t + h, &to.x, &mut self.ahead);
         self.effort.derivatives += 1;
         self.effort.jacobians += 1;
@@ -298,12 +296,11 @@ impl Method for Ros4l {
         true
     }
 
-    fn interpolate(&self, theta: f64, x: &mut [f64], w: &mut [f64]) {
+    fn interpolate(&self, theta: f64, x: &mut [f64]) {
         let weights = interpolant(theta);
         let links = self.shape.all::<SOLVES>(&self.links);
-        self.shape.write_wide(
+        write_wide(
             x,
-            w,
             #[inline(always)]
             |i| {
                 let (way, start) = (sum(&weights, &links, i), &self.start[i]);

@@ -1,4 +1,4 @@
-//! States with their quadratures in whole blocks of numbers, and sums of them in one pass.
+//! States in whole blocks of numbers, and sums of them in one pass.
 
 #[cfg(target_arch = "x86_64")]
 use hydrocrane_num::{register::Register, register_x86::Avx2};
@@ -6,19 +6,18 @@ use hydrocrane_num::{register::Register, register_x86::Avx2};
 /// Numbers that sums take at once.
 const LANES: usize = 4;
 
-/// A row is made of these: the states, then the quadratures, either filled up with zeros.
+/// A row is made of these, the last one filled up with zeros.
 pub type Block = [f64; LANES];
 
-/// What a row holds.
+/// How many states a row holds.
 #[derive(Debug, Clone, Copy)]
 pub struct Shape {
     states: usize,
-    quadratures: usize,
 }
 
 impl Shape {
-    pub fn new(states: usize, quadratures: usize) -> Self {
-        Shape { states, quadratures }
+    pub fn new(states: usize) -> Self {
+        Shape { states }
     }
 
     /// `count` rows of zeros, one behind the other.
@@ -26,42 +25,19 @@ impl Shape {
         vec![[0.0; LANES]; count * self.blocks()]
     }
 
-    /// Blocks of the states.
-    fn first(&self) -> usize {
+    /// Blocks of a row.
+    fn blocks(&self) -> usize {
         self.states.div_ceil(LANES)
     }
 
-    /// Blocks of a row.
-    fn blocks(&self) -> usize {
-        self.first() + self.quadratures.div_ceil(LANES)
-    }
-
-    /// States and quadratures of a row.
     #[inline(always)]
-    pub fn parts<'a>(&self, row: &'a [Block]) -> (&'a [f64], &'a [f64]) {
-        let (states, quadratures) = row.split_at(self.first());
-        (&states.as_flattened()[..self.states], &quadratures.as_flattened()[..self.quadratures])
+    pub fn states<'a>(&self, row: &'a [Block]) -> &'a [f64] {
+        &row.as_flattened()[..self.states]
     }
 
     #[inline(always)]
-    pub fn parts_mut<'a>(&self, row: &'a mut [Block]) -> (&'a mut [f64], &'a mut [f64]) {
-        let (states, quadratures) = row.split_at_mut(self.first());
-        (&mut states.as_flattened_mut()[..self.states], &mut quadratures.as_flattened_mut()[..self.quadratures])
-    }
-
-    #[inline(always)]
-    pub fn set(&self, row: &mut [Block], states: &[f64], quadratures: &[f64]) {
-        let (x, w) = self.parts_mut(row);
-        x.copy_from_slice(states);
-        w.copy_from_slice(quadratures);
-    }
-
-    /// Copies the numbers of `row` to where they are wanted.
-    #[inline(always)]
-    pub fn get(&self, row: &[Block], states: &mut [f64], quadratures: &mut [f64]) {
-        let (x, w) = self.parts(row);
-        states.copy_from_slice(x);
-        quadratures.copy_from_slice(w);
+    pub fn states_mut<'a>(&self, row: &'a mut [Block]) -> &'a mut [f64] {
+        &mut row.as_flattened_mut()[..self.states]
     }
 
     /// The first `J` of `rows`, and the one behind them.
@@ -79,26 +55,23 @@ impl Shape {
         let blocks = self.blocks();
         std::array::from_fn(|j| &rows[j * blocks..][..blocks])
     }
+}
 
-    /// Writes the row whose blocks are `of` their numbers to where its states and quadratures are wanted.
-    #[inline(always)]
-    pub fn write(&self, x: &mut [f64], w: &mut [f64], of: impl Fn(usize) -> Block) {
-        for (out, first) in [(x, 0), (w, self.first())] {
-            for (i, out) in out.chunks_mut(LANES).enumerate() {
-                let block = of(first + i);
-                out.iter_mut().zip(block).for_each(|(out, number)| *out = number);
-            }
-        }
+/// Writes the row whose blocks are `of` their numbers to where its states are wanted.
+#[inline(always)]
+pub fn write(x: &mut [f64], of: impl Fn(usize) -> Block) {
+    for (i, out) in x.chunks_mut(LANES).enumerate() {
+        out.iter_mut().zip(of(i)).for_each(|(out, number)| *out = number);
     }
+}
 
-    /// [`Self::write`] with a register for each block: see [`wide`].
-    #[inline(always)]
-    pub fn write_wide(&self, x: &mut [f64], w: &mut [f64], of: impl Fn(usize) -> Block) {
-        wide(
-            #[inline(always)]
-            || self.write(x, w, &of),
-        );
-    }
+/// [`write`] with a register for each block: see [`wide`].
+#[inline(always)]
+pub fn write_wide(x: &mut [f64], of: impl Fn(usize) -> Block) {
+    wide(
+        #[inline(always)]
+        || write(x, &of),
+    );
 }
 
 /// The sum of block `i` of `rows` with `weights`.

@@ -1,6 +1,7 @@
 //! Step size control around a [`Method`].
 
-use super::{Effort, Method, Point, Target, FLUSH};
+use super::quadratures::Quadratures;
+use super::{Effort, Method, Target, FLUSH};
 use crate::system::System;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,7 +53,7 @@ pub struct Stepper {
     tolerances: Tolerances,
     pub t: f64,
     pub x: Vec<f64>,
-    pub w: Vec<f64>,
+    quadratures: Quadratures,
     /// Size of the next attempt.
     h: f64,
     /// Last accepted interval.
@@ -76,10 +77,10 @@ impl Stepper {
             tolerances,
             t,
             x: x.to_vec(),
-            w: vec![0.0; quadratures],
+            quadratures: Quadratures::new(x.len(), quadratures),
             h: 0.0,
             from: t,
-            target: Target::new(x.len(), quadratures),
+            target: Target::new(x.len()),
             begun: false,
             last: None,
             first: None,
@@ -89,14 +90,15 @@ impl Stepper {
         }
     }
 
-    /// Tells that the right-hand side has changed, as at a command step.
+    /// Tells that state or right-hand side have changed, as where a load is taken up.
     pub fn restart(&mut self) {
         self.refresh();
+        self.quadratures.restart();
         self.h = self.first.unwrap_or(0.0);
         self.restarted = true;
     }
 
-    /// Tells that the right-hand side has changed a little: the step size is kept as a first guess.
+    /// Tells that commands have changed a little: the step size is kept as a first guess.
     pub fn refresh(&mut self) {
         self.begun = false;
         self.last = None;
@@ -106,6 +108,7 @@ impl Stepper {
     pub fn step(&mut self, system: &dyn System, limit: f64) -> Result<(), StepFailure> {
         if !self.begun {
             self.method.begin(system, self.t, &self.x, self.last.is_some());
+            self.quadratures.begin(system, &self.x);
             self.begun = true;
         }
         if self.method.fixed_steps() {
@@ -134,7 +137,7 @@ impl Stepper {
                     self.first = Some(h);
                     self.restarted = false;
                 }
-                self.take(h, limit);
+                self.take(system, h, limit);
                 // A step cut short by the limit does not disprove the size that was wanted.
                 self.h = if h < wanted { next.max(wanted) } else { next };
                 return Ok(());
@@ -154,7 +157,7 @@ impl Stepper {
             StepFailure::TooSmall => StepFailure::NotFinite,
             other => other,
         })?;
-        self.take(h, limit);
+        self.take(system, h, limit);
         Ok(())
     }
 
@@ -191,13 +194,11 @@ impl Stepper {
 
     /// An attempt at a step, and whether it leads anywhere.
     fn reach(&mut self, system: &dyn System, h: f64) -> Result<(), StepFailure> {
-        let from = Point { x: &self.x, w: &self.w };
-        if !self.method.attempt(system, self.t, h, from, &mut self.target) {
+        if !self.method.attempt(system, self.t, h, &self.x, &mut self.target) {
             return Err(StepFailure::TooSmall);
         }
         // Without a way out on the way, so that it is done several at a time.
-        let finite = |numbers: &[f64]| numbers.iter().fold(true, |so_far, v| so_far & v.is_finite());
-        if !(finite(&self.target.x) && finite(&self.target.w)) {
+        if !self.target.x.iter().fold(true, |so_far, v| so_far & v.is_finite()) {
             return Err(StepFailure::TooSmall);
         }
         if !system.admissible(&self.target.x) {
@@ -221,16 +222,16 @@ impl Stepper {
         blocks.map(of_block).fold(1e-10, f64::max)
     }
 
-    fn take(&mut self, h: f64, limit: f64) {
+    fn take(&mut self, system: &dyn System, h: f64, limit: f64) {
         self.from = self.t;
         self.t = if h >= limit - self.t { limit } else { self.t + h };
         std::mem::swap(&mut self.x, &mut self.target.x);
-        std::mem::swap(&mut self.w, &mut self.target.w);
         for x in &mut self.x {
             if x.abs() < FLUSH {
                 *x = 0.0;
             }
         }
+        self.quadratures.follow(system, self.method.as_ref(), h, &self.x);
         self.accepted += 1;
         self.begun = false;
     }
@@ -239,13 +240,12 @@ impl Stepper {
     /// Differential Equations I, section II.4).
     fn first_step(&mut self, system: &dyn System) -> f64 {
         let n = self.x.len();
-        let mut w = vec![0.0; self.w.len()];
         let (mut f0, mut f1) = (vec![0.0; n], vec![0.0; n]);
-        system.derivative(self.t, &self.x, &mut f0, &mut w);
+        system.derivative(self.t, &self.x, &mut f0);
         let (size, slope) = (self.norm(system, &self.x), self.norm(system, &f0));
         let probe = if size < 1e-5 || slope < 1e-5 { 1e-6 } else { 0.01 * size / slope }.min(1e-3);
         let ahead: Vec<f64> = self.x.iter().zip(&f0).map(|(x, f)| x + probe * f).collect();
-        system.derivative(self.t + probe, &ahead, &mut f1, &mut w);
+        system.derivative(self.t + probe, &ahead, &mut f1);
         let bend: Vec<f64> = f1.iter().zip(&f0).map(|(a, b)| (a - b) / probe).collect();
         let curvature = self.norm(system, &bend);
         let order = self.estimate_order();
@@ -263,14 +263,32 @@ impl Stepper {
         self.from
     }
 
-    /// State and quadratures at a time inside the last accepted step.
-    pub fn interpolate(&self, t: f64, x: &mut [f64], w: &mut [f64]) {
+    /// The quadratures where it is.
+    pub fn integrals(&self) -> &[f64] {
+        &self.quadratures.w
+    }
+
+    /// The state at a time inside the last accepted step.
+    pub fn interpolate(&self, t: f64, x: &mut [f64]) {
         if t >= self.t {
             x.copy_from_slice(&self.x);
-            w.copy_from_slice(&self.w);
         } else {
-            self.method.interpolate((t - self.from) / (self.t - self.from), x, w);
+            self.method.interpolate(self.fraction(t), x);
         }
+    }
+
+    /// The quadratures at a time inside the last accepted step.
+    pub fn interpolate_integrals(&self, t: f64, w: &mut [f64]) {
+        if t >= self.t {
+            w.copy_from_slice(&self.quadratures.w);
+        } else {
+            self.quadratures.interpolate(self.fraction(t), w);
+        }
+    }
+
+    /// The share of the last accepted step that is done at time `t`.
+    fn fraction(&self, t: f64) -> f64 {
+        (t - self.from) / (self.t - self.from)
     }
 
     pub fn effort(&self) -> Effort {

@@ -5,8 +5,8 @@
 
 #![allow(clippy::excessive_precision)] // coefficients as published
 
-use super::rows::{set_sum, sum, wide, Block, Shape};
-use super::{Effort, Method, Point, Target};
+use super::rows::{set_sum, sum, wide, write, write_wide, Block, Shape};
+use super::{Effort, Method, Target};
 use crate::system::System;
 
 const STAGES: usize = 7;
@@ -58,8 +58,8 @@ pub struct Tsit5 {
 }
 
 impl Tsit5 {
-    pub fn new(n: usize, m: usize) -> Self {
-        let shape = Shape::new(n, m);
+    pub fn new(n: usize) -> Self {
+        let shape = Shape::new(n);
         let (k, start, argument) = (shape.rows(STAGES), shape.rows(1), shape.rows(1));
         Tsit5 { shape, k, start, argument, step: 0.0, effort: Effort::default() }
     }
@@ -69,8 +69,7 @@ impl Tsit5 {
     fn stage<const I: usize>(&mut self, system: &dyn System, t: f64, h: f64) {
         let (done, k) = self.shape.split::<I>(&mut self.k);
         set_sum(&mut self.argument, &self.start, h, A[I], done);
-        let (dx, dw) = self.shape.parts_mut(k);
-        system.derivative(t + NODES[I] * h, self.shape.parts(&self.argument).0, dx, dw);
+        system.derivative(t + NODES[I] * h, self.shape.states(&self.argument), self.shape.states_mut(k));
     }
 }
 
@@ -87,13 +86,12 @@ impl Method for Tsit5 {
             return;
         }
         let (_, first) = self.shape.split::<0>(&mut self.k);
-        let (dx, dw) = self.shape.parts_mut(first);
-        system.derivative(t, x, dx, dw);
+        system.derivative(t, x, self.shape.states_mut(first));
         self.effort.derivatives += 1;
     }
 
-    fn attempt(&mut self, system: &dyn System, t: f64, h: f64, from: Point, to: &mut Target) -> bool {
-        self.shape.set(&mut self.start, from.x, from.w);
+    fn attempt(&mut self, system: &dyn System, t: f64, h: f64, x: &[f64], to: &mut Target) -> bool {
+        self.shape.states_mut(&mut self.start).copy_from_slice(x);
         wide(
             #[inline(always)]
             || {
@@ -107,17 +105,16 @@ impl Method for Tsit5 {
         );
         self.effort.derivatives += STAGES as u64 - 1;
         self.step = h;
-        self.shape.get(&self.argument, &mut to.x, &mut to.w);
+        to.x.copy_from_slice(self.shape.states(&self.argument));
         let slopes = self.shape.all::<STAGES>(&self.k);
-        self.shape.write(&mut to.error, &mut [], |i| sum(&ERROR, &slopes, i).map(|error| h * error));
+        write(&mut to.error, |i| sum(&ERROR, &slopes, i).map(|error| h * error));
         true
     }
 
-    fn interpolate(&self, theta: f64, x: &mut [f64], w: &mut [f64]) {
+    fn interpolate(&self, theta: f64, x: &mut [f64]) {
         let (b, slopes) = (interpolant(theta), self.shape.all::<STAGES>(&self.k));
-        self.shape.write_wide(
+        write_wide(
             x,
-            w,
             #[inline(always)]
             |i| {
                 let (sum, start) = (sum(&b, &slopes, i), &self.start[i]);

@@ -119,7 +119,7 @@ fn sized<const N: usize>(
     let sizes: Vec<f64> = if experiment.resolve_slopes { values.iter().map(size).collect() } else { Vec::new() };
     let options = RunOptions { payload: inputs.payload, ledger: false, ..experiment.options.clone() };
     let mut system = TangentSystem::new(Driven::new(model, &options, 0.0), &groups, &sizes);
-    let method = method(&options.method, system.dimension(), 0);
+    let method = method(&options.method, system.dimension());
     let method = method.ok_or_else(|| SensitivityError::Key(format!("no method `{}`", options.method)))?;
     let mut stepper = Stepper::new(method, options.tolerances, 0.0, &start, 0);
     let outcome = drive(&mut stepper, &mut system, experiment, &options, &mut record, keep_going);
@@ -225,7 +225,7 @@ impl<'a, const N: usize> Record<'a, N> {
     fn take(&mut self, stepper: &Stepper, driven: &Driven) {
         while self.next < self.times.len() && self.times[self.next] <= stepper.t + 1e-12 {
             let t = self.times[self.next];
-            stepper.interpolate(t, &mut self.row, &mut []);
+            stepper.interpolate(t, &mut self.row);
             self.push(t, driven);
             self.next += 1;
         }

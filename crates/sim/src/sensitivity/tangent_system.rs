@@ -77,7 +77,7 @@ impl<'a, const N: usize> TangentSystem<'a, N> {
         let scales = states.iter().copied().chain(of_tangents).collect();
         let zeros = |count: usize| vec![Number::c(0.0); count];
         let scratch =
-            RefCell::new(Scratch { x: zeros(n), rate: zeros(n), slopes: Bordered::new(driven.model.layout(), 0) });
+            RefCell::new(Scratch { x: zeros(n), rate: zeros(n), slopes: Bordered::new(driven.model.layout()) });
         TangentSystem { driven, groups, scales, scratch }
     }
 
@@ -94,19 +94,16 @@ impl<const N: usize> System for TangentSystem<'_, N> {
     fn dimension(&self) -> usize {
         self.layout().len() * (1 + self.tangents())
     }
-    fn quadratures(&self) -> usize {
-        0
-    }
     fn tangents(&self) -> usize {
         self.groups.iter().map(|group| group.count).sum()
     }
 
-    fn derivative(&self, t: f64, x: &[f64], dx: &mut [f64], _dw: &mut [f64]) {
+    fn derivative(&self, t: f64, x: &[f64], dx: &mut [f64]) {
         let (layout, u) = (self.layout(), self.command(t));
         let Scratch { x: state, rate, .. } = &mut *self.scratch.borrow_mut();
         for group in self.groups {
             group.read(x, layout.len(), state);
-            group.evaluator.derivative(layout, state, &u, group.inputs.payload, rate, |_, _, _| {});
+            group.evaluator.derivative(layout, state, &u, group.inputs.payload, rate);
             group.write(rate, dx);
         }
     }
@@ -114,12 +111,12 @@ impl<const N: usize> System for TangentSystem<'_, N> {
     fn linearise(&self, t: f64, x: &[f64], at: &mut Linearisation) {
         let (layout, u) = (self.layout(), self.command(t));
         let Scratch { x: state, rate, slopes } = &mut *self.scratch.borrow_mut();
-        let (rates, _, blocks) = at.bordered(layout, self.tangents());
+        let (rates, blocks) = at.bordered(layout, self.tangents());
         slopes.secants = blocks[0].secants;
         for group in self.groups {
             let Group { inputs, evaluator, first, count } = group;
             group.read(x, layout.len(), state);
-            evaluator.linearise(layout, state, &u, inputs.payload, None, rate, slopes, |_, _| {});
+            evaluator.linearise(layout, state, &u, inputs.payload, rate, slopes);
             group.write(rate, rates);
             blocks[0] = slopes.map(|slope| slope.value);
             for k in 0..*count {
