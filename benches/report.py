@@ -7,18 +7,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from math import floor, log10
 from pathlib import Path
-from typing import Any
 
 from benches.competitors.exudyn_crane import DIFFERENCES
+from benches.goals import goals, thread_shares
 from benches.picture import work_precision
+from benches.tables import Results, digits, lacking, table
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = Path(__file__).with_name("results.json")
 PAGE = ROOT / "docs/validation/speed.md"
 PICTURE = PAGE.with_suffix(".png")
-Results = dict[str, Any]
 
 # What is compared, by family: the model and who evaluates it.
 MODELS = {
@@ -31,37 +30,10 @@ MODELS = {
 }
 
 
-def digits(value: float, count: int = 3) -> str:
-    """A number as a reader needs it: `count` digits, thousands plain."""
-    if value == 0:
-        return "0"
-    places = max(count - 1 - floor(log10(abs(value))), 0)
-    return f"{value:.{places}f}"
-
-
-def table(heads: list[str], rows: list[list[str]]) -> str:
-    lines = [heads, ["---"] * len(heads), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
-
-
-def lacking(section: Results | None) -> str:
-    """Why a section has no numbers; empty if it has some."""
-    if section is None:
-        return "Not measured."
-    return f"Not measured: {section['not_available']}." if "not_available" in section else ""
-
-
 def ours(results: Results) -> Results:
     """The row of this package at its operating point."""
     race = results["open_loop"]
     return race["rows"][race["ours"]]
-
-
-def best_of(results: Results, families: tuple[str, ...], only: str = "") -> tuple[str, Results] | None:
-    """The fastest solver of some families whose name holds a word, with its row."""
-    rows = results["open_loop"]["rows"].items()
-    among = [(name, row) for name, row in rows if row["family"] in families and only in name]
-    return min(among, key=lambda item: item[1]["ratio"], default=None)
 
 
 def tolerance(row: Results) -> str:
@@ -176,15 +148,17 @@ def batch(results: Results) -> str:
     ]
     text = table(["tolerance", "random manoeuvres", "worst tip error [mm]", "median [µm]", "within 1 mm"], exact)
     rows = []
-    free = {row["threads"]: row["crane_seconds_per_second"] for row in section["free_of_memory"]}
     for s in section["tolerances"]:
-        alone = {row["cranes"]: row["crane_seconds_per_second"] for row in s["throughput"] if row["threads"] == 1}
-        for row in s["throughput"]:
-            speed = row["crane_seconds_per_second"]
-            share = (speed / alone[row["cranes"]]) / (free[row["threads"]] / free[1])
-            cells = [f"{s['tolerance']:g}", str(row["cranes"]), str(row["threads"]), f"{speed:.0f}"]
-            cells.append(f"{row['crane_seconds_per_cpu_second']:.0f}")
-            rows.append([*cells, digits(share, 2) if row["threads"] > 1 else ""])
+        shares = dict(thread_shares(section, s))
+        for i, row in enumerate(s["throughput"]):
+            speeds = (row["crane_seconds_per_second"], row["crane_seconds_per_cpu_second"])
+            cells = [
+                f"{s['tolerance']:g}",
+                str(row["cranes"]),
+                str(row["threads"]),
+                *(f"{speed:.0f}" for speed in speeds),
+            ]
+            rows.append([*cells, digits(shares[i], 2) if i in shares else ""])
     units = ["crane-seconds per second", "per CPU second"]
     heads = ["tolerance", "cranes", "threads", *units, "share of what two threads give"]
     sets = [
@@ -231,67 +205,6 @@ def printed(results: Results) -> str:
         for name, r in sorted(variant.items(), key=lambda item: item[1]["seconds"])
     ]
     return table(["the sign of friction", "solver", "rtol or step", "tip error [mm]", "time [ms]"], rows)
-
-
-def sides(rows: dict[str, Results]) -> dict[str, list[tuple[str, float]]]:
-    """Names and times of this package's methods and of the others."""
-    parted: dict[str, list[tuple[str, float]]] = {"ours": [], "theirs": []}
-    for name, row in rows.items():
-        parted["ours" if name.startswith("hydrocrane") else "theirs"].append((name, row["seconds"]))
-    return parted
-
-
-def goals(results: Results) -> str:
-    """What the project asked of itself, and what came out."""
-    rows = []
-
-    def row(
-        text: str,
-        wanted: float,
-        found: float | None,
-        unit: str = "x",
-        least: bool = True,
-        otherwise: str = "not measured",
-    ) -> None:
-        if found is None:
-            return rows.append([text, f"{wanted:g} {unit}", otherwise, ""])
-        met = found >= wanted if least else found <= wanted
-        return rows.append(
-            [
-                text,
-                f"{'>=' if least else '<='} {wanted:g} {unit}",
-                f"{digits(found)} {unit}",
-                "yes" if met else "**no**",
-            ]
-        )
-
-    def ratio(family: str, only: str = "") -> float | None:
-        found = best_of(results, (family,), only)
-        return found and found[1]["ratio"]
-
-    row("faster than CVODE's BDF", 10, ratio("CVODE", "BDF"))
-    row("faster than diffsol's BDF", 4, ratio("diffsol", "diffsol BDF"))
-    row("faster than CasADi's CVODES, compiled", 50, ratio("CasADi"))
-    row("faster than SciPy on laws in NumPy, its fastest", 1000, ratio("SciPy, laws in NumPy"))
-    loops = results.get("closed_loop")
-    for name in () if lacking(loops) else loops:
-        best = loops[name]["candidates"][loops[name]["best"]]
-        row(f"closed loop at 100 Hz within 50 µm, controller `{name}`", 5000, best["times_real_time"], "x real time")
-    old = results.get("printed")
-    if not lacking(old):
-        for kind, variant in old["variants"].items():
-            seconds = {side: min(t for _, t in group) for side, group in sides(variant).items()}
-            text = f"as-printed model, friction {kind}: time in that of the best other solver"
-            row(text, 10, seconds["ours"] / seconds["theirs"], least=False)
-    batches = results.get("batch")
-    if not lacking(batches):
-        good = [s for s in batches["tolerances"] if s["worst_m"] <= 1e-3]
-        speeds = [r["crane_seconds_per_cpu_second"] for s in good for r in s["throughput"] if r["threads"] == 1]
-        worst = min(s["worst_m"] for s in batches["tolerances"])
-        row("batch, worst tip error of all manoeuvres at the best tolerance", 1, worst * 1e3, "mm", least=False)
-        wanted = (20000, max(speeds, default=None), "crane-seconds per CPU second")
-        row("batch at a tolerance within 1 mm, one core", *wanted, otherwise="no tolerance is")
-    return table(["goal", "wanted", "found", "met"], rows)
 
 
 def circumstances(results: Results) -> str:

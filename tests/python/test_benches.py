@@ -16,7 +16,7 @@ import hydrocrane as hc
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
-from benches import report  # noqa: E402
+from benches import report, tables  # noqa: E402
 from benches.compete import Effort, compete, curve, operating_point  # noqa: E402
 from benches.competitors import casadi_cvodes, compiled, exudyn_crane, own, scipy_solvers  # noqa: E402
 from benches.measures import batch, growth, laws  # noqa: E402
@@ -192,4 +192,4 @@ def test_the_page_says_what_was_not_measured():
     "value, text", [(0.1234, "0.123"), (12.34, "12.3"), (1234.5, "1234"), (0, "0"), (3e-5, "0.0000300")]
 )
 def test_numbers_are_rounded_for_readers(value, text):
-    assert report.digits(value) == text
+    assert tables.digits(value) == text
