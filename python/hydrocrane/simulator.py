@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import cast
 
 import numpy as np
@@ -59,10 +60,6 @@ class Simulator:
         self._start_payload = crane.payload(payload)
         self.sample_time = float(period)
         self.outcome: str | None = None
-        names = crane.state_names
-        self._q = np.array([names.index(f"joint.{j}.q") for j in crane.joint_names])
-        self._qd = np.array([names.index(f"joint.{j}.qd") for j in crane.joint_names])
-        self._p = np.array([[names.index(f"cylinder.{c}.p{s}") for s in (1, 2)] for c in crane.cylinder_names])
         if sensors not in SENSORS:
             raise unknown("kind of sensors", sensors, SENSORS)
         faults = [fault.entry for fault in sensor_faults]
@@ -79,6 +76,9 @@ class Simulator:
                 seed,
                 faults,
             )
+        # Where q, qd, p and the tip end in what the core tells of a sample, behind the time.
+        self._ends = (1 + np.cumsum([len(crane.joint_names)] * 2 + [2 * len(crane.cylinder_names), 2])).tolist()
+        self._signals = self._core.signals
 
     @property
     def state(self) -> Array:
@@ -122,7 +122,7 @@ class Simulator:
         with translated():
             self._core.reset(np.ascontiguousarray(start))
         self.outcome = "completed"
-        return self._observe()
+        return self._seen(self._core.observation)
 
     def step(self, spool_command: ArrayLike) -> Observation:
         """Advance by one sample with the spool commands (n_cyl,), m, held.
@@ -133,22 +133,22 @@ class Simulator:
             Before the first reset, and where the sample does not end well; ``state`` keeps the last good one.
         """
         self._require_running()
-        with translated():
-            self.outcome = self._core.step(self._checked(spool_command))
+        seen = None
+        # Loops call this every sample: what is right as it is goes straight to the core.
+        with suppress(TypeError, ValueError):
+            self.outcome, seen = self._core.step(np.asarray(spool_command))
+        if seen is None:
+            with translated():
+                self.outcome, seen = self._core.step(self._checked(spool_command))
         if self.outcome != "completed":
             raise SimulationError(f"the simulation ended with `{self.outcome}` at {self.time:.4g} s")
-        return self._observe()
+        return self._seen(seen)
 
     def _checked(self, spool_command: ArrayLike) -> Array:
-        """One finite command per cylinder. An array that is just that passes at once: loops call this every sample."""
-        width = len(self._p)
-        if isinstance(spool_command, np.ndarray):
-            right = spool_command.dtype == np.float64 and spool_command.shape == (width,)
-            if right and spool_command.flags.c_contiguous and np.isfinite(spool_command).all():
-                return spool_command
+        """One finite command per cylinder, as the core takes it."""
         command = vectors(spool_command, "spool_command", self.crane.cylinder_names)
         if command.ndim != 1:
-            raise InputError(f"step takes one command of shape ({width},)")
+            raise InputError(f"step takes one command of shape ({len(self.crane.cylinder_names)},)")
         return np.ascontiguousarray(command)
 
     def _require_running(self) -> None:
@@ -157,13 +157,14 @@ class Simulator:
         if self.outcome != "completed":
             raise SimulationError(f"the simulation ended with `{self.outcome}` at {self.time:.4g} s; call reset first")
 
-    def _observe(self) -> Observation:
-        state = self._core.state
+    def _seen(self, seen: Array) -> Observation:
+        """The parts of what the core tells of a sample."""
+        q, qd, p, tip = self._ends
         return Observation(
-            t=self.time,
-            q=state[self._q],
-            qd=state[self._qd],
-            p=state[self._p],
-            tip=self._core.tip,
-            measured=dict(self._core.measured),
+            t=seen.item(0),
+            q=seen[1:q],
+            qd=seen[q:qd],
+            p=seen[qd:p].reshape(-1, 2),
+            tip=seen[p:tip],
+            measured=dict(zip(self._signals, seen[tip:].tolist(), strict=True)),
         )

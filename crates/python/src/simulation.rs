@@ -4,7 +4,7 @@ use crate::arrays::{matrix, row, rows, vector, Row, Rows};
 use crate::closed_loop::FaultEntry;
 use crate::machine::Machine;
 use hydrocrane_sim::integrator::{Effort, Tolerances};
-use hydrocrane_sim::{Commands, Outcome, OutcomeKind, PayloadChange, PayloadEvent, Run, RunOptions};
+use hydrocrane_sim::{Commands, Layout, Outcome, OutcomeKind, PayloadChange, PayloadEvent, Run, RunOptions};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -135,7 +135,7 @@ pub fn statistics_of(py: Python<'_>, steps: (u64, u64), effort: Effort) -> PyRes
 #[pyclass(module = "hydrocrane._core")]
 pub struct Simulator {
     inner: hydrocrane_sim::Simulator,
-    cylinders: usize,
+    layout: Layout,
 }
 
 #[pymethods]
@@ -158,7 +158,7 @@ impl Simulator {
         let sensors = crate::closed_loop::sensors(machine, sensors, seed, &faults)?;
         Ok(Simulator {
             inner: hydrocrane_sim::Simulator::new(machine.model.clone(), sample_time, options).with_sensors(sensors),
-            cylinders: machine.model.layout().joints(),
+            layout: machine.model.layout().clone(),
         })
     }
 
@@ -166,18 +166,49 @@ impl Simulator {
         self.inner.reset(x0.as_slice()?).map_err(PyValueError::new_err)
     }
 
-    /// Outcome kind after one sample with the commands held.
-    fn step(&mut self, py: Python<'_>, u: Row<'_>) -> PyResult<&'static str> {
-        let u = row(&u, self.cylinders, "spool_command")?.to_vec();
-        Ok(py.detach(|| self.inner.step(&u)).kind.name())
+    /// Outcome kind after one sample with the commands held, and what is seen then.
+    fn step<'py>(
+        &mut self,
+        py: Python<'py>,
+        u: Row<'py>,
+    ) -> PyResult<(&'static str, Option<Bound<'py, PyArray1<f64>>>)> {
+        let u = row(&u, self.layout.joints(), "spool_command")?;
+        if !u.iter().all(|u| u.is_finite()) {
+            return Err(PyValueError::new_err("spool_command must be finite"));
+        }
+        let u = u.to_vec();
+        let kind = py.detach(|| self.inner.step(&u)).kind;
+        Ok((kind.name(), self.observation(py)))
+    }
+
+    /// Time, joint coordinates, their rates, both pressures of each cylinder, x and z of the tip, and the readings of all
+    /// sensors; nothing before the first reset.
+    #[getter]
+    fn observation<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        let (state, tip) = (self.inner.state()?, self.inner.tip()?);
+        let (layout, n) = (&self.layout, self.layout.joints());
+        let joints = (0..n).map(|i| layout.q(i)).chain((0..n).map(|i| layout.qd(i)));
+        let pressures = (0..n).flat_map(|c| [layout.own(c).p1, layout.own(c).p2]);
+        let mut seen = Vec::with_capacity(3 + 4 * n + self.inner.sensors().readings().len());
+        seen.push(self.inner.time());
+        seen.extend(joints.chain(pressures).map(|i| state[i]));
+        seen.extend(tip);
+        seen.extend(self.inner.sensors().readings());
+        Some(vector(py, seen))
+    }
+
+    /// What the sensors measure, in the order of their readings.
+    #[getter]
+    fn signals(&self) -> Vec<&str> {
+        self.inner.sensors().signals().collect()
     }
 
     /// Wall time (s) of one step under each row of commands, up to the first that does not end well.
     fn step_times<'py>(&mut self, py: Python<'py>, commands: Rows<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let commands = rows(&commands, self.cylinders, "commands")?.to_vec();
+        let commands = rows(&commands, self.layout.joints(), "commands")?.to_vec();
         let times = py.detach(|| {
-            let mut times = Vec::with_capacity(commands.len() / self.cylinders);
-            for u in commands.chunks_exact(self.cylinders) {
+            let mut times = Vec::with_capacity(commands.len() / self.layout.joints());
+            for u in commands.chunks_exact(self.layout.joints()) {
                 let began = Instant::now();
                 let outcome = self.inner.step(u);
                 let elapsed = began.elapsed().as_secs_f64();
@@ -206,20 +237,6 @@ impl Simulator {
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let state = self.inner.state().ok_or_else(|| PyValueError::new_err("reset the simulator first"))?;
         Ok(vector(py, state.to_vec()))
-    }
-
-    /// What the sensors read at the last sample: (signal, value).
-    #[getter]
-    fn measured(&self) -> Vec<(&str, f64)> {
-        let sensors = self.inner.sensors();
-        sensors.signals().zip(sensors.readings().iter().copied()).collect()
-    }
-
-    /// x, z of the tip.
-    #[getter]
-    fn tip<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let tip = self.inner.tip().ok_or_else(|| PyValueError::new_err("reset the simulator first"))?;
-        Ok(vector(py, tip.to_vec()))
     }
 
     #[getter]

@@ -39,11 +39,11 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         self.write_accelerations(&placed, &gain_slopes, &forces, &accelerated, payload, slopes);
     }
 
-    /// As [`Plant::place`](crate::Plant::place), and how the gains change with their joints.
+    /// As `place`, and how the gains change with their joints.
     #[inline(always)]
     fn place_moving(&self, layout: &Layout, x: &[T]) -> (Placed<T, N>, [T; N]) {
         let (q, rates) = joint_state::<T, N>(layout, x);
-        let pose = self.plant.mechanics.pose(&q);
+        let pose = self.pose(&q);
         let none = [T::c(0.0); N];
         let mut placed = Placed { pose, rates, positions: none, gains: none, velocities: none };
         let mut gain_slopes = none;

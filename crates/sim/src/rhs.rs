@@ -60,7 +60,11 @@ impl<T: Real, const N: usize> Plant<T, N> {
     #[inline(always)]
     pub fn place(&self, layout: &Layout, x: &[T]) -> Placed<T, N> {
         let (q, rates) = joint_state::<T, N>(layout, x);
-        let pose = self.mechanics.pose(&q);
+        self.place_at(self.mechanics.pose(&q), rates)
+    }
+
+    #[inline(always)]
+    fn place_at(&self, pose: ChainPose<T, N>, rates: [T; N]) -> Placed<T, N> {
         let (mut positions, mut gains, mut velocities) = ([T::c(0.0); N], [T::c(0.0); N], [T::c(0.0); N]);
         for c in 0..N {
             (positions[c], gains[c]) = self.actuations[c].stroke(&pose.joints[c]);
@@ -91,10 +95,32 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         }
     }
 
+    /// [`Plant::place`] with the sines and cosines of the joints side by side, to the same bits.
+    #[inline(always)]
+    fn place(&self, layout: &Layout, x: &[T]) -> Placed<T, N> {
+        let (q, rates) = joint_state::<T, N>(layout, x);
+        self.plant.place_at(self.pose(&q), rates)
+    }
+
+    /// The pose of the chain, likewise.
+    #[inline(always)]
+    pub fn pose(&self, q: &[T; N]) -> ChainPose<T, N> {
+        let joints = &self.plant.mechanics.joints;
+        let mut directions = [(T::c(0.0), T::c(1.0)); N];
+        for (group, directions) in directions.chunks_mut(L::WIDTH).enumerate() {
+            let joint = |lane: usize| (group * L::WIDTH + lane).min(N - 1);
+            let (sin, cos) = L::gather(|lane| joints[joint(lane)].angle(q[joint(lane)])).sin_cos();
+            for (lane, direction) in directions.iter_mut().enumerate() {
+                *direction = (sin.lane(lane), cos.lane(lane));
+            }
+        }
+        ChainPose::of(std::array::from_fn(|i| joints[i].posed(q[i], directions[i])))
+    }
+
     /// Writes the state derivative for the spool commands `u` (m) with `payload` kg at the tip.
     #[inline(always)]
     pub fn derivative(&self, layout: &Layout, x: &[T], u: &[T], payload: T, dx: &mut [T]) {
-        let placed = self.plant.place(layout, x);
+        let placed = self.place(layout, x);
         let mut forces = [T::c(0.0); N];
         for group in &self.groups {
             let local = group.local(&placed.positions, &placed.velocities, x);
@@ -109,7 +135,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
     /// Writes the powers of the ledger (W), cylinder by cylinder.
     #[inline(always)]
     pub fn powers(&self, layout: &Layout, oil: &OilTables, x: &[T], out: &mut [T]) {
-        let placed = self.plant.place(layout, x);
+        let placed = self.place(layout, x);
         for group in &self.groups {
             let local = group.local(&placed.positions, &placed.velocities, x);
             group.write_powers(&group.powers(oil, &local), out);

@@ -53,17 +53,21 @@ pub struct ChainPose<T, const N: usize> {
 impl<T: Real, const N: usize> ChainPose<T, N> {
     #[inline(always)]
     pub fn new(joints: &[Joint<T>; N], q: &[T; N]) -> Self {
-        let mut poses = [JointPose::default(); N];
+        Self::of(std::array::from_fn(|i| joints[i].pose(q[i])))
+    }
+
+    /// The chain of joints that stand so.
+    #[inline(always)]
+    pub fn of(joints: [JointPose<T>; N]) -> Self {
         let mut links = [LinkPose::base(); N];
         let mut slides = [Vec2::default(); N];
         let mut parent = LinkPose::base();
         for i in 0..N {
-            poses[i] = joints[i].pose(q[i]);
-            slides[i] = parent.vector(poses[i].slide);
-            links[i] = parent.child(&poses[i]);
+            slides[i] = parent.vector(joints[i].slide);
+            links[i] = parent.child(&joints[i]);
             parent = links[i];
         }
-        ChainPose { joints: poses, links, slides }
+        ChainPose { joints, links, slides }
     }
 
     /// Frame of link `link` of the machine: 0 is the base, `i + 1` the link moved by joint `i`.

@@ -61,9 +61,19 @@ impl Joint<f64> {
 impl<T: Real> Joint<T> {
     #[inline(always)]
     pub fn pose(&self, q: T) -> JointPose<T> {
-        let travel = q - self.zero;
-        let (sin, cos) = (self.offset + self.sense * travel).sin_cos();
-        let origin = self.at + self.direction * travel;
+        self.posed(q, self.angle(q).sin_cos())
+    }
+
+    /// Angle of the child's frame in the parent's, rad.
+    #[inline(always)]
+    pub fn angle(&self, q: T) -> T {
+        self.offset + self.sense * (q - self.zero)
+    }
+
+    /// [`Self::pose`] where sine and cosine of the angle are known.
+    #[inline(always)]
+    pub fn posed(&self, q: T, (sin, cos): (T, T)) -> JointPose<T> {
+        let origin = self.at + self.direction * (q - self.zero);
         JointPose { cos, sin, origin, turn: self.sense, slide: self.direction }
     }
 }
