@@ -52,15 +52,15 @@ def about() -> dict[str, Any]:
     }
 
 
-def circumstances() -> dict[str, Any]:
-    """The version of the sources, the computer, and how busy it was beside the measurement."""
+def circumstances(before: float) -> dict[str, Any]:
+    """The version of the sources, the computer, how busy it was, and its pace before the measurement and after it."""
     git = ["git", "-C", str(RESULTS.parent), "rev-parse", "--short", "HEAD"]
     try:
         commit = subprocess.run(git, capture_output=True, text=True, check=True).stdout.strip()
     except (OSError, subprocess.CalledProcessError):
         commit = "unknown"
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
-    return {"commit": commit, "load": load, "processor": processor()}
+    return {"commit": commit, "load": load, "processor": processor(), "pace_ns": [before, laws.pace()]}
 
 
 def sections(quick: bool) -> dict[str, Callable[[], dict[str, Any]]]:
@@ -110,9 +110,9 @@ def main() -> None:
     rounds = results["about"]["sections"]
     for name in chosen:
         print(f"--- {name}", flush=True)
-        began = time.perf_counter()
+        began, pace = time.perf_counter(), laws.pace()
         results[name] = measured(known[name])
-        rounds[name] = circumstances()
+        rounds[name] = circumstances(pace)
         print(f"    {time.perf_counter() - began:.0f} s", flush=True)
     if options.quick:
         print(json.dumps({name: results[name] for name in chosen if name != "open_loop"}, indent=2))

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+import hydrocrane as hc
 from benches.competitors.compiled import Task
 from benches.problem import NotAvailable, Problem
 
@@ -22,6 +23,14 @@ def nanoseconds(call: Callable[[], object], cases: int) -> float:
         call()
         took.append((time.thread_time_ns() - began) / cases)
     return min(took)
+
+
+def pace() -> float:
+    """How fast the processor is just now: ns per right-hand side of a crane at rest, in a batch through Python."""
+    crane = hc.load_machine("rottne-f9-lab")
+    x = np.tile(crane.equilibrium(np.deg2rad([100, 100, 0])), (5000, 1))
+    u = np.zeros((len(x), len(crane.cylinder_names)))
+    return nanoseconds(lambda: crane.core.state_derivative(x, u, 0.0), len(x))
 
 
 def measure(problem: Problem) -> dict[str, Any]:
