@@ -30,7 +30,7 @@ IN_CACHE = 512
 # Crane-seconds of one throughput measurement, and the samples of a manoeuvre that are run for it.
 WORK = 10_000.0
 SAMPLES = (round(HOLD / SAMPLE), round(DURATION / SAMPLE))
-ROUNDS = 5
+ROUNDS = 3
 
 
 def batch(crane: hc.Machine, n: int, **options: Any) -> Any:

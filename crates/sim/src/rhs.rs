@@ -8,6 +8,7 @@ use crate::plant::Plant;
 use hydrocrane_num::small::Spd;
 use hydrocrane_num::{Dual, Pack, Real};
 use hydrocrane_physics::geometry::chain::ChainPose;
+use hydrocrane_physics::geometry::frames::JointPose;
 use hydrocrane_physics::geometry::stroke::Actuation;
 use hydrocrane_physics::hydraulics::fluid::OilTables;
 
@@ -106,15 +107,21 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
     #[inline(always)]
     pub fn pose(&self, q: &[T; N]) -> ChainPose<T, N> {
         let joints = &self.plant.mechanics.joints;
-        let mut directions = [(T::c(0.0), T::c(1.0)); N];
-        for (group, directions) in directions.chunks_mut(L::WIDTH).enumerate() {
-            let joint = |lane: usize| (group * L::WIDTH + lane).min(N - 1);
-            let (sin, cos) = L::gather(|lane| joints[joint(lane)].angle(q[joint(lane)])).sin_cos();
-            for (lane, direction) in directions.iter_mut().enumerate() {
-                *direction = (sin.lane(lane), cos.lane(lane));
+        let mut poses = [JointPose::default(); N];
+        for first in (0..N).step_by(L::WIDTH) {
+            let angle = L::gather(
+                #[inline(always)]
+                |lane| {
+                    let i = (first + lane).min(N - 1);
+                    joints[i].angle(q[i])
+                },
+            );
+            let (sin, cos) = angle.sin_cos();
+            for i in first..N.min(first + L::WIDTH) {
+                poses[i] = joints[i].posed(q[i], (sin.lane(i - first), cos.lane(i - first)));
             }
         }
-        ChainPose::of(std::array::from_fn(|i| joints[i].posed(q[i], directions[i])))
+        ChainPose::of(poses)
     }
 
     /// Writes the state derivative for the spool commands `u` (m) with `payload` kg at the tip.

@@ -53,7 +53,11 @@ pub struct ChainPose<T, const N: usize> {
 impl<T: Real, const N: usize> ChainPose<T, N> {
     #[inline(always)]
     pub fn new(joints: &[Joint<T>; N], q: &[T; N]) -> Self {
-        Self::of(std::array::from_fn(|i| joints[i].pose(q[i])))
+        let mut poses = [JointPose::default(); N];
+        for i in 0..N {
+            poses[i] = joints[i].pose(q[i]);
+        }
+        Self::of(poses)
     }
 
     /// The chain of joints that stand so.
