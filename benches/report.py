@@ -213,7 +213,7 @@ def circumstances(results: Results) -> str:
     for name, row in facts["sections"].items():
         load = "unknown" if row["load"] is None else digits(row["load"], 2)
         place = row.get("processor", facts["processor"])
-        pace = " and ".join(f"{ns:.0f}" for ns in row.get("pace_ns", [])) or "unknown"
+        pace = " and ".join(f"{ns:.0f}" for ns in row["pace_ns"])
         rows.append([name.replace("_", " "), f"`{row['commit']}`", place, load, pace])
     heads = ["section", "commit", "processor", "processes at work on average, this one among them"]
     return table([*heads, "a right-hand side before and after [ns]"], rows)

@@ -11,6 +11,7 @@ import numpy as np
 
 import hydrocrane as hc
 from benches.measures.closed_loop import DURATION, Loop
+from benches.measures.laws import right_hand_side
 from benches.models.chain import write_chain
 from benches.problem import Problem, clocked
 
@@ -50,9 +51,8 @@ def by_joints(rtol: float = 1e-4) -> list[dict[str, Any]]:
             seconds = _least(lambda: problem.integrate(METHOD, rtol)["states"])
             x = np.ascontiguousarray(np.tile(raw["states"], (10, 1)))
             u = np.zeros((len(x), joints))
-            rhs = _least(lambda: problem.crane.core.state_derivative(x, u, 0.0)) / len(x)
             row = {"joints": joints, "states": problem.start.size, "steps": raw["stats"]["steps"]}
-            row |= {"seconds_per_step": seconds / raw["stats"]["steps"], "rhs_ns": 1e9 * rhs}
+            row |= {"seconds_per_step": seconds / raw["stats"]["steps"], "rhs_ns": right_hand_side(problem.crane, x, u)}
             rows.append(row | {"times_real_time": problem.end / seconds})
     return rows
 

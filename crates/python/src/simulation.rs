@@ -135,7 +135,17 @@ pub fn statistics_of(py: Python<'_>, steps: (u64, u64), effort: Effort) -> PyRes
 #[pyclass(module = "hydrocrane._core")]
 pub struct Simulator {
     inner: hydrocrane_sim::Simulator,
-    layout: Layout,
+}
+
+impl Simulator {
+    fn layout(&self) -> &Layout {
+        self.inner.model().layout()
+    }
+}
+
+/// What is asked of a simulator before its first reset.
+fn not_reset() -> PyErr {
+    PyValueError::new_err("reset the simulator first")
 }
 
 #[pymethods]
@@ -158,7 +168,6 @@ impl Simulator {
         let sensors = crate::closed_loop::sensors(machine, sensors, seed, &faults)?;
         Ok(Simulator {
             inner: hydrocrane_sim::Simulator::new(machine.model.clone(), sample_time, options).with_sensors(sensors),
-            layout: machine.model.layout().clone(),
         })
     }
 
@@ -167,26 +176,22 @@ impl Simulator {
     }
 
     /// Outcome kind after one sample with the commands held, and what is seen then.
-    fn step<'py>(
-        &mut self,
-        py: Python<'py>,
-        u: Row<'py>,
-    ) -> PyResult<(&'static str, Option<Bound<'py, PyArray1<f64>>>)> {
-        let u = row(&u, self.layout.joints(), "spool_command")?;
+    fn step<'py>(&mut self, py: Python<'py>, u: Row<'py>) -> PyResult<(&'static str, Bound<'py, PyArray1<f64>>)> {
+        let u = row(&u, self.layout().joints(), "spool_command")?;
         if !u.iter().all(|u| u.is_finite()) {
             return Err(PyValueError::new_err("spool_command must be finite"));
         }
         let u = u.to_vec();
         let kind = py.detach(|| self.inner.step(&u)).kind;
-        Ok((kind.name(), self.observation(py)))
+        Ok((kind.name(), self.observation(py)?))
     }
 
     /// Time, joint coordinates, their rates, both pressures of each cylinder, x and z of the tip, and the readings of all
-    /// sensors; nothing before the first reset.
+    /// sensors.
     #[getter]
-    fn observation<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
-        let (state, tip) = (self.inner.state()?, self.inner.tip()?);
-        let (layout, n) = (&self.layout, self.layout.joints());
+    fn observation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let (state, tip) = self.inner.state().zip(self.inner.tip()).ok_or_else(not_reset)?;
+        let (layout, n) = (self.layout(), self.layout().joints());
         let joints = (0..n).map(|i| layout.q(i)).chain((0..n).map(|i| layout.qd(i)));
         let pressures = (0..n).flat_map(|c| [layout.own(c).p1, layout.own(c).p2]);
         let mut seen = Vec::with_capacity(3 + 4 * n + self.inner.sensors().readings().len());
@@ -194,7 +199,7 @@ impl Simulator {
         seen.extend(joints.chain(pressures).map(|i| state[i]));
         seen.extend(tip);
         seen.extend(self.inner.sensors().readings());
-        Some(vector(py, seen))
+        Ok(vector(py, seen))
     }
 
     /// What the sensors measure, in the order of their readings.
@@ -205,10 +210,11 @@ impl Simulator {
 
     /// Wall time (s) of one step under each row of commands, up to the first that does not end well.
     fn step_times<'py>(&mut self, py: Python<'py>, commands: Rows<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let commands = rows(&commands, self.layout.joints(), "commands")?.to_vec();
+        let cylinders = self.layout().joints();
+        let commands = rows(&commands, cylinders, "commands")?.to_vec();
         let times = py.detach(|| {
-            let mut times = Vec::with_capacity(commands.len() / self.layout.joints());
-            for u in commands.chunks_exact(self.layout.joints()) {
+            let mut times = Vec::with_capacity(commands.len() / cylinders);
+            for u in commands.chunks_exact(cylinders) {
                 let began = Instant::now();
                 let outcome = self.inner.step(u);
                 let elapsed = began.elapsed().as_secs_f64();
@@ -224,7 +230,7 @@ impl Simulator {
 
     /// Time, masses and tip velocities before and after, loss.
     fn set_payload(&mut self, mass: f64) -> PyResult<PayloadEntry> {
-        let event = self.inner.set_payload(mass).ok_or_else(|| PyValueError::new_err("reset the simulator first"))?;
+        let event = self.inner.set_payload(mass).ok_or_else(not_reset)?;
         Ok(payload_entry(&event))
     }
 
@@ -235,7 +241,7 @@ impl Simulator {
 
     #[getter]
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let state = self.inner.state().ok_or_else(|| PyValueError::new_err("reset the simulator first"))?;
+        let state = self.inner.state().ok_or_else(not_reset)?;
         Ok(vector(py, state.to_vec()))
     }
 

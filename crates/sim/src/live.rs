@@ -51,8 +51,7 @@ impl Live {
         if let Some(fault) = fault {
             return Err(fault);
         }
-        let driven = Driven::new(model.as_ref(), &options, 0.0);
-        let stepper = stepper(x0, &driven, &options).ok_or_else(|| format!("no method `{}`", options.method))?;
+        let stepper = stepper(x0, model.as_ref(), &options).ok_or_else(|| format!("no method `{}`", options.method))?;
         let closed = ClosedLoop::new(stepper, model.as_ref(), plan);
         Ok(Live {
             closed,

@@ -43,7 +43,7 @@ pub fn simulate_phases<'a>(
         return bad_start(recorder, message);
     }
     let mut driven = Driven::new(first.model, options, 0.0);
-    let Some(stepper) = stepper(x0, &driven, options) else {
+    let Some(stepper) = stepper(x0, first.model, options) else {
         return bad_start(recorder, format!("no method `{}`", options.method));
     };
     let mut closed = ClosedLoop::new(stepper, first.model, &first.plan);

@@ -70,7 +70,6 @@ pub(crate) struct Driven<'a> {
     pub model: &'a dyn Model,
     pub payload: f64,
     pub loads: Loads,
-    pub quadratures: usize,
     /// Commands at `since` and their slopes: constant slope on the interval at hand.
     pub base: [f64; MAX_JOINTS],
     pub slope: [f64; MAX_JOINTS],
@@ -84,7 +83,6 @@ impl<'a> Driven<'a> {
             model,
             payload: options.payload,
             loads: Loads::new(&options.payload_changes),
-            quadratures: options.quadratures(model),
             base: [0.0; MAX_JOINTS],
             slope: [0.0; MAX_JOINTS],
             since,
@@ -228,7 +226,7 @@ pub fn simulate(
     }
     let schedule = Schedule::new(commands, model);
     let mut driven = Driven::new(model, options, 0.0);
-    let Some(mut stepper) = stepper(x0, &driven, options) else {
+    let Some(mut stepper) = stepper(x0, model, options) else {
         let message = format!("no method `{}`", options.method);
         return recorder.finish(Outcome { kind: OutcomeKind::BadState, time: 0.0, message }, None);
     };
@@ -237,9 +235,9 @@ pub fn simulate(
 }
 
 /// A stepper at time zero; `None` where there is no such method, which [`start_fault`] finds first.
-pub(crate) fn stepper(x0: &[f64], driven: &Driven, options: &RunOptions) -> Option<Stepper> {
+pub(crate) fn stepper(x0: &[f64], model: &dyn Model, options: &RunOptions) -> Option<Stepper> {
     let method = method(&options.method, x0.len())?;
-    Some(Stepper::new(method, options.tolerances, 0.0, x0, driven.quadratures))
+    Some(Stepper::new(method, options.tolerances, 0.0, x0, options.quadratures(model)))
 }
 
 /// Steps from break to break until the end or until something stops it.

@@ -43,8 +43,7 @@ impl Simulator {
         }
         self.lines.clear();
         self.payload = self.options.payload;
-        let driven = Driven::new(self.model.as_ref(), &self.options, 0.0);
-        self.stepper = stepper(x0, &driven, &self.options);
+        self.stepper = stepper(x0, self.model.as_ref(), &self.options);
         self.sensors = self.unread.clone();
         self.sensors.settle(0.0, x0);
         self.sensors.read(self.model.as_ref(), 0.0, x0, self.payload);
@@ -91,6 +90,10 @@ impl Simulator {
         let event = change_payload(self.model.as_ref(), stepper.t, &mut stepper.x, change);
         stepper.restart();
         Some(event)
+    }
+
+    pub fn model(&self) -> &dyn Model {
+        self.model.as_ref()
     }
 
     /// At the tip, kg.

@@ -58,19 +58,22 @@ impl Quadratures {
         }
         system.quadrature_rates(x, &mut self.rates[3]);
         self.h = h;
-        std::mem::swap(&mut self.w, &mut self.start);
-        let mut w = std::mem::take(&mut self.w);
-        self.interpolate(1.0, &mut w);
-        self.w = w;
+        self.start.copy_from_slice(&self.w);
+        integrate(&self.start, h, &self.rates, 1.0, &mut self.w);
     }
 
     /// At the fraction `theta` of the last step.
     pub fn interpolate(&self, theta: f64, w: &mut [f64]) {
-        let weights = weights(theta);
-        for (i, w) in w.iter_mut().enumerate() {
-            let mean: f64 = weights.iter().zip(&self.rates).map(|(weight, rates)| weight * rates[i]).sum();
-            *w = self.start[i] + self.h * mean;
-        }
+        integrate(&self.start, self.h, &self.rates, theta, w);
+    }
+}
+
+/// w = start + the integral of the cubics through `rates` up to the fraction `theta` of a step of size `h`.
+fn integrate(start: &[f64], h: f64, rates: &[Vec<f64>; 4], theta: f64, w: &mut [f64]) {
+    let weights = weights(theta);
+    for (i, (w, start)) in w.iter_mut().zip(start).enumerate() {
+        let mean: f64 = weights.iter().zip(rates).map(|(weight, rates)| weight * rates[i]).sum();
+        *w = start + h * mean;
     }
 }
 
