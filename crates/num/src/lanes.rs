@@ -5,7 +5,7 @@
 //! [apart](Real::apart).
 
 use crate::register::{Register, WIDEST};
-use crate::{elementary, Real};
+use crate::{elementary, Field, Real};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// The numbers of a register.
@@ -86,13 +86,28 @@ impl<R: Register> SubAssign for Lanes<R> {
     }
 }
 
-impl<R: Register> Real for Lanes<R> {
+impl<R: Register> Field for Lanes<R> {
     type Mask = R::Mask;
 
     #[inline(always)]
     fn c(x: f64) -> Self {
         Lanes(R::splat(x))
     }
+    #[inline(always)]
+    fn select(mask: R::Mask, a: Self, b: Self) -> Self {
+        Lanes(R::select(mask, a.0, b.0))
+    }
+    #[inline(always)]
+    fn nearer_zero(self, other: Self) -> R::Mask {
+        self.0.abs().lt(other.0.abs())
+    }
+    #[inline(always)]
+    fn finite(self) -> R::Mask {
+        self.0.abs().le(R::splat(f64::MAX))
+    }
+}
+
+impl<R: Register> Real for Lanes<R> {
     #[inline(always)]
     fn look_up(self, f: impl Fn(f64) -> f64) -> Self {
         self.one_by_one(f)
@@ -137,9 +152,5 @@ impl<R: Register> Real for Lanes<R> {
     #[inline(always)]
     fn le(self, other: Self) -> R::Mask {
         self.0.le(other.0)
-    }
-    #[inline(always)]
-    fn select(mask: R::Mask, a: Self, b: Self) -> Self {
-        Lanes(R::select(mask, a.0, b.0))
     }
 }

@@ -1,6 +1,7 @@
 //! Numbers for the laws: the [`Real`] trait, dual numbers over any `Real`, functions that are smooth where
 //! physics has kinks, small linear algebra and tables. No physics and no I/O live here.
 
+mod complex;
 pub mod dense;
 mod dual;
 pub mod elementary;
@@ -18,9 +19,10 @@ pub mod smooth;
 pub mod table;
 mod vec2;
 
+pub use complex::Complex;
 pub use dual::Dual;
 pub use lanes::Lanes;
 pub use pack::Pack;
 pub use random::Draws;
-pub use real::{Mask, Real};
+pub use real::{Field, Mask, Real};
 pub use vec2::Vec2;

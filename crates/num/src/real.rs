@@ -10,11 +10,8 @@ pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output
 
 impl Mask for bool {}
 
-/// A real number: `f64`, several of them in lanes, or a dual number over another `Real`.
-///
-/// There is no ordering and no equality on purpose: a law cannot branch on a value, it computes both sides
-/// and [`select`](Real::select)s. So derivatives and lanes take the same path as plain numbers.
-pub trait Real:
+/// A number that linear systems are solved in.
+pub trait Field:
     Copy
     + Debug
     + Default
@@ -26,10 +23,7 @@ pub trait Real:
     + Sub<Output = Self>
     + Mul<Output = Self>
     + Div<Output = Self>
-    + Add<f64, Output = Self>
-    + Sub<f64, Output = Self>
     + Mul<f64, Output = Self>
-    + Div<f64, Output = Self>
     + AddAssign
     + SubAssign
 {
@@ -37,6 +31,19 @@ pub trait Real:
 
     /// The constant `x`.
     fn c(x: f64) -> Self;
+    /// `a` where the mask holds, else `b`.
+    fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
+    /// Whether it is nearer to zero than `other`.
+    fn nearer_zero(self, other: Self) -> Self::Mask;
+    /// Neither infinite nor NaN.
+    fn finite(self) -> Self::Mask;
+}
+
+/// A real number: `f64`, several of them in lanes, or a dual number over another `Real`.
+///
+/// There is no ordering and no equality on purpose: a law cannot branch on a value, it computes both sides
+/// and [`select`](Real::select)s. So derivatives and lanes take the same path as plain numbers.
+pub trait Real: Field + Add<f64, Output = Self> + Sub<f64, Output = Self> + Div<f64, Output = Self> {
     /// The constant that `f` gives for the plain value, lane by lane: what a table says. It has no slope.
     fn look_up(self, f: impl Fn(f64) -> f64) -> Self;
 
@@ -57,8 +64,6 @@ pub trait Real:
 
     fn lt(self, other: Self) -> Self::Mask;
     fn le(self, other: Self) -> Self::Mask;
-    /// `a` where the mask holds, else `b`.
-    fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
 
     #[inline(always)]
     fn min(self, other: Self) -> Self {
@@ -76,22 +81,37 @@ pub trait Real:
     fn square(self) -> Self {
         self * self
     }
-    /// Neither infinite nor NaN.
-    fn finite(self) -> Self::Mask {
-        self.abs().le(Self::c(f64::MAX))
+}
+
+impl Field for f64 {
+    type Mask = bool;
+
+    #[inline(always)]
+    fn c(x: f64) -> f64 {
+        x
+    }
+    #[inline(always)]
+    fn select(mask: bool, a: f64, b: f64) -> f64 {
+        if mask {
+            a
+        } else {
+            b
+        }
+    }
+    #[inline(always)]
+    fn nearer_zero(self, other: f64) -> bool {
+        f64::abs(self) < f64::abs(other)
+    }
+    #[inline(always)]
+    fn finite(self) -> bool {
+        f64::abs(self) <= f64::MAX
     }
 }
 
 impl Real for f64 {
-    type Mask = bool;
-
     #[inline(always)]
     fn apart<O>(f: impl FnMut() -> O) -> O {
         <f64 as Register>::run(f)
-    }
-    #[inline(always)]
-    fn c(x: f64) -> f64 {
-        x
     }
     #[inline(always)]
     fn look_up(self, f: impl Fn(f64) -> f64) -> f64 {
@@ -128,13 +148,5 @@ impl Real for f64 {
     #[inline(always)]
     fn le(self, other: f64) -> bool {
         self <= other
-    }
-    #[inline(always)]
-    fn select(mask: bool, a: f64, b: f64) -> f64 {
-        if mask {
-            a
-        } else {
-            b
-        }
     }
 }

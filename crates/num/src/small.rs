@@ -1,6 +1,6 @@
 //! Linear algebra for the few unknowns of a crane, generic over the number type.
 
-use crate::Real;
+use crate::{Field, Real};
 
 /// Solves `a x = b` for a symmetric positive definite `a` by `L D L^T`, without pivoting and without a root.
 /// Only the lower triangle of `a` is read.
@@ -47,14 +47,14 @@ impl<T: Real, const N: usize> Spd<T, N> {
 /// The inverse of a general matrix by elimination with row pivoting; of a singular one, numbers that are not finite.
 /// For matrices so small that a product with the inverse is quicker than a chain of substitutions.
 #[inline(always)]
-pub fn inverse<T: Real, const N: usize>(mut a: [[T; N]; N]) -> [[T; N]; N] {
+pub fn inverse<T: Field, const N: usize>(mut a: [[T; N]; N]) -> [[T; N]; N] {
     let mut out = [[T::c(0.0); N]; N];
     for i in 0..N {
         out[i][i] = T::c(1.0);
     }
     for k in 0..N {
         for row in k + 1..N {
-            let larger = a[k][k].abs().lt(a[row][k].abs());
+            let larger = a[k][k].nearer_zero(a[row][k]);
             swap_where(larger, &mut a, k, row);
             swap_where(larger, &mut out, k, row);
         }
@@ -78,7 +78,7 @@ pub fn inverse<T: Real, const N: usize>(mut a: [[T; N]; N]) -> [[T; N]; N] {
 
 /// Swaps two rows where the mask holds.
 #[inline(always)]
-fn swap_where<T: Real, const N: usize>(mask: T::Mask, a: &mut [[T; N]; N], i: usize, j: usize) {
+fn swap_where<T: Field, const N: usize>(mask: T::Mask, a: &mut [[T; N]; N], i: usize, j: usize) {
     for column in 0..N {
         let (upper, lower) = (a[i][column], a[j][column]);
         a[i][column] = T::select(mask, lower, upper);

@@ -66,7 +66,7 @@ pub fn root_curvature(transition: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Dual;
+    use crate::{Dual, Field};
 
     type D = Dual<f64, 1>;
 

@@ -1,7 +1,7 @@
 //! A lane gives the bits of `f64` in every instruction set, whatever its neighbours hold, and duals go over lanes.
 
 use hydrocrane_num::register::Register;
-use hydrocrane_num::{Draws, Dual, Lanes, Real};
+use hydrocrane_num::{Draws, Dual, Field, Lanes, Real};
 
 const W: usize = 8;
 

@@ -1,6 +1,6 @@
 //! The lab crane's geometry against the thesis's trigonometric forms, evaluated here on their own.
 
-use hydrocrane_num::{Dual, Real, Vec2};
+use hydrocrane_num::{Dual, Field, Vec2};
 use hydrocrane_physics::geometry::cylinder_triangle::included_angle;
 use hydrocrane_physics::geometry::four_bar::FourBar;
 use hydrocrane_physics::geometry::frames::Joint;

@@ -11,9 +11,10 @@
 //! So (s I - J) k = r is solved cylinder by cylinder, spool first, then pressures, then bristles, each as a linear
 //! function of its joint's rate; positions follow from rates by q' = q'; a system of the joint rates alone is left.
 
+use crate::elimination::Over;
 use crate::layout::{Layout, OwnStates};
 use crate::model::MAX_JOINTS;
-use hydrocrane_num::{Pack, Real};
+use hydrocrane_num::{Field, Pack, Real};
 
 /// Slopes of one output of a cylinder by the states it can see.
 #[derive(Debug, Clone, Copy, Default)]
@@ -55,19 +56,21 @@ pub struct Bordered<T> {
     pub cylinders: [CylinderSlopes<T>; MAX_JOINTS],
 }
 
-impl<T: Real> Row<T> {
+impl<T: Field> Row<T> {
     /// What cylinder `c` sees of the state `k`.
     #[inline(always)]
     fn seen(joints: usize, c: usize, at: &OwnStates, k: &[T]) -> Self {
         let z = at.z.map_or(T::c(0.0), |z| k[z]);
         Row { q: k[c], qd: k[joints + c], p1: k[at.p1], p2: k[at.p2], xs: k[at.xs], z }
     }
+}
 
+impl<T: Copy> Row<T> {
     /// The change of the output along what is `seen`.
     #[inline(always)]
-    fn along(&self, seen: &Self) -> T {
-        let known = self.q * seen.q + self.qd * seen.qd + self.p1 * seen.p1 + self.p2 * seen.p2;
-        known + self.xs * seen.xs + self.z * seen.z
+    fn along<K: Over<T>>(&self, seen: &Row<K>) -> K {
+        let known = seen.q * self.q + seen.qd * self.qd + seen.p1 * self.p1 + seen.p2 * self.p2;
+        known + seen.xs * self.xs + seen.z * self.z
     }
 
     fn write(&self, joints: usize, c: usize, at: &OwnStates, row: &mut [T]) {
@@ -126,29 +129,38 @@ impl<T: Real> Bordered<T> {
     }
 
     /// y += J k, but for q' = q', which has no slope of its own.
-    pub fn add_product(&self, k: &[T], y: &mut [T]) {
+    #[inline(always)]
+    pub fn add_product<K: Over<T>>(&self, k: &[K], y: &mut [K]) {
         let n = self.joints;
         for j in 0..n {
             for i in 0..n {
-                y[n + j] += self.by_q[j][i] * k[i] + self.by_qd[j][i] * k[n + i];
+                y[n + j] += k[i] * self.by_q[j][i] + k[n + i] * self.by_qd[j][i];
             }
         }
         for (c, own) in self.cylinders().iter().enumerate() {
             let at = &own.at;
-            let force =
-                own.force.p1 * k[at.p1] + own.force.p2 * k[at.p2] + at.z.map_or(T::c(0.0), |z| own.force.z * k[z]);
-            for j in 0..n {
-                y[n + j] += own.response[j] * force;
-            }
             let seen = Row::seen(n, c, at, k);
+            let force = seen.p1 * own.force.p1 + seen.p2 * own.force.p2 + seen.z * own.force.z;
+            for j in 0..n {
+                y[n + j] += force * own.response[j];
+            }
             y[at.p1] += own.p1.along(&seen);
             y[at.p2] += own.p2.along(&seen);
             if let Some(z) = at.z {
                 y[z] += own.z.along(&seen);
             }
-            y[at.xs] += own.spool[0][0] * k[at.xs] + own.spool[0][1] * k[at.vs];
-            y[at.vs] += own.spool[1][0] * k[at.xs] + own.spool[1][1] * k[at.vs];
+            let (xs, vs) = (k[at.xs], k[at.vs]);
+            y[at.xs] += xs * own.spool[0][0] + vs * own.spool[0][1];
+            y[at.vs] += xs * own.spool[1][0] + vs * own.spool[1][1];
         }
+    }
+
+    /// y += J k
+    pub fn add_whole_product<K: Over<T>>(&self, k: &[K], y: &mut [K]) {
+        for j in 0..self.joints {
+            y[j] += k[self.joints + j];
+        }
+        self.add_product(k, y);
     }
 
     /// Row-major, `n x n` for the `n` states.

@@ -323,6 +323,10 @@ impl<const N: usize> Model for Crane<N> {
         self.laws.linearise(Moment { layout: &self.layout, x, u, payload }, dx, slopes);
     }
 
+    fn steer(&self, x: &[f64], u: &[f64], dx: &mut [f64], slopes: &mut Bordered<f64>) {
+        self.laws.steer(x, u, dx, slopes);
+    }
+
     fn powers(&self, x: &[f64], powers: &mut [f64]) {
         self.laws.powers(&self.layout, self.oil(), x, powers);
     }

@@ -75,7 +75,7 @@ impl<T: Real> CraneStep<T> {
         );
         T::apart(
             #[inline(always)]
-            || elimination.factor_sized::<N>(slopes, T::c(1.0 / GAMMA) / h),
+            || elimination.factor_sized::<N, _>(slopes, T::c(1.0 / GAMMA) / h),
         );
         stages(&mut Here { scene, slopes, elimination }, h, x, k, reached);
         let mut sum = T::c(0.0);
@@ -121,7 +121,7 @@ impl<T: Real, const N: usize> Linearised<T> for Here<'_, T, N> {
     fn solve(&self, r: &mut [T]) {
         T::apart(
             #[inline(always)]
-            || self.elimination.solve_sized::<N>(self.slopes, r),
+            || self.elimination.solve_sized::<N, _>(self.slopes, r),
         );
     }
 }

@@ -140,7 +140,7 @@ mod tests {
     use super::*;
     use crate::{build, Crane};
     use hydrocrane_machine::{load, OverrideValue};
-    use hydrocrane_num::{register_x86::Sse2, Lanes};
+    use hydrocrane_num::{register_x86::Sse2, Field, Lanes};
 
     type Side = Lanes<Sse2>;
 

@@ -6,7 +6,8 @@
 
 use crate::bordered::{Bordered, CylinderSlopes, Row};
 use crate::model::MAX_JOINTS;
-use hydrocrane_num::{small, Real};
+use hydrocrane_num::{small, Field};
+use std::ops::{Add, Mul, Sub};
 
 type Square<T> = [[T; 2]; 2];
 
@@ -32,68 +33,87 @@ struct Own<T> {
     force_slope: T,
 }
 
+/// Numbers that can be reckoned with slopes of type `S`.
+pub trait Over<S>: Field + Add<S, Output = Self> + Sub<S, Output = Self> + Mul<S, Output = Self> {}
+
+impl<S, T: Field + Add<S, Output = T> + Sub<S, Output = T> + Mul<S, Output = T>> Over<S> for T {}
+
 /// Calls a method with the number of joints as a constant.
 macro_rules! sized {
     ($joints:expr, $object:ident.$method:ident($($argument:expr),*)) => {
         match $joints {
-            1 => $object.$method::<1>($($argument),*),
+            1 => $object.$method::<1, _>($($argument),*),
             #[cfg(feature = "chains")]
-            2 => $object.$method::<2>($($argument),*),
+            2 => $object.$method::<2, _>($($argument),*),
             #[cfg(feature = "chains")]
-            3 => $object.$method::<3>($($argument),*),
+            3 => $object.$method::<3, _>($($argument),*),
             #[cfg(feature = "chains")]
-            4 => $object.$method::<4>($($argument),*),
+            4 => $object.$method::<4, _>($($argument),*),
             #[cfg(feature = "chains")]
-            5 => $object.$method::<5>($($argument),*),
-            _ => $object.$method::<MAX_JOINTS>($($argument),*),
+            5 => $object.$method::<5, _>($($argument),*),
+            _ => $object.$method::<MAX_JOINTS, _>($($argument),*),
         }
     };
 }
 
-impl<T: Real> Elimination<T> {
+impl<T: Field> Elimination<T> {
     /// Factors `shift I - J`; the mask tells where every number came out finite.
-    pub fn factor(&mut self, jacobian: &Bordered<T>, shift: T) -> T::Mask {
+    #[inline(always)]
+    pub fn factor<S: Copy>(&mut self, jacobian: &Bordered<S>, shift: T) -> T::Mask
+    where
+        T: Over<S>,
+    {
         sized!(jacobian.joints, self.factor_sized(jacobian, shift))
     }
 
     /// Replaces `r` by the solution.
-    pub fn solve(&self, jacobian: &Bordered<T>, r: &mut [T]) {
+    #[inline(always)]
+    pub fn solve<S: Copy>(&self, jacobian: &Bordered<S>, r: &mut [T])
+    where
+        T: Over<S>,
+    {
         sized!(jacobian.joints, self.solve_sized(jacobian, r));
     }
 
     /// [`Self::factor`] of a chain of `N` joints.
     #[inline(always)]
-    pub fn factor_sized<const N: usize>(&mut self, jacobian: &Bordered<T>, shift: T) -> T::Mask {
+    pub fn factor_sized<const N: usize, S: Copy>(&mut self, jacobian: &Bordered<S>, shift: T) -> T::Mask
+    where
+        T: Over<S>,
+    {
         self.time = T::c(1.0) / shift;
         let mut matrix = [[T::c(0.0); N]; N];
         for j in 0..N {
             for i in 0..N {
-                matrix[j][i] = -jacobian.by_qd[j][i] - jacobian.by_q[j][i] * self.time;
+                matrix[j][i] = T::c(0.0) - jacobian.by_qd[j][i] - self.time * jacobian.by_q[j][i];
             }
         }
         for c in 0..N {
             let slopes = &jacobian.cylinders[c];
             let own = Own::new(slopes, shift, self.time);
             for j in 0..N {
-                matrix[j][c] -= slopes.response[j] * own.force_slope;
+                matrix[j][c] -= own.force_slope * slopes.response[j];
             }
             matrix[c][c] += shift;
             self.own[c] = own;
         }
         let inverse = small::inverse(matrix);
-        let mut size = T::c(0.0);
+        let mut sound = T::c(0.0).finite();
         for j in 0..N {
             for i in 0..N {
                 self.rates[j][i] = inverse[j][i];
-                size += inverse[j][i].abs();
+                sound = sound & inverse[j][i].finite();
             }
         }
-        size.finite()
+        sound
     }
 
     /// [`Self::solve`] for a chain of `N` joints.
     #[inline(always)]
-    pub fn solve_sized<const N: usize>(&self, jacobian: &Bordered<T>, r: &mut [T]) {
+    pub fn solve_sized<const N: usize, S: Copy>(&self, jacobian: &Bordered<S>, r: &mut [T])
+    where
+        T: Over<S>,
+    {
         // Positions as far as they are known without the rates.
         let (mut still, mut driving) = ([T::c(0.0); N], [T::c(0.0); N]);
         for j in 0..N {
@@ -102,14 +122,14 @@ impl<T: Real> Elimination<T> {
         for j in 0..N {
             driving[j] = r[N + j];
             for i in 0..N {
-                driving[j] += jacobian.by_q[j][i] * still[i];
+                driving[j] += still[i] * jacobian.by_q[j][i];
             }
         }
         for c in 0..N {
             let slopes = &jacobian.cylinders[c];
             let force = self.own[c].solve(slopes, still[c], r);
             for j in 0..N {
-                driving[j] += slopes.response[j] * force;
+                driving[j] += force * slopes.response[j];
             }
         }
         for j in 0..N {
@@ -129,43 +149,56 @@ impl<T: Real> Elimination<T> {
     }
 }
 
-impl<T: Real> Own<T> {
+impl<T: Field> Own<T> {
     #[inline(always)]
-    fn new(s: &CylinderSlopes<T>, shift: T, time: T) -> Self {
-        let spool = inverse([[shift - s.spool[0][0], -s.spool[0][1]], [-s.spool[1][0], shift - s.spool[1][1]]]);
-        let pressures = inverse([[shift - s.p1.p1, -s.p1.p2], [-s.p2.p1, shift - s.p2.p2]]);
+    fn new<S: Copy>(s: &CylinderSlopes<S>, shift: T, time: T) -> Self
+    where
+        T: Over<S>,
+    {
+        let zero = T::c(0.0);
+        let spool =
+            inverse([[shift - s.spool[0][0], zero - s.spool[0][1]], [zero - s.spool[1][0], shift - s.spool[1][1]]]);
+        let pressures = inverse([[shift - s.p1.p1, zero - s.p1.p2], [zero - s.p2.p1, shift - s.p2.p2]]);
         let bristles = T::c(1.0) / (shift - s.z.z);
-        let [p1, p2] = product(&pressures, s.p1.q * time + s.p1.qd, s.p2.q * time + s.p2.qd);
-        let z = bristles * (s.z.q * time + s.z.qd + s.z.p1 * p1 + s.z.p2 * p2);
-        let force_slope = s.force.p1 * p1 + s.force.p2 * p2 + s.force.z * z;
+        let [p1, p2] = product(&pressures, time * s.p1.q + s.p1.qd, time * s.p2.q + s.p2.qd);
+        let z = bristles * (time * s.z.q + s.z.qd + p1 * s.z.p1 + p2 * s.z.p2);
+        let force_slope = p1 * s.force.p1 + p2 * s.force.p2 + z * s.force.z;
         Own { spool, pressures, bristles, slope: [p1, p2, z], force_slope }
     }
 
     /// Solves for the own states with the joint's rate at zero and its position at `still`; gives the net force.
     #[inline(always)]
-    fn solve(&self, s: &CylinderSlopes<T>, still: T, r: &mut [T]) -> T {
+    fn solve<S: Copy>(&self, s: &CylinderSlopes<S>, still: T, r: &mut [T]) -> T
+    where
+        T: Over<S>,
+    {
         let at = &s.at;
         let [xs, vs] = product(&self.spool, r[at.xs], r[at.vs]);
-        let known = |row: &Row<T>| row.q * still + row.xs * xs;
-        let [p1, p2] = product(&self.pressures, r[at.p1] + known(&s.p1), r[at.p2] + known(&s.p2));
+        let [p1, p2] = product(&self.pressures, r[at.p1] + known(&s.p1, still, xs), r[at.p2] + known(&s.p2, still, xs));
         (r[at.xs], r[at.vs], r[at.p1], r[at.p2]) = (xs, vs, p1, p2);
-        let mut force = s.force.p1 * p1 + s.force.p2 * p2;
+        let mut force = p1 * s.force.p1 + p2 * s.force.p2;
         if let Some(z) = at.z {
-            r[z] = self.bristles * (r[z] + known(&s.z) + s.z.p1 * p1 + s.z.p2 * p2);
-            force += s.force.z * r[z];
+            r[z] = self.bristles * (r[z] + known(&s.z, still, xs) + p1 * s.z.p1 + p2 * s.z.p2);
+            force += r[z] * s.force.z;
         }
         force
     }
 }
 
+/// What an output sees of a joint's position and of the spool.
 #[inline(always)]
-fn inverse<T: Real>(m: Square<T>) -> Square<T> {
+fn known<S: Copy, T: Over<S>>(row: &Row<S>, still: T, xs: T) -> T {
+    still * row.q + xs * row.xs
+}
+
+#[inline(always)]
+fn inverse<T: Field>(m: Square<T>) -> Square<T> {
     let inverse = T::c(1.0) / (m[0][0] * m[1][1] - m[0][1] * m[1][0]);
     [[m[1][1] * inverse, -m[0][1] * inverse], [-m[1][0] * inverse, m[0][0] * inverse]]
 }
 
 #[inline(always)]
-fn product<T: Real>(m: &Square<T>, a: T, b: T) -> [T; 2] {
+fn product<T: Field>(m: &Square<T>, a: T, b: T) -> [T; 2] {
     [m[0][0] * a + m[0][1] * b, m[1][0] * a + m[1][1] * b]
 }
 

@@ -39,6 +39,14 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         self.write_accelerations(&placed, &gain_slopes, &forces, &accelerated, payload, slopes);
     }
 
+    /// Brings the rates and slopes at the state `x` up to other spool commands `u`, which nothing but the spools feels.
+    #[inline(always)]
+    pub fn steer(&self, x: &[T], u: &[T], dx: &mut [T], slopes: &mut Bordered<T>) {
+        for group in &self.groups {
+            group.write_spool_slopes(x, u, dx, slopes);
+        }
+    }
+
     /// As `place`, and how the gains change with their joints.
     #[inline(always)]
     fn place_moving(&self, layout: &Layout, x: &[T]) -> (Placed<T, N>, [T; N]) {

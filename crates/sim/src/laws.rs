@@ -64,6 +64,15 @@ impl<const N: usize> Laws<N> {
         }
     }
 
+    /// Brings the state derivative and its slopes up to other spool commands.
+    pub fn steer(&self, x: &[f64], u: &[f64], dx: &mut [f64], slopes: &mut Bordered<f64>) {
+        match self {
+            Laws::Wide(evaluator) => steer(evaluator, x, u, dx, slopes),
+            #[cfg(target_arch = "x86_64")]
+            Laws::Single(evaluator) => steer(evaluator, x, u, dx, slopes),
+        }
+    }
+
     /// Writes the powers of the ledger at the state `x`.
     pub fn powers(&self, layout: &Layout, oil: &OilTables, x: &[f64], out: &mut [f64]) {
         match self {
@@ -90,6 +99,19 @@ fn linearise<L: Pack<f64>, const N: usize>(
     L::apart(
         #[inline(always)]
         || evaluator.linearise(at.layout, at.x, at.u, at.payload, dx, slopes),
+    );
+}
+
+fn steer<L: Pack<f64>, const N: usize>(
+    evaluator: &Evaluator<f64, L, N>,
+    x: &[f64],
+    u: &[f64],
+    dx: &mut [f64],
+    slopes: &mut Bordered<f64>,
+) {
+    L::apart(
+        #[inline(always)]
+        || evaluator.steer(x, u, dx, slopes),
     );
 }
 

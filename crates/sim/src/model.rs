@@ -82,6 +82,8 @@ pub trait Model: Send + Sync {
     fn derivative(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64]);
     /// The derivative and its slopes.
     fn linearise(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], slopes: &mut Bordered<f64>);
+    /// Brings the derivative and its slopes at the state `x` up to other commands `u`.
+    fn steer(&self, x: &[f64], u: &[f64], dx: &mut [f64], slopes: &mut Bordered<f64>);
     /// Writes the powers of the ledger, W: cylinder by cylinder its [terms](crate::LEDGER_TERMS).
     fn powers(&self, x: &[f64], powers: &mut [f64]);
     /// Row-major Jacobian.

@@ -229,11 +229,11 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             needed(&unit, &still, 0.0)
         })
         .collect();
-    let mut system: Vec<f64> = (0..n * n).map(|i| columns[i % n][i / n]).collect();
+    let system: Vec<f64> = (0..n * n).map(|i| columns[i % n][i / n]).collect();
     let mut qdd: Vec<f64> = (0..n).map(|j| torque[j] - bias[j]).collect();
-    let mut lu = hydrocrane_num::dense::Lu::default();
-    lu.factor(n, &std::mem::take(&mut system));
-    lu.solve(&mut qdd);
+    let mut inverse = hydrocrane_num::dense::Inverse::default();
+    inverse.of(n, &system);
+    inverse.solve(&mut qdd);
 
     dx[..n].copy_from_slice(qd);
     dx[n..2 * n].copy_from_slice(&qdd);

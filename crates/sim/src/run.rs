@@ -115,6 +115,10 @@ impl System for Driven<'_> {
         let (rate, slopes) = at.bordered(self.model.layout(), 0);
         self.model.linearise(x, &self.command(t), self.payload, rate, &mut slopes[0]);
     }
+    fn steer(&self, t: f64, x: &[f64], at: &mut Linearisation) {
+        let (rate, slopes) = at.bordered(self.model.layout(), 0);
+        self.model.steer(x, &self.command(t), rate, &mut slopes[0]);
+    }
     fn time_derivative(&self, _t: f64, _x: &[f64], dfdt: &mut [f64]) -> bool {
         let driven = self.slope != [0.0; MAX_JOINTS];
         if driven {

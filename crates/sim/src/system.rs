@@ -16,6 +16,10 @@ pub trait System {
     /// Writes f and df/dx. With tangents these slopes are of the state alone, followed, tangent by tangent, by their
     /// derivative along it: what couples the tangent's equations to the state.
     fn linearise(&self, t: f64, x: &[f64], at: &mut Linearisation);
+    /// Brings a linearisation at this state up to commands that have changed since.
+    fn steer(&self, t: f64, x: &[f64], at: &mut Linearisation) {
+        self.linearise(t, x, at);
+    }
     /// Writes df/dt, or says `false` where all of it is zero.
     fn time_derivative(&self, t: f64, x: &[f64], dfdt: &mut [f64]) -> bool;
     /// Whether `x` lies where the equations mean something.

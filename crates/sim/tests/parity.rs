@@ -1,7 +1,7 @@
 //! The fast right-hand side equals the readable reference; the exact Jacobian equals finite differences.
 
 use hydrocrane_machine::load;
-use hydrocrane_sim::{build, EquilibriumMode, Model};
+use hydrocrane_sim::{build, Bordered, EquilibriumMode, Model};
 use std::sync::Arc;
 
 const MACHINES: [&str; 5] = ["rottne-f9-lab", "hiab-xs031", "single-cylinder", "rig-rottne", "rig-kalmar"];
@@ -55,6 +55,35 @@ fn fast_right_hand_side_equals_the_reference() {
                 let state = &m.layout().names[i];
                 assert!((a - b).abs() <= 1e-10 * a.abs() + 1e-12, "{name} {state}: {a} {b}");
             }
+        }
+    }
+}
+
+#[test]
+fn steering_a_linearisation_gives_the_one_at_the_other_commands() {
+    let mut limited = load("rottne-f9-lab", &[]).expect("a bundled machine");
+    limited.cylinders[0].valve.acceleration_limit = Some(2000.0);
+    let machines = MACHINES.map(model).into_iter().chain([build(&limited).expect("a machine that can be built")]);
+    for m in machines {
+        let (n, mut noise) = (m.layout().len(), Noise(5));
+        for _ in 0..20 {
+            let x = random_state(m.as_ref(), &mut noise);
+            let mut commands = || -> Vec<f64> { (0..m.layout().joints()).map(|_| 0.02 * noise.next()).collect() };
+            let (before, after) = (commands(), commands());
+            let at = |u: &[f64]| {
+                let (mut rate, mut slopes) = (vec![0.0; n], Bordered::new(m.layout()));
+                m.linearise(&x, u, 0.0, &mut rate, &mut slopes);
+                (rate, slopes)
+            };
+            let dense = |slopes: &Bordered<f64>| {
+                let mut jacobian = vec![0.0; n * n];
+                slopes.write_dense(n, &mut jacobian);
+                jacobian
+            };
+            let ((mut rate, mut slopes), (wanted_rate, wanted_slopes)) = (at(&before), at(&after));
+            assert_ne!(rate, wanted_rate);
+            m.steer(&x, &after, &mut rate, &mut slopes);
+            assert_eq!((rate, dense(&slopes)), (wanted_rate, dense(&wanted_slopes)));
         }
     }
 }

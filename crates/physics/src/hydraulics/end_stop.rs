@@ -91,7 +91,7 @@ fn hyperbola_integral<T: Real>(s: T) -> T {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hydrocrane_num::Dual;
+    use hydrocrane_num::{Dual, Field};
 
     fn stop(printed: bool) -> EndStop<f64> {
         EndStop { lower: -0.165, upper: 0.165, zone: 0.0215, stiffness: 5e6, damping: 5e4, printed }

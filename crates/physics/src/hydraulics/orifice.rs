@@ -76,7 +76,7 @@ impl<T: Real> Orifice<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hydrocrane_num::Dual;
+    use hydrocrane_num::{Dual, Field};
 
     fn edge(law: OrificeLaw) -> Orifice<f64> {
         Orifice {

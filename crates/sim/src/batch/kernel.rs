@@ -11,7 +11,7 @@ use crate::rhs::Evaluator;
 use hydrocrane_num::register::Register;
 #[cfg(target_arch = "x86_64")]
 use hydrocrane_num::register_x86::{Avx2, Avx512, Sse2};
-use hydrocrane_num::{Lanes, Real};
+use hydrocrane_num::{Field, Lanes, Real};
 
 /// Bounds of the change of step size from one step to the next.
 const SHRINK: f64 = 0.2;

@@ -9,11 +9,12 @@ pub mod ros4l;
 pub mod tsit5;
 
 mod linear;
+mod poles;
 mod quadratures;
 mod rows;
 mod stepper;
 
-pub use linear::Linearisation;
+pub use linear::{Factored, Linearisation};
 pub use stepper::{StepFailure, Stepper, Tolerances};
 
 use crate::system::System;
@@ -30,9 +31,8 @@ pub trait Method: Send + Sync {
     fn fixed_steps(&self) -> bool {
         false
     }
-    /// Prepares whatever the step from `(t, x)` shares between attempts. Called once per accepted state; `goes_on` where this
-    /// is the end of the last attempt, under the same right-hand side.
-    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], goes_on: bool);
+    /// Prepares whatever the step from `(t, x)` shares between attempts. Called once per accepted state.
+    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], since: Since);
     /// Tries a step of size `h` from `x`. Writes the new state and, unless steps are fixed, the error estimate; `false` where
     /// the linear system cannot be solved. Keeps what the interpolant needs.
     fn attempt(&mut self, system: &dyn System, t: f64, h: f64, x: &[f64], to: &mut Target) -> bool;
@@ -42,8 +42,25 @@ pub trait Method: Send + Sync {
     fn effort(&self) -> Effort;
 }
 
+/// What has changed since the end of the last attempt, where a step begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Since {
+    Nothing,
+    /// Commands: the state is the same.
+    Commands,
+    /// The state, or what moves it; or there was no attempt.
+    Everything,
+}
+
 /// States smaller than this are zero: decaying spools would end in subnormal numbers, which are slow.
 pub(crate) const FLUSH: f64 = 1e-30;
+
+/// Sets to zero what is that small.
+fn flush(x: &mut [f64]) {
+    for x in x {
+        *x = if x.abs() < FLUSH { 0.0 } else { *x };
+    }
+}
 
 /// Where an attempt puts its results.
 pub struct Target {
@@ -78,7 +95,7 @@ pub fn method(name: &str, dimension: usize) -> Option<Box<dyn Method>> {
         #[cfg(feature = "methods")]
         "rodas5p" => Some(Box::new(rodas5p::Rodas5p::new(dimension))),
         #[cfg(feature = "methods")]
-        "ros4l" => Some(Box::new(ros4l::Ros4l::new(dimension))),
+        "ros4l" => Some(ros4l::method(dimension)),
         #[cfg(feature = "methods")]
         "tsit5" => Some(Box::new(tsit5::Tsit5::new(dimension))),
         "ros3l" => Some(Box::new(ros3l::Ros3l::new(dimension))),

@@ -12,7 +12,7 @@
 //! right-hand side of the stage with tangents in place of states. One factorisation serves all of them.
 
 use super::rows::{add_sum, set_sum, sum, wide, write_wide, Block, Shape};
-use super::{Effort, Linearisation, Method, Target};
+use super::{Effort, Factored, Linearisation, Method, Since, Target};
 use crate::system::System;
 
 const STAGES: usize = 8;
@@ -125,6 +125,7 @@ const H: [[f64; STAGES]; 3] = [
 pub struct Rodas5p {
     shape: Shape,
     linearisation: Linearisation,
+    factored: Factored<f64>,
     /// df/dt, and whether any of it is not zero.
     time_derivative: Vec<Block>,
     driven: bool,
@@ -142,6 +143,7 @@ impl Rodas5p {
         Rodas5p {
             shape,
             linearisation: Linearisation::new(n),
+            factored: Factored::default(),
             time_derivative: shape.rows(1),
             driven: false,
             k: shape.rows(STAGES),
@@ -170,7 +172,7 @@ impl Rodas5p {
         if self.driven && D[I] != 0.0 {
             add_sum(k, h, &[D[I]], [&self.time_derivative]);
         }
-        self.linearisation.solve(self.shape.states_mut(k));
+        self.factored.solve(&self.linearisation, self.shape.states_mut(k));
     }
 
     #[inline(always)]
@@ -191,7 +193,7 @@ impl Method for Rodas5p {
         5
     }
 
-    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], _goes_on: bool) {
+    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], _since: Since) {
         system.linearise(t, x, &mut self.linearisation);
         self.driven = system.time_derivative(t, x, self.shape.states_mut(&mut self.time_derivative));
         self.effort.jacobians += 1;
@@ -199,7 +201,7 @@ impl Method for Rodas5p {
 
     fn attempt(&mut self, system: &dyn System, t: f64, h: f64, x: &[f64], to: &mut Target) -> bool {
         self.effort.factorisations += 1;
-        if !self.linearisation.factor(h * GAMMA) {
+        if !self.factored.factor(&self.linearisation, 1.0 / (h * GAMMA)) {
             return false;
         }
         self.shape.states_mut(&mut self.start).copy_from_slice(x);

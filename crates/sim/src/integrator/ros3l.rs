@@ -7,7 +7,7 @@
 //! first increment h gamma G F_1 enters as it is.
 
 use super::rows::wide;
-use super::{Effort, Linearisation, Method, Target};
+use super::{Effort, Factored, Linearisation, Method, Since, Target};
 use crate::system::System;
 
 const STAGES: usize = 4;
@@ -40,6 +40,7 @@ fn join(out: &mut [f64], from: &[f64], k: &[Vec<f64>; STAGES], of: impl Fn(f64, 
 /// The method for a [`System`].
 pub struct Ros3l {
     linearisation: Linearisation,
+    factored: Factored<f64>,
     /// df/dt, and whether any of it is not zero.
     time_derivative: Vec<f64>,
     driven: bool,
@@ -56,6 +57,7 @@ impl Ros3l {
     pub fn new(n: usize) -> Self {
         Ros3l {
             linearisation: Linearisation::new(n).with_secants(),
+            factored: Factored::default(),
             time_derivative: vec![0.0; n],
             driven: false,
             k: std::array::from_fn(|_| vec![0.0; n]),
@@ -70,7 +72,7 @@ impl Ros3l {
     /// the sums of p and q by the powers of G so far.
     #[inline(always)]
     fn stages(&mut self, system: &dyn System, t: f64, h: f64, x: &[f64]) {
-        let Ros3l { linearisation, time_derivative, driven, ahead, argument, .. } = self;
+        let Ros3l { linearisation, factored, time_derivative, driven, ahead, argument, .. } = self;
         let [first, second, third, fourth] = &mut self.k;
         let inverse = 1.0 / h;
         // A solve takes df/dt as often as time has gone on in what it is applied to.
@@ -80,7 +82,7 @@ impl Ros3l {
             }
         };
         drift(first, GAMMA);
-        linearisation.solve(first);
+        factored.solve(linearisation, first);
         for (argument, (x, k)) in argument.iter_mut().zip(x.iter().zip(&*first)) {
             *argument = *x + *k * (NODE / GAMMA);
         }
@@ -91,17 +93,17 @@ impl Ros3l {
             *second = inverse * *first * p4 + *ahead * q3;
         }
         drift(second, P[2] + Q[1]);
-        linearisation.solve(second);
+        factored.solve(linearisation, second);
         for (third, ((first, second), ahead)) in third.iter_mut().zip(first.iter().zip(&*second).zip(&*ahead)) {
             *third = inverse * (*first * p3 + *second * (1.0 / GAMMA)) + *ahead * q2;
         }
         drift(third, P[1] + P[2] + Q[0] + Q[1]);
-        linearisation.solve(third);
+        factored.solve(linearisation, third);
         for (fourth, (first, third)) in fourth.iter_mut().zip(first.iter().zip(&*third)) {
             *fourth = inverse * (*first * p2 + *third * (1.0 / GAMMA));
         }
         drift(fourth, 1.0 - GAMMA);
-        linearisation.solve(fourth);
+        factored.solve(linearisation, fourth);
     }
 }
 
@@ -114,7 +116,7 @@ impl Method for Ros3l {
         true
     }
 
-    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], _goes_on: bool) {
+    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], _since: Since) {
         system.linearise(t, x, &mut self.linearisation);
         self.driven = system.time_derivative(t, x, &mut self.time_derivative);
         self.effort.jacobians += 1;
@@ -122,7 +124,7 @@ impl Method for Ros3l {
 
     fn attempt(&mut self, system: &dyn System, t: f64, h: f64, x: &[f64], to: &mut Target) -> bool {
         self.effort.factorisations += 1;
-        if !self.linearisation.factor(h * GAMMA) {
+        if !self.factored.factor(&self.linearisation, 1.0 / (h * GAMMA)) {
             return false;
         }
         self.start.copy_from_slice(x);
@@ -260,7 +262,7 @@ mod tests {
     /// One step of size 1 from 1.
     fn step(j: f64, f: fn(f64) -> f64) -> f64 {
         let (scalar, mut method, mut target) = (Scalar { j, f }, Ros3l::new(1), Target::new(1));
-        method.begin(&scalar, 0.0, &[1.0], false);
+        method.begin(&scalar, 0.0, &[1.0], Since::Everything);
         assert!(method.attempt(&scalar, 0.0, 1.0, &[1.0], &mut target));
         target.x[0]
     }

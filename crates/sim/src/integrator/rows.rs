@@ -87,14 +87,6 @@ pub fn sum<const J: usize>(weights: &[f64], rows: &[&[Block]; J], i: usize) -> B
     sum
 }
 
-/// row = sum_j weight_j row_j
-#[inline(always)]
-pub fn set<const J: usize>(row: &mut [Block], weights: &[f64], rows: [&[Block]; J]) {
-    for (i, out) in row.iter_mut().enumerate() {
-        *out = sum(weights, &rows, i);
-    }
-}
-
 /// row = base + scale sum_j weight_j row_j
 #[inline(always)]
 pub fn set_sum<const J: usize>(row: &mut [Block], base: &[Block], scale: f64, weights: &[f64], rows: [&[Block]; J]) {

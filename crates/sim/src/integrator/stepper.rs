@@ -1,7 +1,7 @@
 //! Step size control around a [`Method`].
 
 use super::quadratures::Quadratures;
-use super::{Effort, Method, Target, FLUSH};
+use super::{flush, Effort, Method, Since, Target};
 use crate::system::System;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,7 +60,8 @@ pub struct Stepper {
     from: f64,
     target: Target,
     begun: bool,
-    /// Size and error norm of the last accepted step under the same right-hand side: where there is one, the next goes on from it.
+    since: Since,
+    /// Size and error norm of the last accepted step under the same right-hand side.
     last: Option<(f64, f64)>,
     /// Size of the first whole step after the last restart.
     first: Option<f64>,
@@ -82,6 +83,7 @@ impl Stepper {
             from: t,
             target: Target::new(x.len()),
             begun: false,
+            since: Since::Everything,
             last: None,
             first: None,
             restarted: true,
@@ -93,6 +95,7 @@ impl Stepper {
     /// Tells that state or right-hand side have changed, as where a load is taken up.
     pub fn restart(&mut self) {
         self.refresh();
+        self.since = Since::Everything;
         self.quadratures.restart();
         self.h = self.first.unwrap_or(0.0);
         self.restarted = true;
@@ -101,13 +104,15 @@ impl Stepper {
     /// Tells that commands have changed a little: the step size is kept as a first guess.
     pub fn refresh(&mut self) {
         self.begun = false;
+        self.since = self.since.max(Since::Commands);
         self.last = None;
     }
 
     /// One accepted step, at most to `limit`.
     pub fn step(&mut self, system: &dyn System, limit: f64) -> Result<(), StepFailure> {
         if !self.begun {
-            self.method.begin(system, self.t, &self.x, self.last.is_some());
+            self.method.begin(system, self.t, &self.x, self.since);
+            self.since = Since::Everything;
             self.quadratures.begin(system, &self.x);
             self.begun = true;
         }
@@ -226,14 +231,11 @@ impl Stepper {
         self.from = self.t;
         self.t = if h >= limit - self.t { limit } else { self.t + h };
         std::mem::swap(&mut self.x, &mut self.target.x);
-        for x in &mut self.x {
-            if x.abs() < FLUSH {
-                *x = 0.0;
-            }
-        }
+        flush(&mut self.x);
         self.quadratures.follow(system, self.method.as_ref(), h, &self.x);
         self.accepted += 1;
         self.begun = false;
+        self.since = Since::Nothing;
     }
 
     /// A first step from the size of state, slope and change of slope (Hairer, Norsett, Wanner: Solving Ordinary

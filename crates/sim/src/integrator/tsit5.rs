@@ -6,7 +6,7 @@
 #![allow(clippy::excessive_precision)] // coefficients as published
 
 use super::rows::{set_sum, sum, wide, write, write_wide, Block, Shape};
-use super::{Effort, Method, Target};
+use super::{Effort, Method, Since, Target};
 use crate::system::System;
 
 const STAGES: usize = 7;
@@ -79,8 +79,8 @@ impl Method for Tsit5 {
     }
 
     /// The last slope of a step is the first of the next.
-    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], goes_on: bool) {
-        if goes_on {
+    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], since: Since) {
+        if since == Since::Nothing {
             let blocks = self.k.len() / STAGES;
             self.k.copy_within((STAGES - 1) * blocks.., 0);
             return;

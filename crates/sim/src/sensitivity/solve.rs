@@ -15,7 +15,6 @@ use crate::outputs::{self, OutputInfo};
 use crate::run::{failed, given_up, start_fault, Commands, Driven, RunOptions, Schedule};
 use crate::system::System;
 use hydrocrane_machine::{Machine, OverrideValue, Template};
-use hydrocrane_num::Real;
 
 type Result<T> = std::result::Result<T, SensitivityError>;
 
@@ -147,7 +146,7 @@ fn start_state<const N: usize>(experiment: &Experiment, model: &dyn Model, group
     };
     let mut x = model.equilibrium(q, EquilibriumMode::Hold, model.machine().payload.mass)?;
     x.resize(layout.len() * (1 + groups.iter().map(|group| group.count).sum::<usize>()), 0.0);
-    let pose = std::array::from_fn(|i| Number::c(q[i]));
+    let pose = std::array::from_fn(|i| Number::constant(q[i]));
     for group in groups {
         let inputs = &group.inputs;
         group.write(&inputs.plant.held(layout, &pose, inputs.back_pressure, inputs.payload), &mut x);
@@ -251,11 +250,11 @@ impl<'a, const N: usize> Record<'a, N> {
     /// States and outputs of the row at hand, with their slopes by the parameters of one group.
     fn signals(&self, group: &Group<N>, model: &dyn Model) -> Vec<Number> {
         let (n, info) = (self.layout.len(), model.output_info());
-        let mut state = vec![Number::c(0.0); n];
+        let mut state = vec![Number::constant(0.0); n];
         group.read(&self.row, n, &mut state);
-        let mut all = vec![Number::c(0.0); info.len()];
+        let mut all = vec![Number::constant(0.0); info.len()];
         let Inputs { plant, payload, .. } = &group.inputs;
-        outputs::evaluate(plant, self.layout, |_| Number::c(0.0), &state, *payload, &mut all);
+        outputs::evaluate(plant, self.layout, |_| Number::constant(0.0), &state, *payload, &mut all);
         state.extend(all.iter().zip(info).filter(|(_, output)| output.name != WITHOUT_SLOPE).map(|(value, _)| *value));
         state
     }

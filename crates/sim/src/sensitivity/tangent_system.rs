@@ -75,7 +75,7 @@ impl<'a, const N: usize> TangentSystem<'a, N> {
         let n = states.len();
         let of_tangents = sizes.iter().flat_map(|size| states.iter().map(move |scale| scale / size));
         let scales = states.iter().copied().chain(of_tangents).collect();
-        let zeros = |count: usize| vec![Number::c(0.0); count];
+        let zeros = |count: usize| vec![Number::constant(0.0); count];
         let scratch =
             RefCell::new(Scratch { x: zeros(n), rate: zeros(n), slopes: Bordered::new(driven.model.layout()) });
         TangentSystem { driven, groups, scales, scratch }
@@ -86,7 +86,7 @@ impl<'a, const N: usize> TangentSystem<'a, N> {
     }
 
     fn command(&self, t: f64) -> [Number; MAX_JOINTS] {
-        self.driven.command(t).map(Number::c)
+        self.driven.command(t).map(Number::constant)
     }
 }
 
@@ -132,7 +132,7 @@ impl<const N: usize> System for TangentSystem<'_, N> {
         let layout = self.layout();
         let Scratch { rate, .. } = &mut *self.scratch.borrow_mut();
         for group in self.groups {
-            rate.fill(Number::c(0.0));
+            rate.fill(Number::constant(0.0));
             for (c, unit) in group.inputs.plant.cylinders.iter().enumerate() {
                 rate[layout.vs(c)] = unit.spool.natural_frequency.square() * self.driven.slope[c];
             }

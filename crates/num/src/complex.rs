@@ -1,0 +1,114 @@
+//! Complex numbers over any [`Real`], as far as linear systems need them.
+
+use crate::{Field, Real};
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+/// `re + i im`
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Complex<T> {
+    pub re: T,
+    pub im: T,
+}
+
+impl<T: Real> Neg for Complex<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Complex { re: -self.re, im: -self.im }
+    }
+}
+
+impl<T: Real> Add for Complex<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, o: Self) -> Self {
+        Complex { re: self.re + o.re, im: self.im + o.im }
+    }
+}
+
+impl<T: Real> Sub for Complex<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, o: Self) -> Self {
+        Complex { re: self.re - o.re, im: self.im - o.im }
+    }
+}
+
+impl<T: Real> Mul for Complex<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, o: Self) -> Self {
+        Complex { re: self.re * o.re - self.im * o.im, im: self.re * o.im + self.im * o.re }
+    }
+}
+
+/// Without care for squares that overflow: numbers of linear systems in scaled units are far from there.
+impl<T: Real> Div for Complex<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, o: Self) -> Self {
+        let inverse = T::c(1.0) / (o.re.square() + o.im.square());
+        let (re, im) = (o.re * inverse, o.im * inverse);
+        Complex { re: self.re * re + self.im * im, im: self.im * re - self.re * im }
+    }
+}
+
+impl<T: Real> Add<f64> for Complex<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, o: f64) -> Self {
+        Complex { re: self.re + o, im: self.im }
+    }
+}
+
+impl<T: Real> Sub<f64> for Complex<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, o: f64) -> Self {
+        Complex { re: self.re - o, im: self.im }
+    }
+}
+
+impl<T: Real> Mul<f64> for Complex<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, o: f64) -> Self {
+        Complex { re: self.re * o, im: self.im * o }
+    }
+}
+
+impl<T: Real> AddAssign for Complex<T> {
+    #[inline(always)]
+    fn add_assign(&mut self, o: Self) {
+        *self = *self + o;
+    }
+}
+
+impl<T: Real> SubAssign for Complex<T> {
+    #[inline(always)]
+    fn sub_assign(&mut self, o: Self) {
+        *self = *self - o;
+    }
+}
+
+impl<T: Real> Field for Complex<T> {
+    type Mask = T::Mask;
+
+    #[inline(always)]
+    fn c(x: f64) -> Self {
+        Complex { re: T::c(x), im: T::c(0.0) }
+    }
+    #[inline(always)]
+    fn select(mask: T::Mask, a: Self, b: Self) -> Self {
+        Complex { re: T::select(mask, a.re, b.re), im: T::select(mask, a.im, b.im) }
+    }
+    /// By the larger part, which is as good a measure.
+    #[inline(always)]
+    fn nearer_zero(self, other: Self) -> T::Mask {
+        (self.re.abs() + self.im.abs()).lt(other.re.abs() + other.im.abs())
+    }
+    #[inline(always)]
+    fn finite(self) -> T::Mask {
+        self.re.finite() & self.im.finite()
+    }
+}
