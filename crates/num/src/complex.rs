@@ -10,6 +10,14 @@ pub struct Complex<T> {
     pub im: T,
 }
 
+impl<T: Real> Complex<T> {
+    /// The real part of `self * o`.
+    #[inline(always)]
+    pub fn re_of_product(self, o: Self) -> T {
+        self.re * o.re - self.im * o.im
+    }
+}
+
 impl<T: Real> Neg for Complex<T> {
     type Output = Self;
     #[inline(always)]
@@ -38,7 +46,7 @@ impl<T: Real> Mul for Complex<T> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, o: Self) -> Self {
-        Complex { re: self.re * o.re - self.im * o.im, im: self.re * o.im + self.im * o.re }
+        Complex { re: self.re_of_product(o), im: self.re * o.im + self.im * o.re }
     }
 }
 

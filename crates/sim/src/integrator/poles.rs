@@ -211,40 +211,37 @@ impl<R: Register> Poles<R> {
         R::run(
             #[inline(always)]
             || {
+                let registers = COUNT / R::WIDTH;
+                let mut totals = [[0.0; WIDEST]; COLUMNS];
+                // Copies, which stay in registers while sums are written.
+                let mut columns = [[[Number::c(0.0); COUNT]; ROWS]; COLUMNS];
                 for column in 0..COLUMNS {
-                    self.column(increments, weights[column], sums[column]);
+                    for row in 0..ROWS {
+                        columns[column][row] = weights[column][row].0;
+                    }
+                }
+                let mut rows: [&[Number<R>]; ROWS] = [&[]; ROWS];
+                for row in 0..ROWS {
+                    rows[row] = &increments[row].0[..registers * self.n];
+                }
+                for i in 0..self.n {
+                    for register in 0..registers {
+                        let at = register * self.n + i;
+                        for column in 0..COLUMNS {
+                            let mut total = columns[column][0][register].re_of_product(rows[0][at]);
+                            for row in 1..ROWS {
+                                total += columns[column][row][register].re_of_product(rows[row][at]);
+                            }
+                            total.store(&mut totals[column][register * R::WIDTH..]);
+                        }
+                    }
+                    for column in 0..COLUMNS {
+                        let of = &totals[column];
+                        sums[column][i] = (of[0] + of[1]) + (of[2] + of[3]);
+                    }
                 }
             },
         );
-    }
-
-    #[inline(always)]
-    fn column<const ROWS: usize>(
-        &self,
-        increments: [&Increments<R>; ROWS],
-        weights: [&Spread<R>; ROWS],
-        sums: &mut [f64],
-    ) {
-        let registers = COUNT / R::WIDTH;
-        let mut of_row = [[Number::c(0.0); COUNT]; ROWS];
-        let mut y: [&[Number<R>]; ROWS] = [&[]; ROWS];
-        for row in 0..ROWS {
-            of_row[row] = weights[row].0;
-            y[row] = &increments[row].0[..registers * sums.len()];
-        }
-        let n = sums.len();
-        for (i, sum) in sums.iter_mut().enumerate() {
-            let mut lanes = [0.0; WIDEST];
-            for register in 0..registers {
-                let mut total = Lanes::<R>::c(0.0);
-                for row in 0..ROWS {
-                    let (weight, y) = (of_row[row][register], y[row][register * n + i]);
-                    total += weight.re * y.re - weight.im * y.im;
-                }
-                total.store(&mut lanes[register * R::WIDTH..]);
-            }
-            *sum = (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
-        }
     }
 
     /// [`series`]
