@@ -155,14 +155,6 @@ impl<T: Real> Bordered<T> {
         }
     }
 
-    /// y += J k
-    pub fn add_whole_product<K: Over<T>>(&self, k: &[K], y: &mut [K]) {
-        for j in 0..self.joints {
-            y[j] += k[self.joints + j];
-        }
-        self.add_product(k, y);
-    }
-
     /// Row-major, `n x n` for the `n` states.
     pub fn write_dense(&self, n: usize, jacobian: &mut [T]) {
         jacobian.fill(T::c(0.0));
