@@ -110,7 +110,7 @@ impl<T: Real> Field for Complex<T> {
     fn select(mask: T::Mask, a: Self, b: Self) -> Self {
         Complex { re: T::select(mask, a.re, b.re), im: T::select(mask, a.im, b.im) }
     }
-    /// By the larger part, which is as good a measure.
+    /// By the sum of the sizes of both parts, which serves as well as the root of their squares.
     #[inline(always)]
     fn nearer_zero(self, other: Self) -> T::Mask {
         (self.re.abs() + self.im.abs()).lt(other.re.abs() + other.im.abs())
@@ -118,5 +118,28 @@ impl<T: Real> Field for Complex<T> {
     #[inline(always)]
     fn finite(self) -> T::Mask {
         self.re.finite() & self.im.finite()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quotient_times_its_divisor_is_the_dividend() {
+        let (a, b) = (Complex { re: 1.5, im: -2.0 }, Complex { re: -0.25, im: 3.0 });
+        let off = a / b * b - a;
+        assert!(off.re.abs() < 1e-15 && off.im.abs() < 1e-15);
+        assert_eq!((a * b).re, a.re_of_product(b));
+        // i i = -1
+        let i = Complex { re: 0.0, im: 1.0 };
+        assert_eq!([(i * i).re, (i * i).im], [-1.0, 0.0]);
+    }
+
+    #[test]
+    fn sizes_and_masks_see_both_parts() {
+        let (small, large) = (Complex { re: 1.0, im: 0.5 }, Complex { re: -0.25, im: 3.0 });
+        assert!(small.nearer_zero(large) && !large.nearer_zero(small));
+        assert!(small.finite() && !Complex { re: 0.0, im: f64::NAN }.finite());
     }
 }
