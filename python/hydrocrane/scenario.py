@@ -76,9 +76,10 @@ class Solver:
     """Integration method, and its tolerances or its step.
 
     ``rodas5p`` and ``ros4l`` are stiff methods with the exact Jacobian, ``tsit5`` is explicit: they choose their
-    steps, up to `max_step` (s). ``ros3l``, stiff as well, takes equal steps no longer than `step` (s) between
-    changes of a command, whatever error they make: each step costs the same, for real time. `atol` scales the
-    absolute tolerances of all states together; ``None`` leaves them in their fixed proportion to `rtol`.
+    steps, up to `max_step` (s). With LuGre friction ``ros4l`` is the quickest, with static friction ``rodas5p`` is
+    the more exact. ``ros3l``, stiff as well, takes equal steps no longer than `step` (s) between changes of a
+    command, whatever error they make: each step costs the same, for real time. `atol` scales the absolute
+    tolerances of all states together; ``None`` leaves them in their fixed proportion to `rtol`.
     """
 
     method: str = "rodas5p"
