@@ -11,6 +11,11 @@ pub struct Complex<T> {
 }
 
 impl<T: Real> Complex<T> {
+    #[inline(always)]
+    pub fn new(re: T, im: T) -> Self {
+        Complex { re, im }
+    }
+
     /// The real part of `self * o`.
     #[inline(always)]
     pub fn re_of_product(self, o: Self) -> T {

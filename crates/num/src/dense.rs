@@ -91,9 +91,8 @@ mod tests {
 
     #[test]
     fn solves_a_complex_system() {
-        let number = |re: f64, im: f64| Complex { re, im };
-        let a = [number(0.0, 0.0), number(2.0, 1.0), number(1.0, -1.0), number(0.5, 0.0)];
-        let x = [number(1.0, 2.0), number(-0.5, 0.25)];
+        let a = [Complex::new(0.0, 0.0), Complex::new(2.0, 1.0), Complex::new(1.0, -1.0), Complex::new(0.5, 0.0)];
+        let x = [Complex::new(1.0, 2.0), Complex::new(-0.5, 0.25)];
         let mut b = [a[0] * x[0] + a[1] * x[1], a[2] * x[0] + a[3] * x[1]];
         let mut inverse = Inverse::default();
         assert!(inverse.of(2, &a));

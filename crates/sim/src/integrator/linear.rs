@@ -69,8 +69,10 @@ impl Linearisation {
             Some(slopes) => {
                 slopes.add_product(x, y);
                 // q' = q' has no slope of its own in the blocks, and none that changes.
-                for j in 0..if k == 0 { slopes.joints } else { 0 } {
-                    y[j] += x[slopes.joints + j];
+                if k == 0 {
+                    for j in 0..slopes.joints {
+                        y[j] += x[slopes.joints + j];
+                    }
                 }
             }
             None => {

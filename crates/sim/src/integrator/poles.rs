@@ -74,13 +74,7 @@ pub struct Spread<R>([Number<R>; COUNT]);
 
 /// `sum_m t_m z^m`, as far as eight terms tell.
 pub fn series(terms: [f64; TERMS]) -> Weights {
-    let mut sum = [[0.0; COUNT]; 2];
-    for (term, power) in terms.iter().zip(&POWERS) {
-        for (sum, parts) in sum.iter_mut().zip(power) {
-            sum.iter_mut().zip(parts).for_each(|(sum, part)| *sum += term * part);
-        }
-    }
-    sum
+    each(|j| terms.iter().zip(&POWERS).fold(Complex::c(0.0), |sum, (term, power)| sum + at(power, j) * *term))
 }
 
 /// phi_k
@@ -92,7 +86,7 @@ pub fn phi(k: usize) -> Weights {
 }
 
 pub fn scaled(weights: Weights, factor: f64) -> Weights {
-    weights.map(|parts| parts.map(|part| factor * part))
+    each(|j| at(&weights, j) * factor)
 }
 
 pub fn plus(a: Weights, b: Weights) -> Weights {
@@ -110,7 +104,7 @@ pub fn at_infinity(weights: Weights) -> f64 {
 }
 
 fn at(weights: &Weights, j: usize) -> Complex<f64> {
-    Complex { re: weights[0][j], im: weights[1][j] }
+    Complex::new(weights[0][j], weights[1][j])
 }
 
 fn each(of: impl Fn(usize) -> Complex<f64>) -> Weights {
@@ -131,21 +125,18 @@ pub struct Poles<R> {
 }
 
 impl<R: Register> Spread<R> {
-    pub fn new(weights: &Weights) -> Self {
+    pub fn new([re, im]: &Weights) -> Self {
         R::run(
             #[inline(always)]
-            || Self::here(weights),
+            || {
+                let mut numbers = [Number::c(0.0); COUNT];
+                for register in 0..COUNT / R::WIDTH {
+                    let from = register * R::WIDTH;
+                    numbers[register] = Number::new(Lanes::load(&re[from..]), Lanes::load(&im[from..]));
+                }
+                Spread(numbers)
+            },
         )
-    }
-
-    #[inline(always)]
-    fn here([re, im]: &Weights) -> Self {
-        let mut numbers = [Number::c(0.0); COUNT];
-        for register in 0..COUNT / R::WIDTH {
-            let from = register * R::WIDTH;
-            numbers[register] = Complex { re: Lanes::load(&re[from..]), im: Lanes::load(&im[from..]) };
-        }
-        Spread(numbers)
     }
 }
 
@@ -182,18 +173,19 @@ impl<R: Register> Poles<R> {
         )
     }
 
-    /// y_j = (theta_j/h I - J)^-1 (f + drift/theta_j)
-    pub fn solve(&self, jacobian: &Linearisation, f: &[f64], drift: Option<&[f64]>, y: &mut Increments<R>) {
+    /// y_j = (theta_j/h I - J)^-1 (f + h f'/theta_j) with h and f' of a `drift`.
+    pub fn solve(&self, jacobian: &Linearisation, f: &[f64], drift: Option<(f64, &[f64])>, y: &mut Increments<R>) {
         R::run(
             #[inline(always)]
             || {
+                let (h, slope) = drift.unwrap_or((0.0, &[]));
                 let rows = y.0.chunks_exact_mut(self.n);
                 for ((factored, inverse), y) in self.factored.iter().zip(&self.inverses.0).zip(rows) {
                     for (y, f) in y.iter_mut().zip(f) {
                         *y = Number::c(*f);
                     }
-                    for (y, drift) in y.iter_mut().zip(drift.unwrap_or(&[])) {
-                        *y += *inverse * *drift;
+                    for (y, slope) in y.iter_mut().zip(slope) {
+                        *y += *inverse * (h * *slope);
                     }
                     factored.solve(jacobian, y);
                 }
@@ -276,10 +268,6 @@ pub fn value(weights: Weights, z: Complex<f64>) -> Complex<f64> {
 mod tests {
     use super::*;
 
-    fn number(re: f64, im: f64) -> Complex<f64> {
-        Complex { re, im }
-    }
-
     /// phi_k by its power series.
     fn exact(k: usize, z: Complex<f64>) -> Complex<f64> {
         let mut term = Complex::c((1..=k).fold(1.0, |product, i| product / i as f64));
@@ -294,7 +282,8 @@ mod tests {
     #[test]
     fn phi_functions_are_those_of_the_exponential() {
         for k in [1, 3, 4] {
-            for z in [number(0.0, 0.0), number(-1.0, 0.0), number(0.0, 2.0), number(-1.0, -1.5)] {
+            for z in [Complex::new(0.0, 0.0), Complex::new(-1.0, 0.0), Complex::new(0.0, 2.0), Complex::new(-1.0, -1.5)]
+            {
                 let off = value(phi(k), z) - exact(k, z);
                 assert!(off.re.hypot(off.im) < 1e-10, "{k} {z:?}: {off:?}");
             }
@@ -304,7 +293,7 @@ mod tests {
     #[test]
     fn sums_have_the_power_series_they_are_given() {
         let terms = [1.0, -0.5, 0.2, 0.05, 0.0, 1e-3, -3e-4, 2e-5];
-        let z = number(0.1, -0.2);
+        let z = Complex::new(0.1, -0.2);
         let wanted = terms.iter().rev().fold(Complex::c(0.0), |sum, term| sum * z + *term);
         let off = value(series(terms), z) - wanted;
         assert!(off.re.hypot(off.im) < 1e-9, "{off:?}");
@@ -312,7 +301,7 @@ mod tests {
 
     #[test]
     fn weights_times_their_poles_belong_to_z_times_the_function() {
-        let (weights, z) = (phi(1), number(-0.7, 1.3));
+        let (weights, z) = (phi(1), Complex::new(-0.7, 1.3));
         let off = value(times_poles(weights), z) - (z * value(weights, z) + at_infinity(weights));
         assert!(off.re.hypot(off.im) < 1e-9, "{off:?}");
     }

@@ -79,10 +79,9 @@ struct Ros4l<R> {
     /// Where the step begins, and where its last attempt ended.
     here: Linearisation,
     ahead: Linearisation,
-    /// df/dt, whether any of it is not zero, and h df/dt.
+    /// df/dt, and whether any of it is not zero.
     time_derivative: Vec<f64>,
     driven: bool,
-    drift: Vec<f64>,
     weights: StepWeights<R>,
     poles: Poles<R>,
     /// Increments by F_1, by N(u)/h and by (N(v) - N(u)/c^2)/h.
@@ -131,7 +130,6 @@ impl<R: Register> Ros4l<R> {
             ahead: Linearisation::new(n),
             time_derivative: room(),
             driven: false,
-            drift: room(),
             weights: StepWeights {
                 on_the_way: Sloped::new(on_the_way()),
                 of_rate: Sloped::new(phi(1)),
@@ -183,8 +181,7 @@ impl<R: Register> Method for Ros4l<R> {
         }
         let Ros4l { here, ahead, weights, poles, rates, bends, rests, argument, slope, bend, correction, .. } = self;
         self.start.copy_from_slice(x);
-        self.drift.iter_mut().zip(&self.time_derivative).for_each(|(drift, rate)| *drift = h * rate);
-        poles.solve(here, &here.rate, self.driven.then_some(&self.drift), rates);
+        poles.solve(here, &here.rate, self.driven.then_some((h, &self.time_derivative)), rates);
         let way = &weights.on_the_way;
         poles.sums([rates], [[&way.sum], [&way.slope]], [argument, slope]);
         argument.iter_mut().zip(x).for_each(|(argument, x)| *argument += x);
@@ -232,14 +229,10 @@ mod tests {
     use super::*;
     use hydrocrane_num::Complex;
 
-    fn number(re: f64, im: f64) -> Complex<f64> {
-        Complex { re, im }
-    }
-
     /// (6 phi_4 - 2 c phi_3)/(1 - c) and so on at z = 0, where phi_k = 1/k!: what is left of a bend s^2 or s^3 with slope J = 0.
     #[test]
     fn a_step_integrates_the_square_and_the_cube_of_a_bend() {
-        let (first, rest) = (value(of_bend(), number(0.0, 0.0)).re, value(of_rest(), number(0.0, 0.0)).re);
+        let (first, rest) = (value(of_bend(), Complex::new(0.0, 0.0)).re, value(of_rest(), Complex::new(0.0, 0.0)).re);
         for power in [2, 3] {
             let at_node = NODE.powi(power);
             let whole = first * at_node + rest * (1.0 - at_node / (NODE * NODE));
@@ -249,7 +242,7 @@ mod tests {
 
     #[test]
     fn at_the_node_what_is_linear_is_met_to_the_seventh_power_of_the_step_and_what_is_fast_has_arrived() {
-        let off = |z: f64| (1.0 + z * value(on_the_way(), number(z, 0.0)).re - (NODE * z).exp()).abs();
+        let off = |z: f64| (1.0 + z * value(on_the_way(), Complex::new(z, 0.0)).re - (NODE * z).exp()).abs();
         assert!(off(0.1) < 1e-11 && (200.0..600.0).contains(&(off(2.0) / off(1.0))), "{} {}", off(1.0), off(2.0));
         assert!(off(-1e6) < 1e-3 && off(-1e9) < 1e-6);
     }
@@ -262,7 +255,7 @@ mod tests {
             2
         }
         fn derivative(&self, _t: f64, x: &[f64], dx: &mut [f64]) {
-            let rate = self.0 * number(x[0], x[1]);
+            let rate = self.0 * Complex::new(x[0], x[1]);
             dx.copy_from_slice(&[rate.re, rate.im]);
         }
         fn linearise(&self, t: f64, x: &[f64], at: &mut Linearisation) {
@@ -286,7 +279,7 @@ mod tests {
         method.begin(&Linear(z), 0.0, &[1.0, 0.0], Since::Everything);
         assert!(method.attempt(&Linear(z), 0.0, 1.0, &[1.0, 0.0], &mut target));
         method.interpolate(theta, &mut inside);
-        [number(inside[0], inside[1]), number(target.x[0], target.x[1])]
+        [Complex::new(inside[0], inside[1]), Complex::new(target.x[0], target.x[1])]
     }
 
     fn size(z: Complex<f64>) -> f64 {
@@ -295,7 +288,7 @@ mod tests {
 
     #[test]
     fn it_is_l_stable() {
-        let end = |re: f64, im: f64| size(step(number(re, im), 0.5, &mut Ros4l::<f64>::new(2))[1]);
+        let end = |re: f64, im: f64| size(step(Complex::new(re, im), 0.5, &mut Ros4l::<f64>::new(2))[1]);
         for i in 1..2000 {
             let y = 0.01 * 1.01f64.powi(i);
             assert!(end(0.0, y) < 1.0 + 1e-9, "{y}: {}", end(0.0, y));
@@ -309,8 +302,8 @@ mod tests {
     fn a_swing_of_14_hz_is_followed_in_steps_of_25_ms_inside_them_too() {
         let y = 14.0 * std::f64::consts::TAU * 0.025;
         for theta in [0.25, 0.5, 0.75] {
-            let exact = |theta: f64| number((theta * y).cos(), (theta * y).sin());
-            let [inside, end] = step(number(0.0, y), theta, &mut Ros4l::<f64>::new(2));
+            let exact = |theta: f64| Complex::new((theta * y).cos(), (theta * y).sin());
+            let [inside, end] = step(Complex::new(0.0, y), theta, &mut Ros4l::<f64>::new(2));
             assert!(size(end - exact(1.0)) < 1e-11, "{}", size(end - exact(1.0)));
             assert!(size(inside - exact(theta)) < 1e-7, "{theta}: {}", size(inside - exact(theta)));
         }
@@ -318,7 +311,7 @@ mod tests {
 
     #[test]
     fn registers_give_the_bits_of_single_numbers() {
-        for z in [number(-0.3, 1.2), number(-40.0, 3.0)] {
+        for z in [Complex::new(-0.3, 1.2), Complex::new(-40.0, 3.0)] {
             let alone = step(z, 0.3, &mut Ros4l::<f64>::new(2));
             let chosen = step(z, 0.3, method(2).as_mut());
             assert_eq!(

@@ -59,8 +59,8 @@ pub struct Stepper {
     /// Last accepted interval.
     from: f64,
     target: Target,
-    begun: bool,
-    since: Since,
+    /// What the next step must know when it begins; `None`: it has begun.
+    since: Option<Since>,
     /// Size and error norm of the last accepted step under the same right-hand side.
     last: Option<(f64, f64)>,
     /// Size of the first whole step after the last restart.
@@ -82,8 +82,7 @@ impl Stepper {
             h: 0.0,
             from: t,
             target: Target::new(x.len()),
-            begun: false,
-            since: Since::Everything,
+            since: Some(Since::Everything),
             last: None,
             first: None,
             restarted: true,
@@ -95,7 +94,7 @@ impl Stepper {
     /// Tells that state or right-hand side have changed, as where a load is taken up.
     pub fn restart(&mut self) {
         self.refresh();
-        self.since = Since::Everything;
+        self.since = Some(Since::Everything);
         self.quadratures.restart();
         self.h = self.first.unwrap_or(0.0);
         self.restarted = true;
@@ -103,18 +102,15 @@ impl Stepper {
 
     /// Tells that commands have changed a little: the step size is kept as a first guess.
     pub fn refresh(&mut self) {
-        self.begun = false;
-        self.since = self.since.max(Since::Commands);
+        self.since = Some(self.since.map_or(Since::Everything, |since| since.max(Since::Commands)));
         self.last = None;
     }
 
     /// One accepted step, at most to `limit`.
     pub fn step(&mut self, system: &dyn System, limit: f64) -> Result<(), StepFailure> {
-        if !self.begun {
-            self.method.begin(system, self.t, &self.x, self.since);
-            self.since = Since::Everything;
+        if let Some(since) = self.since.take() {
+            self.method.begin(system, self.t, &self.x, since);
             self.quadratures.begin(system, &self.x);
-            self.begun = true;
         }
         if self.method.fixed_steps() {
             return self.even_step(system, limit);
@@ -234,8 +230,7 @@ impl Stepper {
         flush(&mut self.x);
         self.quadratures.follow(system, self.method.as_ref(), h, &self.x);
         self.accepted += 1;
-        self.begun = false;
-        self.since = Since::Nothing;
+        self.since = Some(Since::Nothing);
     }
 
     /// A first step from the size of state, slope and change of slope (Hairer, Norsett, Wanner: Solving Ordinary
