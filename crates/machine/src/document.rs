@@ -142,8 +142,41 @@ fn excerpt(line: &str, column: usize) -> String {
     quoted
 }
 
+/// Longest text of a file, bytes: a drive of an hour with its sticks.
+pub const LONGEST_TEXT: usize = 16 << 20;
+/// Most keys of one table.
+const MOST_KEYS: usize = 2000;
+
+/// Largest [`weight`] of a text: some half a gigabyte while it is read.
+const MOST_WEIGHT: usize = 2_000_000;
+
+/// What a text costs to read, in values of a list: a list costs as much as four, a key as much as eight.
+fn weight(text: &str) -> usize {
+    let cost = |byte: u8| match byte {
+        b',' => 1,
+        b'[' => 4,
+        b'=' => 8,
+        _ => 0,
+    };
+    text.bytes().map(cost).sum()
+}
+
+/// The error of a file that is longer than [`LONGEST_TEXT`].
+pub fn too_long(place: &Place) -> MachineError {
+    let message = format!("the text is longer than {} MiB", LONGEST_TEXT >> 20);
+    MachineError::new(ErrorKind::TooLarge, place.locate(), message).help("is it a machine or scenario file?")
+}
+
 /// Parses a file's text into a tree.
 pub fn parse(file: &Arc<SourceFile>) -> Result<Node, MachineError> {
+    if file.text.len() > LONGEST_TEXT {
+        return Err(too_long(&Place::File { file: file.clone(), span: 0..0 }));
+    }
+    if weight(&file.text) > MOST_WEIGHT {
+        let place = Place::File { file: file.clone(), span: 0..0 };
+        return Err(MachineError::new(ErrorKind::TooLarge, place.locate(), "the text holds more values than are read")
+            .help("give shorter lists, and leave out what is not needed"));
+    }
     let document = Document::parse(file.text.as_str()).map_err(|error| syntax_error(file, &error))?;
     if document.as_table().is_empty() {
         let place = Place::File { file: file.clone(), span: 0..0 };
@@ -219,6 +252,10 @@ impl Builder<'_> {
         path: &str,
     ) -> Result<Node, MachineError> {
         let origin = self.origin(table, outer, path)?;
+        if table.len() > MOST_KEYS {
+            let message = format!("{} keys in one table; at most {MOST_KEYS} are read", table.len());
+            return Err(place.error(ErrorKind::TooLarge, path, message).help("leave out what is not needed"));
+        }
         let mut entries = Vec::new();
         for (key, item) in table.iter() {
             if key == "class" || key == "source" {

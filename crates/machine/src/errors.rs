@@ -1,6 +1,12 @@
 //! One error says what is wrong, where, the nearest valid choice and the cure.
 
+use std::borrow::Cow;
 use std::fmt;
+
+/// Letters of a passage in backticks, of a key or of a name, and of a whole message or cure: files and overrides can hold
+/// values of any length, and errors quote them.
+const LONGEST_QUOTE: usize = 200;
+const LONGEST_TEXT: usize = 1500;
 
 macro_rules! kinds {
     ($($(#[$doc:meta])* $name:ident = $slug:literal,)*) => {
@@ -24,6 +30,8 @@ kinds! {
     UnreadableFile = "unreadable-file",
     /// Neither a bundled name nor a path.
     UnknownSource = "unknown-source",
+    /// A machine in place of a scenario, or the other way round.
+    WrongKindOfFile = "wrong-kind-of-file",
     /// The bytes are not UTF-8 text.
     NotText = "not-text",
     /// The file holds no key at all.
@@ -62,6 +70,8 @@ kinds! {
     MisplacedPin = "misplaced-pin",
     /// A linkage that closes in no position of its joint.
     CannotClose = "cannot-close",
+    /// More text, tables, values or steps on the way than are read.
+    TooLarge = "too-large",
     /// Command series whose lengths differ or whose times do not grow.
     BadSeries = "bad-series",
 }
@@ -100,18 +110,19 @@ pub struct MachineError(Box<Details>);
 
 impl MachineError {
     pub(crate) fn new(kind: ErrorKind, location: Location, message: impl Into<String>) -> Self {
-        Self(Box::new(Details { kind, location, key: None, message: message.into(), help: None }))
+        let message = shortened(&message.into());
+        Self(Box::new(Details { kind, location, key: None, message, help: None }))
     }
 
     /// States the dotted key the error is about.
     pub(crate) fn at_key(mut self, key: impl Into<String>) -> Self {
-        self.0.key = Some(key.into());
+        self.0.key = Some(cut(&key.into(), LONGEST_QUOTE).into_owned());
         self
     }
 
     /// States the cure.
     pub(crate) fn help(mut self, help: impl Into<String>) -> Self {
-        self.0.help = Some(help.into());
+        self.0.help = Some(shortened(&help.into()));
         self
     }
 
@@ -170,12 +181,7 @@ impl MachineError {
 
 impl fmt::Display for MachineError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.0.location {
-            Location::Position(p) => write!(f, "{}:{}:{}: ", p.file, p.line, p.column)?,
-            Location::Source(name) => write!(f, "{name}: ")?,
-            Location::Override(key) => write!(f, "override \"{key}\": ")?,
-        }
-        write!(f, "[{}] ", self.slug())?;
+        write!(f, "{}: [{}] ", self.0.location, self.slug())?;
         if let Some(key) = self.key() {
             write!(f, "{key}: ")?;
         }
@@ -193,4 +199,60 @@ impl fmt::Display for MachineError {
     }
 }
 
+impl fmt::Display for Location {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Location::Position(p) => write!(f, "{}:{}:{}", cut(&p.file, LONGEST_QUOTE), p.line, p.column),
+            Location::Source(name) => f.write_str(&cut(name, LONGEST_QUOTE)),
+            Location::Override(key) => write!(f, "override \"{}\"", cut(key, LONGEST_QUOTE)),
+        }
+    }
+}
+
 impl std::error::Error for MachineError {}
+
+/// A message without the middle of what it quotes, and without its own middle, where they are too long.
+pub fn shortened(text: &str) -> String {
+    // Every other passage stands between backticks.
+    let passages = text.split('`').enumerate();
+    let cut_quotes = passages.map(|(i, passage)| if i % 2 == 1 { cut(passage, LONGEST_QUOTE) } else { passage.into() });
+    cut(&cut_quotes.collect::<Vec<_>>().join("`"), LONGEST_TEXT).into_owned()
+}
+
+/// Head and tail of a text of more than `most` letters.
+fn cut(text: &str, most: usize) -> Cow<'_, str> {
+    let letters = text.chars().count();
+    if letters <= most {
+        return text.into();
+    }
+    let head: String = text.chars().take(most / 2).collect();
+    let tail: String = text.chars().skip(letters - most / 2).collect();
+    format!("{head} ... {tail}").into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_quotes_lose_their_middle_and_messages_keep_both_ends() {
+        let short = "unknown `key`; did you mean `pay`?";
+        assert_eq!(shortened(short), short);
+        let quoted = shortened(&format!("no crane `{}end`; choose `a`", "ö".repeat(300_000)));
+        assert!(quoted.starts_with("no crane `öö") && quoted.ends_with("öend`; choose `a`"), "{quoted}");
+        assert!(quoted.contains("ö ... ö") && quoted.chars().count() < 300);
+        let bare = shortened(&format!("got {} here", "long ".repeat(60_000)));
+        assert!(bare.starts_with("got long") && bare.ends_with("here") && bare.chars().count() < LONGEST_TEXT + 10);
+    }
+
+    #[test]
+    fn every_part_of_an_error_is_short() {
+        let long = "long ".repeat(60_000);
+        let place = FilePosition { file: long.clone(), line: 1, column: 1, excerpt: String::new(), width: 1 };
+        for location in [Location::Source(long.clone()), Location::Override(long.clone()), Location::Position(place)] {
+            let error = MachineError::new(ErrorKind::UnknownSource, location, format!("no `{long}`"));
+            let text = error.at_key(&long).help(&long).to_string();
+            assert!(text.chars().count() < 3000, "{}", text.len());
+        }
+    }
+}

@@ -3,14 +3,18 @@
 use crate::document::{Origin, Place, Scalar};
 use crate::errors::{ErrorKind, MachineError};
 use crate::log::Log;
-use crate::model::{Form, Recorded};
+use crate::model::{Form, Recorded, Unusual};
 use crate::nearest::{choose, suggestion};
+use crate::plausible::{self, Verdict};
 use crate::quantities;
 use crate::units::{self, Quantity, Unit, UnitError};
 
 type Result<T> = std::result::Result<T, MachineError>;
 
 pub const POINT_EXAMPLE: &str = "a point, for example \"(0.2, -0.1) m\"";
+
+/// Values of one list: sticks for an hour, a hundred times a second.
+pub const MOST_ROWS: usize = 400_000;
 
 /// The sign a value must have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -92,8 +96,14 @@ impl<'a> Field<'a> {
     /// A list of quantities of one kind.
     pub fn series(&self, quantity: &Quantity) -> Result<Vec<f64>> {
         self.record()?;
-        let items = self.list()?.iter().map(|(value, place)| self.scalar(value, place, quantity, Sign::Any));
-        let series = items.collect::<Result<Vec<f64>>>()?;
+        let items = self.list()?;
+        let numbers = items.iter().map(|(value, place)| Ok(self.signed(value, place, quantity, Sign::Any)?.1));
+        let series = numbers.collect::<Result<Vec<f64>>>()?;
+        // The largest stands for all: series are long.
+        let largest = (0..series.len()).max_by(|a, b| series[*a].abs().total_cmp(&series[*b].abs()));
+        if let Some((value, place)) = largest.map(|index| &items[index]) {
+            self.scalar(value, place, quantity, Sign::Any)?;
+        }
         self.keep(&series, &[quantity], Form::List);
         Ok(series)
     }
@@ -117,7 +127,11 @@ impl<'a> Field<'a> {
 
     fn list(&self) -> Result<&'a [(Scalar, Place)]> {
         match self.value {
-            Scalar::List(items) => Ok(items),
+            Scalar::List(items) if items.len() <= MOST_ROWS => Ok(items),
+            Scalar::List(items) => {
+                let message = format!("a list of {} values; at most {MOST_ROWS} are read", items.len());
+                Err(self.error(ErrorKind::TooLarge, message).help("give fewer, further apart"))
+            }
             _ => Err(self.wrong_type("a list")),
         }
     }
@@ -146,17 +160,30 @@ impl<'a> Field<'a> {
             },
             _ => return Err(report(format!("expected a point, found {}", value.kind_name()))),
         };
-        let convert = |number: f64| self.convert(number, unit, place, &length);
+        let convert = |number: f64| {
+            let converted = self.convert(number, unit, place, &length)?;
+            self.judge(number, None, converted, place, &length, Sign::Any)?;
+            Ok(converted)
+        };
         Ok([convert(numbers[0])?, convert(numbers[1])?])
     }
 
+    /// A value in SI, of the right sign and size.
     fn scalar(&self, value: &Scalar, place: &Place, quantity: &Quantity, sign: Sign) -> Result<f64> {
+        let (number, converted) = self.signed(value, place, quantity, sign)?;
+        let written = if let Scalar::Text(text) = value { Some(text.trim()) } else { None };
+        self.judge(number, written, converted, place, quantity, sign)?;
+        Ok(converted)
+    }
+
+    /// A number as it was given and in SI, of the right sign.
+    fn signed(&self, value: &Scalar, place: &Place, quantity: &Quantity, sign: Sign) -> Result<(f64, f64)> {
         let (number, unit) = match value {
             // Callers' numbers are SI; a file states the unit.
             Scalar::Number(number) if quantity.is_number() || matches!(place, Place::Override(_)) => {
                 (*number, si(quantity))
             }
-            Scalar::Number(_) => return Err(self.missing_unit(place, quantity)),
+            Scalar::Number(number) => return Err(self.missing_unit(place, quantity, *number)),
             Scalar::Text(text) => {
                 units::parse_scalar(text).map_err(|error| self.unit_error(error, place, &quantity.example()))?
             }
@@ -173,17 +200,45 @@ impl<'a> Field<'a> {
             Sign::Positive => converted > 0.0,
         };
         if allowed {
-            return Ok(converted);
+            return Ok((number, converted));
         }
         let needed = if sign == Sign::Positive { "greater than zero" } else { "zero or greater" };
         let help = format!("give a {} {needed}", quantity.name);
         Err(place.error(ErrorKind::OutOfRange, &self.path, format!("must be {needed}, found {number}")).help(help))
     }
 
+    /// Refuses a value that is far from usual, and notes one that is unusual. `number` is what was given in some unit,
+    /// as `written`; without a text it is in SI.
+    fn judge(
+        &self,
+        number: f64,
+        written: Option<&str>,
+        si: f64,
+        place: &Place,
+        quantity: &Quantity,
+        sign: Sign,
+    ) -> Result<()> {
+        let verdict = plausible::judge(&self.path, quantity, number, si, sign == Sign::Positive);
+        let in_si = || format!("{} {}", plausible::short(si), quantity.unit).trim_end().to_string();
+        let shown = written.map_or_else(in_si, str::to_string);
+        match verdict {
+            Verdict::Usual => Ok(()),
+            Verdict::Unusual(usual, cure) => {
+                let place = place.locate().to_string();
+                self.log.warn(Unusual { key: self.path.clone(), place, text: format!("{shown}; {usual}"), cure });
+                Ok(())
+            }
+            Verdict::Refused(usual, cure) => {
+                let message = format!("{shown} is beyond any use; {usual}");
+                Err(place.error(ErrorKind::OutOfRange, &self.path, message).help(cure))
+            }
+        }
+    }
+
     fn convert(&self, number: f64, unit: Unit, place: &Place, quantity: &Quantity) -> Result<f64> {
         if unit.dimension != quantity.dimension {
             if unit.dimension == units::Dimension::NONE {
-                return Err(self.missing_unit(place, quantity));
+                return Err(self.missing_unit(place, quantity, number));
             }
             let found =
                 quantities::name_of(unit.dimension).map_or("another quantity".into(), |name| format!("a {name}"));
@@ -200,8 +255,10 @@ impl<'a> Field<'a> {
         Err(place.error(ErrorKind::NotFinite, &self.path, "the value is not finite").help(help))
     }
 
-    fn missing_unit(&self, place: &Place, quantity: &Quantity) -> MachineError {
-        let help = format!("give {}", quantity.example());
+    fn missing_unit(&self, place: &Place, quantity: &Quantity, number: f64) -> MachineError {
+        let unit = quantity.written();
+        let help =
+            format!("give a {} with its unit, for example \"{} {unit}\"", quantity.name, plausible::short(number));
         place.error(ErrorKind::MissingUnit, &self.path, "the unit is missing").help(help)
     }
 

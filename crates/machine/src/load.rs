@@ -1,10 +1,11 @@
 //! From a bundled name or a path to a checked machine.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::bundled::bundled_machines;
-use crate::document::{self, Node, NodeKind, Place, Scalar, SourceFile};
+use crate::bundled::{bundled_machines, bundled_scenarios};
+use crate::document::{self, Node, NodeKind, Place, Scalar, SourceFile, LONGEST_TEXT};
 use crate::errors::{ErrorKind, Location, MachineError};
 use crate::merge::{apply_override, merge, Override, OverrideValue};
 use crate::model::Machine;
@@ -52,7 +53,19 @@ pub fn parse_with(text: &str, origin: &str, overrides: &[Override]) -> Result<Ma
 }
 
 fn build(source: &Source, overrides: &[Override]) -> Result<Machine> {
-    sections::machine(&overridden(extended(source, &mut Vec::new())?, overrides)?)
+    sections::machine(&overridden(machine_tree(source)?, overrides)?)
+}
+
+/// The tree of a machine file with all that it extends and includes.
+fn machine_tree(source: &Source) -> Result<Node> {
+    let tree = extended(source, &mut Vec::new())?;
+    match tree.entries().unwrap_or_default().iter().find(|entry| entry.key == "scenario") {
+        Some(entry) => Err(entry
+            .place
+            .error(ErrorKind::WrongKindOfFile, "scenario", "this is a scenario, and a machine is wanted")
+            .help(FOR_A_SCENARIO)),
+        None => Ok(tree),
+    }
 }
 
 fn overridden(mut tree: Node, overrides: &[Override]) -> Result<Node> {
@@ -73,7 +86,7 @@ impl Template {
     /// # Errors
     /// What is wrong with the files or the keys of the overrides; their values are checked when built.
     pub fn open(source: &str, overrides: &[(String, OverrideValue)]) -> Result<Self> {
-        let tree = extended(&open(source, "machine", bundled_machines())?, &mut Vec::new())?;
+        let tree = machine_tree(&open(source, "machine", bundled_machines())?)?;
         Ok(Self { tree: overridden(tree, &placed(overrides))? })
     }
 
@@ -108,6 +121,10 @@ fn extended_base(source: &Source, node: &Node, opened: &mut Vec<String>) -> Resu
         let found = format!("expected the name of a machine, found {}", node.kind_name());
         return Err(place.error(ErrorKind::WrongType, "extends", found).help("put the name in quotes"));
     };
+    if opened.len() >= MOST_EXTENDED {
+        let message = format!("more than {MOST_EXTENDED} files extend each other");
+        return Err(place.error(ErrorKind::TooLarge, "extends", message).help("extend a file that stands alone"));
+    }
     opened.push(identity(source));
     let base = open_extended(source, name).map_err(|error| relocate(&error, place, "extends"))?;
     if opened.contains(&identity(&base)) {
@@ -129,6 +146,10 @@ fn included(source: &Source, tree: &Node) -> Result<Vec<Node>> {
     let NodeKind::Value { value: Scalar::List(names), .. } = &node.kind else {
         return Err(wrong(&node.place, node.kind_name()));
     };
+    if names.len() > MOST_INCLUDED {
+        let message = format!("{} files; at most {MOST_INCLUDED} are included", names.len());
+        return Err(node.place.error(ErrorKind::TooLarge, "include", message).help("join some of them"));
+    }
     let part = |(name, place): &(Scalar, Place)| match name {
         Scalar::Text(name) => part_of(source, name, place),
         _ => Err(wrong(place, "something else in it")),
@@ -190,6 +211,14 @@ fn listed(names: &[&str]) -> String {
     format!("{} and {rest} more, which `hydrocrane machines` lists", names[..MOST_LISTED].join(", "))
 }
 
+/// What can be done with a machine where a scenario is wanted, and the other way round.
+pub const FOR_A_MACHINE: &str =
+    "give a scenario that names it: `hydrocrane new` writes one; `hydrocrane live` drives the machine as it is";
+const FOR_A_SCENARIO: &str = "give the machine that it names, or `hydrocrane simulate` the scenario";
+/// Files from one that extends to the one that stands alone.
+const MOST_EXTENDED: usize = 16;
+/// Files that one file includes.
+const MOST_INCLUDED: usize = 64;
 /// Names in one message.
 const MOST_LISTED: usize = 8;
 
@@ -209,6 +238,13 @@ pub fn open(source: &str, what: &str, bundled: &[(&'static str, &'static str)]) 
             Ok(Source { file: Arc::new(file), folder: None })
         }
         None => {
+            let all = [("machine", bundled_machines()), ("scenario", bundled_scenarios())];
+            let other = all.iter().find(|(kind, files)| *kind != what && files.iter().any(|(name, _)| *name == source));
+            if let Some((kind, _)) = other {
+                let message = format!("`{source}` is a bundled {kind}, and a {what} is wanted");
+                let error = MachineError::new(ErrorKind::WrongKindOfFile, Location::Source(source.into()), message);
+                return Err(error.help(if *kind == "machine" { FOR_A_MACHINE } else { FOR_A_SCENARIO }));
+            }
             let names: Vec<&str> = bundled.iter().map(|(name, _)| *name).collect();
             let nearest = suggestion(source, names.iter().copied());
             let message = format!("there is no bundled {what} `{source}`; bundled: {}", listed(&names));
@@ -221,10 +257,17 @@ pub fn open(source: &str, what: &str, bundled: &[(&'static str, &'static str)]) 
 
 fn read(path: &Path) -> Result<Source> {
     let name = path.display().to_string();
-    let bytes = std::fs::read(path).map_err(|error| {
+    let mut bytes = Vec::new();
+    // One byte more than is allowed tells that there is too much.
+    let read = std::fs::File::open(path).and_then(|file| file.take(LONGEST_TEXT as u64 + 1).read_to_end(&mut bytes));
+    read.map_err(|error| {
         MachineError::new(ErrorKind::UnreadableFile, Location::Source(name.clone()), format!("cannot be read: {error}"))
             .help("check the path")
     })?;
+    if bytes.len() > LONGEST_TEXT {
+        let file = Arc::new(SourceFile { name, text: String::new() });
+        return Err(document::too_long(&Place::File { file, span: 0..0 }));
+    }
     let text = decode(&name, bytes)?;
     let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
     Ok(Source { file: Arc::new(SourceFile { name, text }), folder: Some(folder) })

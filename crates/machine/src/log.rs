@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use crate::document::{join, Node, Origin, Place};
 use crate::errors::{ErrorKind, MachineError};
-use crate::model::{Provenance, ProvenanceClass, Recorded};
+use crate::model::{Provenance, ProvenanceClass, Recorded, Unusual};
 use crate::nearest::choose;
 
 const CLASSES: [(&str, ProvenanceClass); 5] = [
@@ -20,11 +20,12 @@ const CLASSES: [(&str, ProvenanceClass); 5] = [
 pub struct Log {
     demands_class: bool,
     seen: RefCell<HashMap<String, Provenance>>,
+    unusual: RefCell<Vec<Unusual>>,
 }
 
 impl Log {
     pub fn new(demands_class: bool) -> Self {
-        Self { demands_class, seen: RefCell::default() }
+        Self { demands_class, seen: RefCell::default(), unusual: RefCell::default() }
     }
 
     /// What was read, in the order of the tree.
@@ -59,6 +60,19 @@ impl Log {
         let entry = Provenance { key: key.into(), class, source: origin.source.clone(), value: Recorded::default() };
         self.seen.borrow_mut().insert(key.into(), entry);
         Ok(())
+    }
+
+    /// Notes a value outside its usual range; one for each key.
+    pub fn warn(&self, unusual: Unusual) {
+        let mut noted = self.unusual.borrow_mut();
+        if !noted.iter().any(|known| known.key == unusual.key) {
+            noted.push(unusual);
+        }
+    }
+
+    /// The values outside their usual ranges.
+    pub fn unusual(&self) -> Vec<Unusual> {
+        self.unusual.borrow().clone()
     }
 
     /// Keeps what was read at `key`.

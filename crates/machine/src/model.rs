@@ -30,6 +30,21 @@ pub struct Machine {
     pub control: Control,
     /// One entry per value of the file, in file order.
     pub provenance: Vec<Provenance>,
+    /// Values that are allowed and unusual, in the order in which they are read.
+    pub warnings: Vec<Unusual>,
+}
+
+/// A value outside its usual range.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unusual {
+    /// Dotted path of the value.
+    pub key: String,
+    /// Where it was written: `crane.toml:12:8`, or the override.
+    pub place: String,
+    /// What was found and what is usual.
+    pub text: String,
+    /// What was probably meant.
+    pub cure: String,
 }
 
 /// A point fixed in a link: link index and (x, z) in its frame, m.
@@ -122,6 +137,8 @@ pub struct Cylinder {
     pub port_diameter: Option<f64>,
     pub leakage: Leakage,
     pub end_stop: EndStop,
+    /// Pressure that its chambers are rated for, Pa; `None` where the file does not say.
+    pub pressure_rating: Option<f64>,
     pub valve: Valve,
     pub friction: Friction,
 }

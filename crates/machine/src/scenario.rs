@@ -167,6 +167,14 @@ impl MachineSource {
 
 fn build(source: &Source, overrides: &[(String, OverrideValue)], machine_text: Option<&str>) -> Result<Scenario> {
     let mut tree = document::parse(&source.file)?;
+    let tables = tree.entries().unwrap_or_default();
+    let of_a_machine = |key: &str| ["machine", "link", "extends", "include"].contains(&key);
+    if let Some(entry) =
+        tables.iter().find(|e| of_a_machine(&e.key)).filter(|_| tables.iter().all(|e| e.key != "scenario"))
+    {
+        let message = "this is a machine file, and a scenario is wanted";
+        return Err(entry.place.error(ErrorKind::WrongKindOfFile, &entry.key, message).help(load::FOR_A_MACHINE));
+    }
     for change in load::placed(overrides) {
         apply_override(&mut tree, &change)?;
     }
@@ -181,8 +189,12 @@ fn build(source: &Source, overrides: &[(String, OverrideValue)], machine_text: O
     let text = machine_text.filter(|_| is_path(&name)).map(str::to_string);
     let machine_source = MachineSource { name, text };
     let machine = machine(&head, &machine_source, &machine_overrides)?;
+    let payload = head.optional_quantity("payload", &mass(), Sign::NonNegative)?;
     let joystick = closed_loop::joystick(&root, &machine, source)?;
     let controller = closed_loop::controller(&root, joystick.as_ref(), &machine_source, &machine_overrides)?;
+    let stated = Stated { machine: &machine, overrides: &machine_overrides };
+    stated.agree(&head, "payload", payload, "payload.mass")?;
+    stated.agree_loop(&root, controller.as_ref(), joystick.as_ref())?;
     let before = phase::Before {
         machine: &machine_source,
         overrides: machine_overrides.clone(),
@@ -196,7 +208,7 @@ fn build(source: &Source, overrides: &[(String, OverrideValue)], machine_text: O
         title: head.text_or("title", "")?.into(),
         machine: machine_source.name,
         overrides: plain(machine_overrides),
-        payload: head.optional_quantity("payload", &mass(), Sign::NonNegative)?,
+        payload,
         payload_changes: payload_changes(&root)?,
         duration: positive("duration")?,
         record_interval: head.quantity_or("record-interval", &time(), Sign::Positive, DEFAULT_RECORD_INTERVAL)?,
@@ -211,6 +223,45 @@ fn build(source: &Source, overrides: &[(String, OverrideValue)], machine_text: O
         seed: seed(&head)?,
         recorded_by: head.optional("recorded-by")?.map(|field| field.text().map(str::to_string)).transpose()?,
     })
+}
+
+/// Overrides that a file states, and the machine that has them.
+struct Stated<'a> {
+    machine: &'a Machine,
+    overrides: &'a [Override],
+}
+
+impl Stated<'_> {
+    fn has(&self, key: &str) -> bool {
+        self.overrides.iter().any(|change| change.key == key)
+    }
+
+    /// `value` of the scenario's `key` and the override `other` state the same: they must agree.
+    fn agree(&self, table: &Reader, key: &str, value: Option<f64>, other: &str) -> Result<()> {
+        let entry = self.machine.provenance.iter().find(|entry| entry.key == other && self.has(other));
+        match (value, entry.and_then(|entry| entry.value.si.first())) {
+            (Some(value), Some(stated)) if (value - stated).abs() > 1e-12 * value.abs() => {
+                let message = format!("is {value} and the override `{other}` is {stated} (SI): both state the same");
+                Err(table.error(ErrorKind::ConflictingKeys, key, message).help("leave one out"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// As [`Self::agree`], for the controller's period and the speed at full stick where the tables in `root` state them.
+    fn agree_loop(&self, root: &Reader, choice: Option<&ControllerChoice>, stick: Option<&Joystick>) -> Result<()> {
+        let Some(choice) = choice else { return Ok(()) };
+        if let Some(table) = root.names("controller")?.filter(|table| table.has("period")) {
+            self.agree(&table, "period", choice.period, "control.period")?;
+        }
+        match root.names("joystick")?.filter(|table| table.has("full-speed")) {
+            Some(table) => {
+                let speed = stick.and_then(|stick| stick.full_speed);
+                self.agree(&table, "full-speed", speed, &format!("control.{}.full-speed", choice.name))
+            }
+            None => Ok(()),
+        }
+    }
 }
 
 /// A path is taken relative to the scenario file.
@@ -427,10 +478,12 @@ fn solver(root: &Reader) -> Result<Solver> {
 }
 
 /// Seeds are whole numbers that a double holds exactly.
+pub const MOST_SEED: u64 = 1 << 53;
+
 fn seed(head: &Reader) -> Result<u64> {
     let seed = head.quantity_or("seed", &Quantity::number(), Sign::NonNegative, 0.0)?;
-    if seed.fract() == 0.0 && seed <= 9_007_199_254_740_992.0 {
+    if seed.fract() == 0.0 && seed <= MOST_SEED as f64 {
         return Ok(seed as u64);
     }
-    Err(head.error(ErrorKind::OutOfRange, "seed", "must be a whole number below 2^53").help("give for example 1"))
+    Err(head.error(ErrorKind::OutOfRange, "seed", "must be a whole number up to 2^53").help("give for example 1"))
 }

@@ -66,6 +66,13 @@ impl Quantity {
         self.dimension == Dimension::NONE
     }
 
+    /// The unit that people write most.
+    pub fn written(&self) -> &str {
+        const WRITTEN: [(&str, &str); 4] =
+            [("pressure", "bar"), ("length", "mm"), ("angle", "deg"), ("volume flow", "l/min")];
+        WRITTEN.iter().find(|(name, _)| *name == self.name).map_or(&self.unit, |(_, unit)| unit)
+    }
+
     /// `a pressure with its unit, for example "1 Pa"`
     pub fn example(&self) -> String {
         if self.is_number() {

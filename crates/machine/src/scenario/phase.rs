@@ -1,7 +1,7 @@
 //! `[phase.<name>]` of a scenario: what changes from a time on.
 
 use super::closed_loop::{self, ControllerChoice, Joystick};
-use super::{overrides_in, plain, MachineSource, Result};
+use super::{overrides_in, plain, MachineSource, Result, Stated};
 use crate::errors::ErrorKind;
 use crate::load::Source;
 use crate::merge::{Override, OverrideValue};
@@ -23,6 +23,8 @@ pub struct Phase {
     pub joystick: Option<Joystick>,
 }
 
+/// Each loads the machine anew.
+const MOST_PHASES: usize = 1000;
 const KEYS: [&str; 4] = ["time", "overrides", "controller", "joystick"];
 
 /// What holds where a phase begins.
@@ -48,6 +50,10 @@ pub fn read(root: &Reader, machine: &Machine, source: &Source, before: Before) -
             .key_error(ErrorKind::ConflictingKeys, "phase", message)
             .help("add [controller] or [joystick]"));
     };
+    if tables.len() > MOST_PHASES {
+        let message = format!("{} phases; a run has at most {MOST_PHASES}", tables.len());
+        return Err(root.key_error(ErrorKind::TooLarge, "phase", message).help("join some of them, or run in parts"));
+    }
     tables.sort_by(|a, b| a.0.total_cmp(&b.0));
     if let Some(pair) = tables.windows(2).find(|pair| pair[1].0 <= pair[0].0) {
         let message = format!("phase `{}` begins at {} s too", pair[0].1, pair[0].0);
@@ -59,16 +65,45 @@ pub fn read(root: &Reader, machine: &Machine, source: &Source, before: Before) -
     let mut phases = Vec::new();
     for (time, name, table) in tables {
         let added = overrides_in(&table, "overrides")?;
+        check_load(&added, &overrides, time)?;
+        overrides.retain(|old| !added.iter().any(|new| new.key == old.key));
         overrides.extend(added.iter().cloned());
         // Loading it finds what is wrong.
-        before.machine.load(&overrides)?;
+        let changed = before.machine.load(&overrides)?;
         let stated = closed_loop::joystick(&table, machine, source)?;
         controller = chosen(&table, stated.as_ref(), &controller, before.machine, &overrides)?;
-        joystick = stated.or(joystick).filter(|stick| stick.fits(&controller));
+        let here = Stated { machine: &changed, overrides: &added };
+        here.agree_loop(&table, Some(&controller), stated.as_ref())?;
+        // What is stated later counts: an override before what earlier tables stated.
+        if here.has("control.period") && !states(&table, "controller", "period")? {
+            controller.period = None;
+        }
+        let earlier = joystick.map(|stick| match here.has(&format!("control.{}.full-speed", controller.name)) {
+            true => Joystick { full_speed: None, ..stick },
+            false => stick,
+        });
+        joystick = stated.or(earlier).filter(|stick| stick.fits(&controller));
         let (controller, joystick) = (controller.clone(), joystick.clone());
         phases.push(Phase { name: name.into(), time, overrides: plain(added), controller, joystick });
     }
     Ok(phases)
+}
+
+/// Whether the sub-table `name` states `key`.
+fn states(table: &Reader, name: &str, key: &str) -> Result<bool> {
+    Ok(table.names(name)?.is_some_and(|own| own.has(key)))
+}
+
+/// A load goes on through phases, so that another mass at the tip would be ignored.
+fn check_load(added: &[Override], before: &[Override], time: f64) -> Result<()> {
+    let of = |overrides: &[Override]| overrides.iter().rev().find(|change| change.key == "payload.mass").cloned();
+    match of(added) {
+        Some(change) if of(before).map(|old| old.value) != Some(change.value.clone()) => Err(change
+            .place
+            .error(ErrorKind::ConflictingKeys, "payload.mass", "a phase does not change the load, which goes on")
+            .help(format!("add the table [payload] with time = [\"{time} s\"] and the mass from then on"))),
+        _ => Ok(()),
+    }
 }
 
 fn begin(table: &Reader) -> Result<f64> {

@@ -4,12 +4,12 @@ use std::f64::consts::PI;
 
 use crate::errors::ErrorKind;
 use crate::model::{Cylinder, EndStop, FourBar, Joint, JointKind, Leakage, Link, RodPin};
-use crate::quantities::{conductance, damping, length, stiffness, volume};
+use crate::quantities::{conductance, damping, length, pressure, stiffness, volume};
 use crate::reader::{Reader, Sign};
 use crate::sections::chain::Chain;
 use crate::sections::{closure, friction, reference, valve, Result};
 
-const KEYS: [&str; 22] = [
+const KEYS: [&str; 23] = [
     "joint",
     "barrel",
     "rod",
@@ -31,6 +31,7 @@ const KEYS: [&str; 22] = [
     "internal-leakage",
     "external-leakage",
     "end-stop",
+    "pressure-rating",
     "printed",
 ];
 const LINKAGE_KEYS: [&str; 5] = ["rocker-pivot", "coupler-pivot", "rocker-length", "coupler-length", "side"];
@@ -87,8 +88,9 @@ fn read_cylinder(
         dead_volume: dead_volume(table, port_diameter)?,
         printed_dead_volume: printed.as_ref().map(printed_dead_volume).transpose()?.flatten(),
         port_diameter,
-        leakage: leakage(table, printed.as_ref())?,
+        leakage: leakage(table, printed.as_ref(), bore)?,
         end_stop: end_stop(table, travel.stroke)?,
+        pressure_rating: table.optional_quantity("pressure-rating", &pressure(), Sign::Positive)?,
         valve,
         friction,
     })
@@ -162,7 +164,7 @@ fn printed_dead_volume(printed: &Reader) -> Result<Option<[f64; 2]>> {
     field.map(|field| field.pair([&volume(), &volume()], Sign::Positive)).transpose()
 }
 
-fn leakage(table: &Reader, printed: Option<&Reader>) -> Result<Leakage> {
+fn leakage(table: &Reader, printed: Option<&Reader>, bore: f64) -> Result<Leakage> {
     let from_piston_side = match printed {
         Some(printed) => {
             printed.choice_or("external-leakage-from", &[("piston-side", true), ("rod-side", false)], false)?
@@ -171,7 +173,7 @@ fn leakage(table: &Reader, printed: Option<&Reader>) -> Result<Leakage> {
     };
     match table.either([&["leakage-gap", "gland-length"], &["internal-leakage", "external-leakage"]])? {
         Some(0) => Ok(Leakage::Gap {
-            gap: table.quantity("leakage-gap", &length(), Sign::Positive)?,
+            gap: gap(table, bore)?,
             piston_length: table.quantity("piston-length", &length(), Sign::Positive)?,
             gland_length: table.quantity("gland-length", &length(), Sign::Positive)?,
             printed_external_from_piston_side: from_piston_side,
@@ -185,6 +187,18 @@ fn leakage(table: &Reader, printed: Option<&Reader>) -> Result<Leakage> {
                 .missing("internal-leakage", "give it with `external-leakage`, or `leakage-gap` with `gland-length`"))
         }
     }
+}
+
+/// The gap around the piston, which leaves something of the piston.
+fn gap(table: &Reader, bore: f64) -> Result<f64> {
+    let gap = table.quantity("leakage-gap", &length(), Sign::Positive)?;
+    if gap < 0.5 * bore {
+        return Ok(gap);
+    }
+    let message = "the gap is not smaller than half the bore";
+    Err(table
+        .error(ErrorKind::OutOfRange, "leakage-gap", message)
+        .help("a piston's gap has some 10 um; check the unit"))
 }
 
 fn end_stop(table: &Reader, stroke: f64) -> Result<EndStop> {

@@ -20,6 +20,11 @@ const KEYS: [&str; 10] = [
     "printed",
 ];
 
+/// How far vacuum lies below zero at least, Pa: gas that fills a chamber at once has no equations.
+const LEAST_VACUUM: f64 = 1e4;
+/// Least modulus of oil without pressure, Pa: oil that some 100 bar press to nothing has no equations.
+const LEAST_MODULUS: f64 = 2e6;
+
 /// Coefficients of the pressure-dependent bulk modulus, thesis (96).
 struct BulkModulus {
     max: f64,
@@ -68,12 +73,17 @@ fn varying_bulk_modulus(table: &Reader) -> Result<BulkModulus> {
         c2: table.quantity("bulk-c2", &number, Sign::Positive)?,
         reference_pressure: table.quantity("bulk-reference-pressure", &pressure(), Sign::Positive)?,
     };
-    if bulk.c2 > 1.0 {
+    if bulk.c2 <= 1.0 {
+        return Err(table
+            .error(ErrorKind::OutOfRange, "bulk-c2", "must exceed 1: the modulus at zero pressure is its logarithm")
+            .help("the literature gives 3"));
+    }
+    let at_zero = 0.5 * bulk.max * bulk.c2.log10();
+    if at_zero >= LEAST_MODULUS {
         return Ok(bulk);
     }
-    Err(table
-        .error(ErrorKind::OutOfRange, "bulk-c2", "must exceed 1: the modulus at zero pressure is its logarithm")
-        .help("the literature gives 3"))
+    let message = format!("with `bulk-c2` the modulus at zero pressure is {:.3} MPa, below 2 MPa", at_zero * 1e-6);
+    Err(table.error(ErrorKind::OutOfRange, "bulk-modulus-max", message).help("oil has some 1000 MPa; check the unit"))
 }
 
 fn cavitation(table: &Reader) -> Result<Cavitation> {
@@ -83,11 +93,11 @@ fn cavitation(table: &Reader) -> Result<Cavitation> {
         return Ok(Cavitation::None);
     }
     let vacuum = vacuum.ok_or_else(|| table.missing("vacuum", "give the gauge pressure of vacuum, \"-1 bar\""))?;
-    if vacuum < 0.0 {
+    if vacuum <= -LEAST_VACUUM {
         return Ok(Cavitation::FreeGas { vacuum });
     }
     Err(table
-        .error(ErrorKind::OutOfRange, "vacuum", "pressures are gauge: vacuum lies below zero")
+        .error(ErrorKind::OutOfRange, "vacuum", "pressures are gauge: vacuum lies below -0.1 bar")
         .help("give \"-1 bar\""))
 }
 

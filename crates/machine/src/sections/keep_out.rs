@@ -4,11 +4,21 @@ use crate::errors::ErrorKind;
 use crate::reader::Reader;
 use crate::sections::Result;
 
+/// Each is looked at in every sample.
+const MOST_CORNERS: usize = 1000;
+
 /// Name and corners of each polygon that is heeded.
 pub fn read(root: &Reader) -> Result<Vec<(String, Vec<[f64; 2]>)>> {
-    let mut heeded = Vec::new();
+    let (mut heeded, mut all) = (Vec::new(), 0);
     for (name, table) in root.named_tables("keep-out", &["outline", "status"])? {
         let corners = polygon(&table)?;
+        all += corners.len();
+        if all > MOST_CORNERS {
+            let message = format!("{all} corners up to here; all regions together have at most {MOST_CORNERS}");
+            return Err(table
+                .error(ErrorKind::TooLarge, "outline", message)
+                .help("draw the regions with fewer corners"));
+        }
         // A machine that extends another has no other way to be rid of its regions.
         if table.choice_or("status", &[("active", true), ("inactive", false)], true)? {
             heeded.push((name.to_string(), corners));

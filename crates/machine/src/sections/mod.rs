@@ -79,9 +79,11 @@ pub fn machine(tree: &Node) -> Result<Machine> {
         joints,
         cylinders,
         provenance: Vec::new(),
+        warnings: Vec::new(),
     };
     errata::check_printed_viscosity(&root, &machine)?;
     machine.provenance = log.in_order_of(tree);
+    machine.warnings = log.unusual();
     Ok(machine)
 }
 

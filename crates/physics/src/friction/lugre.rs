@@ -13,10 +13,16 @@
 //! Friction is passive with the storage sigma_0 z^2/2 at the velocity v if
 //!     sigma_1(v)^2 |v| <= 4 g(v) (sigma_1(v) + F_v(v)/v),
 //! which a constant sigma_1 breaks at some speed and a fading one need not. Departs from the source: viscous
-//! friction keeps its exponent; the printed sigma_1 are negative (E19) and not usable.
+//! friction keeps its exponent; the printed sigma_1 are negative (E19) and not usable. Seals without break-away force
+//! have no bristles: F = F_v and z fades. A g below 1 mN counts as 1 mN.
 
 use super::StaticParameters;
 use hydrocrane_num::{smooth, Real};
+
+/// Least g, N: it bounds the rate at which the bristles relax, sigma_0 |v|/g.
+const LEAST_FORCE: f64 = 1e-3;
+/// Rate at which a deflection fades that was left when the friction was taken away, 1/s.
+const FADING_RATE: f64 = 100.0;
 
 parameters! {
     pub struct LuGre {
@@ -41,9 +47,12 @@ pub struct Friction<T> {
 impl<T: Real> LuGre<T> {
     #[inline(always)]
     pub fn evaluate(&self, p: &StaticParameters<T>, v: T, z: T) -> Friction<T> {
-        let deflection_rate = v - self.stiffness * v.abs() / p.stribeck(v) * z;
-        let force = self.stiffness * z + self.damping_at(v) * deflection_rate + p.viscous(v);
-        Friction { force, deflection_rate }
+        let zero = T::c(0.0);
+        let held = zero.lt(p.breakaway_extending + p.breakaway_retracting);
+        let g = p.stribeck(v).max(T::c(LEAST_FORCE));
+        let deflection_rate = T::select(held, v - self.stiffness * v.abs() / g * z, -z * FADING_RATE);
+        let bristles = T::select(held, self.stiffness * z + self.damping_at(v) * deflection_rate, zero);
+        Friction { force: bristles + p.viscous(v), deflection_rate }
     }
 
     /// sigma_1(v), N s/m
@@ -61,9 +70,10 @@ impl<T: Real> LuGre<T> {
 impl LuGre<f64> {
     /// 4 g (sigma_1 + F_v/v) - sigma_1^2 |v|: friction is passive at velocity `v` where this is not negative.
     pub fn passivity_margin(&self, p: &StaticParameters<f64>, v: f64) -> f64 {
-        let sigma_1 = self.damping_at(v);
+        let held = p.breakaway_extending + p.breakaway_retracting > 0.0;
+        let sigma_1 = if held { self.damping_at(v) } else { 0.0 };
         let viscous = if v == 0.0 { 0.0 } else { p.viscous(v) / v };
-        4.0 * p.stribeck(v) * (sigma_1 + viscous) - sigma_1 * sigma_1 * v.abs()
+        4.0 * p.stribeck(v).max(LEAST_FORCE) * (sigma_1 + viscous) - sigma_1 * sigma_1 * v.abs()
     }
 
     /// The lowest speed, up to `fastest`, at which passivity fails in either direction; `None`: it holds.
@@ -79,6 +89,49 @@ impl LuGre<f64> {
 mod tests {
     use super::super::rottne;
     use super::*;
+    use hydrocrane_num::{Dual, Field};
+
+    /// Without Coulomb and break-away force.
+    fn frictionless() -> StaticParameters<f64> {
+        StaticParameters {
+            coulomb_extending: 0.0,
+            coulomb_retracting: 0.0,
+            breakaway_extending: 0.0,
+            breakaway_retracting: 0.0,
+            ..rottne()
+        }
+    }
+
+    #[test]
+    fn without_break_away_force_viscous_friction_remains() {
+        let lugre = LuGre { stiffness: 1.1e5, damping: 1500.0, fading: 100.0 };
+        let mut lift = |x: f64| Dual::<f64, 2>::c(x);
+        let (dual, map) = (lugre.map(&mut lift), frictionless().map(&mut lift));
+        for v in [-0.3, -1e-9, -0.0, 0.0, 1e-300, 0.02] {
+            for z in [-1e-3, 0.0, 2e-4] {
+                let f = lugre.evaluate(&frictionless(), v, z);
+                assert_eq!(f.force, rottne().viscous(v));
+                assert_eq!(f.deflection_rate, -100.0 * z);
+                assert_eq!(lugre.passivity_margin(&frictionless(), v).min(0.0), 0.0);
+                let d = dual.evaluate(&map, Dual::variable(v, 0), Dual::variable(z, 1));
+                let slopes = d.force.derivative.into_iter().chain(d.deflection_rate.derivative);
+                assert!(slopes.into_iter().all(f64::is_finite), "v = {v}, z = {z}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_stribeck_curve_that_ends_at_zero_leaves_finite_slopes() {
+        let map = StaticParameters { coulomb_extending: 0.0, coulomb_retracting: 0.0, ..rottne() };
+        let mut lift = |x: f64| Dual::<f64, 2>::c(x);
+        let lugre = LuGre { stiffness: 1.1e5, damping: 1500.0, fading: 100.0 }.map(&mut lift);
+        for v in [-3.0, -0.1, 0.0, 0.1, 3.0] {
+            let f = lugre.evaluate(&map.map(&mut lift), Dual::variable(v, 0), Dual::variable(1e-9, 1));
+            for number in [f.force, f.deflection_rate] {
+                assert!(number.value.is_finite() && number.derivative.iter().all(|d| d.abs() < 1e12), "v = {v}: {f:?}");
+            }
+        }
+    }
 
     #[test]
     fn steady_state_is_the_static_map() {
