@@ -33,6 +33,9 @@ pub enum Fault {
     WrongStick(&'static str),
     #[error("{0}")]
     Failed(String),
+    /// Nothing better is to be expected of the next sample: the run ends.
+    #[error("{0}")]
+    Fatal(String),
 }
 
 /// A sampled controller.

@@ -5,8 +5,14 @@
 //!
 //! and the spool that gives the speed v_c at the measured pressures. F' winds the oil spring for the
 //! load that comes; the last term damps it: force fed back as velocity acts like a leak that only lets oscillations pass.
+//!
+//! Near a dead centre, where a joint swings slowly, the corrections k_p (x_ref - x^) - d^ and the learning of d^ shrink with the
+//! square of its frequency.
+//! The valve stays closed towards a sense in which the mains cannot move the load: opening it would let the load push the
+//! piston back.
 
 use crate::feed_forward::{Capacity, Mains, Moment, Steady};
+use crate::holding::{Hold, Oil};
 use crate::nominal::NominalCylinder;
 use crate::observer::{self, Observer};
 use hydrocrane_physics::hydraulics::fluid::Fluid;
@@ -41,6 +47,8 @@ pub struct Demand {
     pub load: f64,
     /// Stand still: correct only errors beyond the rest band.
     pub rest: bool,
+    /// How the oil holds the joint that the cylinder moves.
+    pub hold: Hold,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -64,17 +72,20 @@ pub struct Drive {
     force: f64,
     /// F - F_ref behind low-passes at both corners of the damping band, N.
     lags: [f64; 2],
-    /// F_ref of the last sample, N.
+    /// F_ref of the last sample, N, and the same without friction.
     planned: f64,
+    load: f64,
     /// Speed that the last command should give.
     expected: f64,
+    /// Share of its corrections that the joint bears.
+    bearable: f64,
 }
 
 /// Least speed at full stroke, as a share of the steady one: a regenerative cylinder that is still being filled would not
 /// move at any opening.
 const LEAST_SHARE: f64 = 0.35;
-/// m/s: keeps quotients finite where the supply cannot move the load.
-const LEAST_SPEED: f64 = 1e-5;
+/// Times the planned load: a load planned near zero tells nothing of the true one.
+const MOST_EXCESS: f64 = 3.0;
 
 impl Drive {
     /// At rest, with nothing yet known of the load but the measured force.
@@ -106,7 +117,9 @@ impl Drive {
             force,
             lags: [force - load; 2],
             planned: load,
+            load,
             expected: 0.0,
+            bearable: 1.0,
         }
     }
 
@@ -118,7 +131,7 @@ impl Drive {
         }
         self.moment.stroke = now.stroke;
         self.capacity = self.cylinder.capacity(&self.fluid, &self.mains, &self.moment);
-        self.observer.update(now.stroke, self.expected, &self.observing);
+        self.observer.update(now.stroke, self.expected, &self.observing, self.bearable);
     }
 
     /// Observed piston position, m.
@@ -126,7 +139,12 @@ impl Drive {
         self.observer.position
     }
 
-    /// Lowest and highest piston speed that the reference may plan with, m/s.
+    /// Whether the mains can move the load towards `sense` (+1 or -1).
+    pub fn able(&self, sense: f64) -> bool {
+        self.steady_speed(sense) > 0.0
+    }
+
+    /// Lowest and highest piston speed that the reference may plan with, m/s; zero where the mains cannot move the load.
     pub fn range(&self) -> [f64; 2] {
         [-1.0, 1.0].map(|s| {
             // More than the steady speed would not last, and what the valve was seen to lack is not there either.
@@ -136,10 +154,21 @@ impl Drive {
         })
     }
 
-    /// Magnitude of the steady speed at full stroke under the planned load.
+    /// Magnitude of the steady speed at full stroke under the load; zero where the mains cannot move it.
+    ///
     fn steady_speed(&self, sense: f64) -> f64 {
-        let force = self.planned + self.starting_friction[usize::from(sense > 0.0)];
-        (sense * self.steady.speed(force, sense)).max(LEAST_SPEED)
+        sense * self.steady.speed(self.true_load() + self.starting_friction[usize::from(sense > 0.0)], sense)
+    }
+
+    /// The planned load, put right by what the pressures say of it over the time of the slower low-pass, N.
+    fn true_load(&self) -> f64 {
+        self.load + self.lags[0]
+    }
+
+    /// The oil between closed edges.
+    pub fn oil(&self) -> Oil {
+        let excess = self.true_load() / self.load;
+        Oil { stiffness: self.capacity.stiffness, excess: if excess > 1.0 { excess.min(MOST_EXCESS) } else { 1.0 } }
     }
 
     /// Signed speed at full stroke at the present pressures; `steady` is the magnitude of the steady one.
@@ -154,7 +183,8 @@ impl Drive {
         let planned = d.load + self.cylinder.steady_friction(d.speed);
         let stiffness = self.capacity.stiffness;
         let winding = (planned - self.planned) / (self.period * stiffness);
-        self.planned = planned;
+        (self.planned, self.load) = (planned, d.load);
+        self.bearable = d.hold.bearable(g.position);
         let error = self.force - planned;
         for (lag, share) in self.lags.iter_mut().zip(self.damping_shares) {
             *lag += share * (error - *lag);
@@ -166,7 +196,8 @@ impl Drive {
             self.expected = -self.observer.disturbance;
             return 0.0;
         }
-        let motion = d.speed + g.position * behind - self.observer.disturbance;
+        let correction = g.position * behind - self.observer.disturbance;
+        let motion = d.speed + self.bearable * correction;
         let spool = self.spool_for(motion + spring);
         self.expected = self.cylinder.momentary_speed(&self.capacity, spool) - spring;
         spool
@@ -176,10 +207,13 @@ impl Drive {
         let c = &self.cylinder;
         let closed = self.capacity.closed;
         let sense = if speed < closed { -1.0 } else { 1.0 };
-        let share = ((speed - closed) / (self.full_speed(sense, self.steady_speed(sense)) - closed)).clamp(0.0, 1.0);
-        if share == 0.0 {
+        let steady = self.steady_speed(sense);
+        let gained = self.full_speed(sense, steady) - closed;
+        // The valve may be opened to fill a chamber, never where the load would push the piston back in the end.
+        if steady <= 0.0 || sense * gained <= 0.0 || speed == closed {
             return 0.0;
         }
+        let share = ((speed - closed) / gained).min(1.0);
         sense * (c.valve.overlap + share * (c.stroke - c.valve.overlap))
     }
 }

@@ -21,7 +21,7 @@ pub struct Guard<const N: usize> {
 }
 
 /// What the messages call things.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Names {
     pub joints: Vec<String>,
     pub revolute: Vec<bool>,

@@ -5,6 +5,7 @@ pub mod drive;
 pub mod feed_forward;
 pub mod guard;
 pub mod heinze_pid;
+pub mod holding;
 pub mod inverse_kinematics;
 pub mod keep_out;
 pub mod lever;

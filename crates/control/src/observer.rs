@@ -38,12 +38,12 @@ impl Observer {
         Observer { position, disturbance: 0.0 }
     }
 
-    /// `speed`: expected over the period that ends with the measurement.
-    pub fn update(&mut self, measured: f64, speed: f64, gains: &Gains) {
+    /// `speed`: expected over the period that ends with the measurement; `learning`: share of the gain of d^ to learn with.
+    pub fn update(&mut self, measured: f64, speed: f64, gains: &Gains, learning: f64) {
         let predicted = self.position + gains.period * (speed + self.disturbance);
         let innovation = measured - predicted;
         self.position = predicted + gains.position * innovation;
-        self.disturbance += gains.disturbance * innovation;
+        self.disturbance += learning * gains.disturbance * innovation;
     }
 }
 
@@ -55,7 +55,7 @@ mod tests {
     fn finds_a_missing_speed() {
         let mut o = Observer::at(0.0);
         for k in 1..=300 {
-            o.update(0.02 * 0.01 * k as f64, 0.015, &Gains::new(10.0, 0.01));
+            o.update(0.02 * 0.01 * k as f64, 0.015, &Gains::new(10.0, 0.01), 1.0);
         }
         assert!((o.disturbance - 0.005).abs() < 1e-6 && (o.position - 0.06).abs() < 1e-6);
     }
@@ -66,7 +66,7 @@ mod tests {
         let mut worst = 0.0f64;
         for k in 1..=500 {
             let x = 0.0102 * 0.01 * k as f64;
-            o.update((x / count).round() * count, 0.0102, &Gains::new(5.0, 0.01));
+            o.update((x / count).round() * count, 0.0102, &Gains::new(5.0, 0.01), 1.0);
             worst = worst.max((o.position - x).abs());
         }
         assert!(worst < 0.25 * count, "{worst}");

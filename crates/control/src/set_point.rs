@@ -5,6 +5,7 @@
 //! the next step, so no inverse kinematics is needed and any chain will do. Joints beyond the first two revolute ones
 //! follow their measured positions: where the telescope lags, boom and jib make up for it.
 
+use crate::holding::{Leave, Oil};
 use crate::keep_out::KeepOut;
 use crate::nominal::{Nominal, Posture};
 use crate::redundancy::{resolve, Motion, Preference, Task};
@@ -28,6 +29,16 @@ pub struct Shape<const N: usize> {
     pub keep_out: KeepOut,
 }
 
+/// What a sample says of the crane.
+#[derive(Debug, Clone, Copy)]
+pub struct Means<const N: usize> {
+    /// Joint coordinates, rad or m.
+    pub observed: [f64; N],
+    /// Lowest and highest piston speeds to plan with, m/s.
+    pub piston: [[f64; 2]; N],
+    pub oil: [Oil; N],
+}
+
 /// The reference at one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct Reference<const N: usize> {
@@ -41,6 +52,8 @@ pub struct Reference<const N: usize> {
     pub scale: f64,
     /// Speed of the set-point over the last period, m/s.
     pub pace: f64,
+    /// What the oil that holds the joints left of the last step.
+    pub leave: Leave,
     lags: [[f64; 2]; 2],
     /// Share by which a lag goes on in a period, and the period, s.
     lag_share: f64,
@@ -64,6 +77,7 @@ impl<const N: usize> Reference<N> {
             posture,
             scale: 1.0,
             pace: 0.0,
+            leave: Leave { share: 1.0, joint: 0 },
             lags: [[0.0; 2]; 2],
             lag_share: 1.0 - (-shape.stick_bandwidth * period).exp(),
             period,
@@ -81,27 +95,40 @@ impl<const N: usize> Reference<N> {
         stick != [0.0; 2] || self.speed() > STANDING
     }
 
-    /// Moves on by one period towards the velocity `wish` (m/s). `observed`: joint coordinates; `piston`: lowest
-    /// and highest piston speeds (m/s).
-    pub fn advance(
-        &mut self,
-        nominal: &Nominal<N>,
-        shape: &Shape<N>,
-        wish: [f64; 2],
-        observed: &[f64; N],
-        piston: &[[f64; 2]; N],
-    ) {
+    /// Moves on by one period towards the velocity `wish` (m/s).
+    pub fn advance(&mut self, nominal: &Nominal<N>, shape: &Shape<N>, wish: [f64; 2], now: &Means<N>) {
         // The stick as well as its lags: lags wound up at a border would hold the tip there after the stick has turned away.
         self.shape_stick(shape.keep_out.slowed(self.set_point, wish));
         for i in (0..N).filter(|&i| !self.leaders[i]) {
-            self.q[i] = observed[i];
+            self.q[i] = now.observed[i];
         }
         let posture = nominal.posture(&self.q);
         let correction = std::array::from_fn(|r| shape.path_rate * (self.set_point[r] - posture.tip[r]));
         let velocity = shape.keep_out.slowed(self.set_point, self.lags[1]);
         let speed = Vec2::<f64>::c(velocity).norm();
-        let bounds = joint_rates(nominal, &posture, &self.q, piston, shape.limit_rate);
-        let prefer = Preference {
+        let prefer = self.preference(nominal, shape, &posture, &now.piston, speed);
+        let Motion { rates, scale } = resolve(&posture.jacobian, &Task { velocity, correction }, &prefer);
+        let next = std::array::from_fn(|i| self.q[i] + rates[i] * self.period);
+        self.leave = nominal.leave(&self.q, &next, &now.oil);
+        let (rates, scale) = (rates.map(|rate| rate * self.leave.share), scale * self.leave.share);
+        for r in 0..2 {
+            self.set_point[r] += scale * velocity[r] * self.period;
+        }
+        for i in 0..N {
+            self.q[i] += rates[i] * self.period;
+        }
+        (self.rates, self.scale, self.pace, self.posture) = (rates, scale, scale * speed, posture);
+    }
+
+    fn preference(
+        &self,
+        nominal: &Nominal<N>,
+        shape: &Shape<N>,
+        posture: &Posture<N>,
+        piston: &[[f64; 2]; N],
+        speed: f64,
+    ) -> Preference<N> {
+        Preference {
             weights: std::array::from_fn(|i| {
                 let capacity = (piston[i][1] - piston[i][0]) / posture.gain[i].abs().max(LEAST_GAIN);
                 (shape.effort[i] / capacity.max(LEAST_CAPACITY)).powi(2)
@@ -110,16 +137,36 @@ impl<const N: usize> Reference<N> {
                 let middle = 0.5 * (nominal.joint_limits[i][0] + nominal.joint_limits[i][1]);
                 shape.centring[i] * speed * (middle - self.q[i])
             }),
-            bounds,
-        };
-        let Motion { rates, scale } = resolve(&posture.jacobian, &Task { velocity, correction }, &prefer);
-        for r in 0..2 {
-            self.set_point[r] += scale * velocity[r] * self.period;
+            bounds: joint_rates(nominal, posture, &self.q, piston, shape.limit_rate),
         }
-        for i in 0..N {
-            self.q[i] += rates[i] * self.period;
+    }
+
+    /// Joints whose bound alone keeps the tip from moving at `velocity` (m/s), each with the rate (rad/s or m/s) that it
+    /// would have without; zero for all others. Less than the share `least` of the velocity counts as standing.
+    pub fn obstacles(
+        &self,
+        nominal: &Nominal<N>,
+        shape: &Shape<N>,
+        velocity: [f64; 2],
+        piston: &[[f64; 2]; N],
+        least: f64,
+    ) -> [f64; N] {
+        let prefer = self.preference(nominal, shape, &self.posture, piston, 0.0);
+        let task = Task { velocity, correction: [0.0; 2] };
+        let motion = |bounds| resolve(&self.posture.jacobian, &task, &Preference { bounds, ..prefer });
+        if motion(prefer.bounds).scale >= least {
+            return [0.0; N];
         }
-        (self.rates, self.scale, self.pace, self.posture) = (rates, scale, scale * speed, posture);
+        std::array::from_fn(|i| {
+            let mut bounds = prefer.bounds;
+            bounds[i] = UNBOUNDED;
+            let freed = motion(bounds);
+            if freed.scale >= least {
+                freed.rates[i]
+            } else {
+                0.0
+            }
+        })
     }
 
     fn shape_stick(&mut self, wish: [f64; 2]) {
@@ -142,3 +189,5 @@ const STANDING: f64 = 1e-4;
 /// Guards of the weights near a dead centre and for a piston that cannot move.
 const LEAST_GAIN: f64 = 1e-6;
 const LEAST_CAPACITY: f64 = 1e-9;
+/// Rates that no task asks for, rad/s or m/s.
+const UNBOUNDED: [f64; 2] = [-1e3, 1e3];

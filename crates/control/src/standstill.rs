@@ -3,39 +3,66 @@
 //! The set-point may slow down, not turn, so that a straight path can end where the tip could well go on another way. Whoever
 //! holds the stick is told once, and again only after the tip has moved.
 
-/// Why the set-point of the tip stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+use crate::guard::Names;
+
+/// Why the set-point of the tip stands; joints and cylinders by index.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Cause {
+    /// The mains cannot move the load of these cylinders the way that the stick asks for.
+    Load(Vec<usize>),
     /// The tip is too far behind.
     Lag,
     /// A region to keep out of.
     Region,
-    /// Joint limits, end stops or what the pistons can do.
-    Range,
+    /// Further on the oil could not hold this joint.
+    Holding(usize),
+    /// Limits of these joints; none where several limits hold the tip together.
+    Range(Vec<usize>),
 }
 
 impl Cause {
-    pub fn text(self) -> &'static str {
-        match self {
+    pub fn text(&self, names: &Names) -> String {
+        let why = match self {
+            Cause::Load(cylinders) => {
+                let (what, verb) = (listed("cylinder", &names.cylinders, cylinders), "cannot lift this here");
+                format!("{what} {verb}: the load is too heavy for the supply pressure; steer another way")
+            }
             Cause::Lag => {
-                "the tip stands though the stick is out: it does not follow its set-point; \
-                 the load may be too heavy for the supply pressure"
+                "it does not follow its set-point; the load may be too heavy for the supply pressure".to_string()
             }
-            Cause::Region => {
-                "the tip stands though the stick is out: a region to keep out of lies ahead; steer away from it"
+            Cause::Region => "a region to keep out of lies ahead; steer away from it".to_string(),
+            Cause::Holding(joint) => {
+                let whose = listed("joint", &names.joints, &[*joint]);
+                format!("straight on {whose} comes so near its dead centre that closed valves could not hold it; steer another way")
             }
-            Cause::Range => {
-                "the tip stands though the stick is out: straight on leads out of the range of the joints; \
-                 steer another way"
+            Cause::Range(joints) => {
+                let whose = if joints.is_empty() { String::new() } else { listed(": joint", &names.joints, joints) };
+                format!("straight on leads out of the range of the joints{whose}; steer another way")
             }
-        }
+        };
+        format!("the tip stands or hardly moves though the stick is out: {why}")
     }
 }
 
+/// Says that joint `i` runs away though its valve is closed.
+pub fn runaway(names: &Names, joint: usize) -> String {
+    format!(
+        "{} is so near its dead centre that closed valves cannot hold it: the load pushes it on; \
+         start farther away from the dead centre, or with less load",
+        listed("joint", &names.joints, &[joint])
+    )
+}
+
+/// `what` and the names, with an s where there are several.
+fn listed(what: &str, names: &[String], which: &[usize]) -> String {
+    let quoted: Vec<String> = which.iter().filter_map(|&i| names.get(i)).map(|name| format!("`{name}`")).collect();
+    format!("{what}{} {}", if quoted.len() > 1 { "s" } else { "" }, quoted.join(" and "))
+}
+
 /// Share of the speed asked for below which the tip counts as standing.
-const STANDING: f64 = 0.05;
+const STANDING: f64 = 0.1;
 /// Time for which it stands before anybody is told, s.
-const PATIENCE: f64 = 1.0;
+const PATIENCE: f64 = 0.9;
 
 /// Since when the tip has stood under a deflected stick.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -72,5 +99,17 @@ mod tests {
         assert_eq!(told(0.2, 0.005, 1), 1);
         // Nobody asks for anything.
         assert_eq!(told(0.0, 0.0, 50), 0);
+    }
+
+    #[test]
+    fn cylinders_and_joints_are_named() {
+        let named = |names: [&str; 2]| names.map(str::to_string).to_vec();
+        let names =
+            Names { joints: named(["boom", "jib"]), revolute: vec![true; 2], cylinders: named(["lift", "tilt"]) };
+        let text = |cause: Cause| cause.text(&names);
+        assert!(text(Cause::Load(vec![0])).contains("cylinder `lift` cannot lift this here"));
+        assert!(text(Cause::Load(vec![0, 1])).contains("cylinders `lift` and `tilt` cannot"));
+        assert!(text(Cause::Range(vec![1])).contains("range of the joints: joint `jib`;"));
+        assert!(text(Cause::Range(vec![])).contains("range of the joints;"));
     }
 }

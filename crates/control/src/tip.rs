@@ -6,10 +6,12 @@
 use crate::controller::{Controller, Fault, Measurement, Stick};
 use crate::drive::{Demand, Drive, DriveGains};
 use crate::feed_forward::{Mains, Moment};
+use crate::guard::Names;
+use crate::holding::Hold;
 use crate::nominal::{Nominal, Posture};
-use crate::set_point::{Reference, Shape};
+use crate::set_point::{Means, Reference, Shape};
 use crate::slow_down::{checked, checked_stick};
-use crate::standstill::{Cause, Standstill};
+use crate::standstill::{runaway, Cause, Standstill};
 use hydrocrane_num::Vec2;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -24,6 +26,8 @@ pub struct Settings<const N: usize> {
     pub lag_limit: f64,
     /// Time after the set-point has stopped during which every error is still corrected, s.
     pub settling: f64,
+    /// What messages call joints and cylinders.
+    pub names: Names,
 }
 
 pub struct Tip<const N: usize> {
@@ -38,8 +42,10 @@ struct State<const N: usize> {
     /// Since the set-point stopped, s.
     still: f64,
     standstill: Standstill,
-    /// Why the tip stands, if that is news.
-    news: Option<Cause>,
+    /// Joints that closed valves cannot hold.
+    unheld: [bool; N],
+    /// What whoever holds the stick should know and has not been told.
+    news: Vec<String>,
 }
 
 /// Share of the speed asked for that counts as nothing left of it.
@@ -61,7 +67,14 @@ impl<const N: usize> State<N> {
             let moment = Moment { stroke: reference.posture.stroke[c], p: p[c] };
             Drive::at(n.cylinders[c], n.fluid, mains, s.drive, s.period, moment, load[c])
         });
-        State { reference, drives, still: s.settling, standstill: Standstill::default(), news: None }
+        State {
+            reference,
+            drives,
+            still: s.settling,
+            standstill: Standstill::default(),
+            unheld: [false; N],
+            news: Vec::new(),
+        }
     }
 
     /// Joint coordinates as observed.
@@ -86,20 +99,55 @@ impl<const N: usize> State<N> {
         (2.0 - 2.0 * lag / lag_limit).clamp(0.0, 1.0)
     }
 
-    /// Finds out why the tip stands though it is told to move at `wish`, m/s.
-    fn look_for_standstill(&mut self, s: &Settings<N>, wish: [f64; 2], waiting: f64) {
+    /// Finds out why the tip stands though it is told to move at `wish`, m/s. `waiting`: as [`Self::governor`].
+    fn look_for_standstill(
+        &mut self,
+        nominal: &Nominal<N>,
+        s: &Settings<N>,
+        wish: [f64; 2],
+        now: &Means<N>,
+        waiting: f64,
+    ) {
         let asked = Vec2::<f64>::c(wish).norm();
         if !self.standstill.watch(asked, self.reference.pace, s.period) {
             return;
         }
-        let open = Vec2::<f64>::c(s.shape.keep_out.slowed(self.reference.set_point, wish)).norm();
-        self.news = Some(if waiting < BLOCKED {
+        let open = s.shape.keep_out.slowed(self.reference.set_point, wish);
+        let obstacles = self.reference.obstacles(nominal, &s.shape, open, &now.piston, BLOCKED);
+        let (overloaded, limited) = self.sorted(&obstacles);
+        let cause = if !overloaded.is_empty() {
+            if waiting < BLOCKED {
+                // Where the tip cannot be lifted back to is no place to wait for: the other ways must stay open.
+                self.reference = Reference::at(nominal, &s.shape, s.period, now.observed);
+            }
+            Cause::Load(overloaded)
+        } else if self.reference.leave.share < BLOCKED {
+            Cause::Holding(self.reference.leave.joint)
+        } else if waiting < BLOCKED {
             Cause::Lag
-        } else if open < BLOCKED * asked {
+        } else if Vec2::<f64>::c(open).norm() < BLOCKED * asked {
             Cause::Region
         } else {
-            Cause::Range
-        });
+            Cause::Range(limited)
+        };
+        self.news.push(cause.text(&s.names));
+    }
+
+    /// Tells once of each joint that closed valves cannot hold.
+    fn look_for_runaways(&mut self, s: &Settings<N>, holding: &[Hold; N]) {
+        for (i, hold) in holding.iter().enumerate() {
+            let unheld = hold.share < 0.0;
+            if unheld && !self.unheld[i] {
+                self.news.push(runaway(&s.names, i));
+            }
+            self.unheld[i] = unheld;
+        }
+    }
+
+    /// Cylinders that the mains cannot move as they would have to, and joints that something else holds.
+    fn sorted(&self, obstacles: &[f64; N]) -> (Vec<usize>, Vec<usize>) {
+        let overloaded = |i: &usize| !self.drives[*i].able((obstacles[*i] * self.reference.posture.gain[*i]).signum());
+        (0..N).filter(|&i| obstacles[i] != 0.0).partition(overloaded)
     }
 
     fn step(
@@ -114,6 +162,9 @@ impl<const N: usize> State<N> {
         for c in 0..N {
             self.drives[c].measure(&Moment { stroke: measured.stroke[c], p: p[c] });
         }
+        let oil = self.drives.map(|drive| drive.oil());
+        let holding = nominal.holding(q, &oil);
+        self.look_for_runaways(s, &holding);
         self.still = if self.reference.moving(wish) { 0.0 } else { self.still + s.period };
         let rest = self.still >= s.settling;
         let target: [f64; N];
@@ -123,16 +174,16 @@ impl<const N: usize> State<N> {
         } else {
             let observed = self.observed(q, &measured);
             let waiting = self.governor(q, &measured, &observed, s.lag_limit);
-            let ranges = std::array::from_fn(|c| self.drives[c].range());
-            self.reference.advance(nominal, &s.shape, wish.map(|w| w * waiting), &observed, &ranges);
-            self.look_for_standstill(s, wish, waiting);
+            let now = Means { observed, piston: self.drives.map(|drive| drive.range()), oil };
+            self.reference.advance(nominal, &s.shape, wish.map(|w| w * waiting), &now);
+            self.look_for_standstill(nominal, s, wish, &now, waiting);
             target = self.reference.posture.stroke;
         }
         let rates = self.reference.rates;
         let load = nominal.cylinder_force(&self.reference.q, &rates);
         std::array::from_fn(|c| {
             let speed = self.reference.posture.gain[c] * rates[c];
-            self.drives[c].command(&Demand { stroke: target[c], speed, load: load[c], rest })
+            self.drives[c].command(&Demand { stroke: target[c], speed, load: load[c], rest, hold: holding[c] })
         })
     }
 }
@@ -166,7 +217,6 @@ impl<const N: usize> Controller for Tip<N> {
     }
 
     fn notices(&mut self) -> Vec<String> {
-        let news = self.state.as_mut().and_then(|state| state.news.take());
-        news.into_iter().map(|cause| cause.text().to_string()).collect()
+        self.state.as_mut().map(|state| std::mem::take(&mut state.news)).unwrap_or_default()
     }
 }
