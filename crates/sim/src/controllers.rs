@@ -3,6 +3,7 @@
 use crate::crane::Crane;
 use crate::cylinder_unit::{CylinderUnit, FrictionLaw};
 use crate::model::Model;
+use crate::monitored::names;
 use crate::plant::Plant;
 use hydrocrane_control::controller::Controller;
 use hydrocrane_control::drive::DriveGains;
@@ -140,6 +141,7 @@ pub fn tip_settings<const N: usize>(machine: &Machine, nominal: &Nominal<N>) -> 
         },
         lag_limit: gain("lag-limit"),
         settling: gain("settling-time"),
+        names: names(machine, nominal.mechanics.joints.map(|j| j.revolute).into()),
     }
 }
 

@@ -4,9 +4,10 @@
 use crate::batch::{self, Kernel};
 use crate::bordered::Bordered;
 use crate::controllers::{self, nominal_cylinder};
+use crate::crane_step::Precision;
 use crate::cylinder_unit::FrictionLaw;
 use crate::drawing::{self, Shape};
-use crate::equilibrium::EquilibriumMode;
+use crate::equilibrium::{resting_position, EquilibriumMode};
 use crate::errors::{BuildError, PoseError, StrokeError};
 use crate::from_machine::plant;
 use crate::inverse::joint_from_stroke;
@@ -16,7 +17,7 @@ use crate::limits::{Drivetrain, JointLimits};
 use crate::model::{Model, Passivity};
 use crate::outputs::{self, OutputInfo};
 use crate::plant::Plant;
-use crate::{monitored, reference, workspace};
+use crate::{monitored, reference, warnings, workspace};
 use hydrocrane_control::controller::Controller;
 use hydrocrane_control::drive::FRICTION_SPEED;
 use hydrocrane_control::feed_forward::{steady_speed, Mains};
@@ -32,6 +33,7 @@ pub struct Crane<const N: usize> {
     /// Made when first asked for: only energies and densities need them.
     oil: OnceLock<OilTables>,
     layout: Layout,
+    precision: Precision,
     limits: Vec<JointLimits>,
     /// Coordinates between which every state is admissible.
     safe: [[f64; 2]; N],
@@ -61,6 +63,7 @@ impl<const N: usize> Crane<N> {
         let mut crane = Crane {
             laws: Laws::new(&plant, &layout),
             oil: OnceLock::new(),
+            precision: Precision::new(&layout, 1.0),
             layout,
             limits: Vec::with_capacity(N),
             safe: [[f64::INFINITY, f64::NEG_INFINITY]; N],
@@ -141,6 +144,21 @@ impl<const N: usize> Crane<N> {
     /// Whether every piston is inside its cylinder and every linkage closes.
     fn fits(&self, q: &[f64; N]) -> bool {
         self.plant().admissible(&self.plant().mechanics.pose(q))
+    }
+
+    /// The pose in which the crane comes to rest that was put into pose `q`: another one where the supply cannot press a
+    /// piston so far into its end stop.
+    fn on_the_stops(&self, mut q: [f64; N], payload: f64) -> [f64; N] {
+        let (plant, back) = (self.plant(), self.machine.equilibrium.back_pressure);
+        for c in 0..N {
+            let load = plant.static_force(&q, payload)[c];
+            let (position, _) = plant.strokes(&plant.mechanics.pose(&q))[c];
+            let rest = resting_position(&plant.cylinders[c], position, load, back, plant.mains.supply);
+            if rest != position {
+                q[c] = self.drivetrain(c).joint_from_stroke(&self.limits[c], rest);
+            }
+        }
+        q
     }
 
     fn write_outputs(&self, oil: Option<&OilTables>, x: &[f64], payload: f64, out: &mut [f64]) {
@@ -343,6 +361,10 @@ impl<const N: usize> Model for Crane<N> {
         }
     }
 
+    fn error_size(&self, reached: &[f64], error: &[f64]) -> f64 {
+        self.precision.mean_square(&self.plant().fluid, &self.layout, reached, |i| error[i]).sqrt()
+    }
+
     fn admissible(&self, x: &[f64]) -> bool {
         let q: [f64; N] = std::array::from_fn(|i| x[self.layout.q(i)]);
         q.iter().zip(&self.safe).all(|(q, [lower, upper])| lower <= q && q <= upper) || self.fits(&q)
@@ -363,7 +385,11 @@ impl<const N: usize> Model for Crane<N> {
         self.write_outputs(None, x, payload, out);
     }
     fn equilibrium(&self, q: &[f64], mode: EquilibriumMode, payload: f64) -> Result<Vec<f64>, PoseError> {
-        self.plant().rest(&self.machine, &self.layout, &array::<N>(q), mode, payload)
+        if let Some(place) = warnings::outside_limits(self, q) {
+            return Err(PoseError::OutsideLimits(place));
+        }
+        let q = self.on_the_stops(array::<N>(q), payload);
+        self.plant().rest(&self.machine, &self.layout, &q, mode, payload)
     }
     fn controller(&self, name: &str) -> Result<Box<dyn Controller>, String> {
         controllers::build(self, name)

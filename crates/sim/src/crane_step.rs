@@ -7,6 +7,7 @@ use crate::integrator::FLUSH;
 use crate::layout::Layout;
 use crate::rhs::Evaluator;
 use hydrocrane_num::Real;
+use hydrocrane_physics::hydraulics::fluid::Fluid;
 
 /// The laws of a crane and what drives it during a step.
 pub struct Scene<'a, T, const N: usize> {
@@ -40,6 +41,28 @@ impl Precision {
             weights[layout.vs(c)] = 0.0;
         }
         Precision { weights, density: 1.0 / (tolerance * DENSITY_SCALE) }
+    }
+
+    /// Mean square of the errors of a step that led to the state `reached`, relative to their tolerances.
+    #[inline(always)]
+    pub fn mean_square<T: Real>(
+        &self,
+        fluid: &Fluid<T>,
+        layout: &Layout,
+        reached: &[T],
+        error: impl Fn(usize) -> T,
+    ) -> T {
+        let mut sum = T::c(0.0);
+        for (i, weight) in self.weights.iter().enumerate() {
+            sum += (error(i) * *weight).square();
+        }
+        for c in 0..layout.joints() {
+            for i in [layout.p1(c), layout.p2(c)] {
+                let density = error(i) / fluid.bulk_modulus(reached[i]);
+                sum += (density * self.density).square();
+            }
+        }
+        sum / layout.len() as f64
     }
 }
 
@@ -78,19 +101,18 @@ impl<T: Real> CraneStep<T> {
             || elimination.factor_sized::<N, _>(slopes, T::c(1.0 / GAMMA) / h),
         );
         stages(&mut Here { scene, slopes, elimination }, h, x, k, reached);
-        let mut sum = T::c(0.0);
         for (i, reached) in reached.iter_mut().enumerate() {
             let new = end(x[i], k, i);
             *reached = T::select(new.abs().lt(T::c(FLUSH)), T::c(0.0), new);
-            sum += (error(k, i) * precision.weights[i]).square();
         }
-        for c in 0..N {
-            for i in [layout.p1(c), layout.p2(c)] {
-                let density = error(k, i) / evaluator.plant.fluid.bulk_modulus(reached[i]);
-                sum += (density * precision.density).square();
-            }
-        }
-        sum / layout.len() as f64
+        let fluid = &evaluator.plant.fluid;
+        precision.mean_square(
+            fluid,
+            layout,
+            reached,
+            #[inline(always)]
+            |i| error(k, i),
+        )
     }
 
     /// Where the last attempt led.

@@ -65,11 +65,39 @@ impl<T: Real, const N: usize> Plant<T, N> {
     }
 
     /// Pressure forces that hold the crane at rest, N: what the end stops do not carry.
-    fn standing_force(&self, q: &[T; N], payload: T) -> [T; N] {
+    pub fn standing_force(&self, q: &[T; N], payload: T) -> [T; N] {
         let strokes = self.strokes(&self.mechanics.pose(q));
         let load = self.static_force(q, payload);
         std::array::from_fn(|c| load[c] - self.cylinders[c].end_stop.force(strokes[c].0, T::c(0.0)).0)
     }
+}
+
+/// Halvings after which a position is found to rounding.
+const HALVINGS: usize = 80;
+
+/// Where a piston comes to rest that was put to `position` (m) under `load` (N, what its force must hold): there, unless
+/// pressing it so far into an end stop takes more than the `supply` pressure. Then it leans on the stop, with both chambers
+/// at the pressure `back`, or stands where the stop begins if the load pulls it away.
+pub fn resting_position(unit: &CylinderUnit<f64>, position: f64, load: f64, back: f64, supply: f64) -> f64 {
+    let stop = |x: f64| unit.end_stop.force(x, 0.0).0;
+    let (p1, p2) = hold_pressures(unit, load - stop(position), back);
+    if stop(position) == 0.0 || p1.max(p2) <= supply {
+        return position;
+    }
+    let leaning = load - back * (unit.chambers.area_1 - unit.chambers.area_2);
+    let outward = stop(position).signum();
+    let begins =
+        if outward > 0.0 { unit.end_stop.lower + unit.end_stop.zone } else { unit.end_stop.upper - unit.end_stop.zone };
+    let (mut deep, mut free) = (position, begins);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (deep + free);
+        if stop(middle) * outward > leaning * outward {
+            deep = middle;
+        } else {
+            free = middle;
+        }
+    }
+    free
 }
 
 fn require_inside(

@@ -35,6 +35,8 @@ pub struct StrokeError {
 /// A pose in which the crane cannot rest.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PoseError {
+    #[error("{0}; choose a pose inside them")]
+    OutsideLimits(String),
     #[error(
         "joint `{joint}` at {coordinate:.6}: the piston of `{cylinder}` would be at {position:.4} m, \
          its ends are at {lower:.4} and {upper:.4} m; choose a pose inside the joint limits"

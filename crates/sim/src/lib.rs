@@ -43,6 +43,7 @@ mod stick;
 pub mod system;
 mod tip_rates;
 mod valve_line;
+mod warnings;
 mod workspace;
 
 pub mod reference;
@@ -73,3 +74,4 @@ pub use simulator::Simulator;
 pub use steady_friction::{map_point, MapPoint, MAP_PARAMETERS};
 pub use stick::{StickKind, Sticks};
 pub use tip_rates::{resolve_rates, RateWish};
+pub use warnings::{implausible, moved_starts, Warning};

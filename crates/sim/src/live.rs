@@ -11,6 +11,7 @@ use crate::run::{start_fault, state_fault, stepper, Driven, RunOptions};
 use crate::sampled::{plan_fault, ClosedLoop, Event, SampledPlan};
 use crate::sensing::Sensors;
 use crate::stick::Sticks;
+use crate::warnings::Warning;
 use hydrocrane_control::controller::Controller;
 use std::sync::Arc;
 
@@ -52,7 +53,7 @@ impl Live {
             return Err(fault);
         }
         let stepper = stepper(x0, model.as_ref(), &options).ok_or_else(|| format!("no method `{}`", options.method))?;
-        let closed = ClosedLoop::new(stepper, model.as_ref(), plan);
+        let closed = ClosedLoop::new(stepper, &Driven::new(model.as_ref(), &options, 0.0), plan);
         Ok(Live {
             closed,
             controller,
@@ -120,7 +121,9 @@ impl Live {
         if (sticks.kind, sticks.axes) != (plan.sticks.kind, plan.sticks.axes) {
             self.deflections = vec![0.0; plan.sticks.axes];
         }
-        self.closed.go_on(model.as_ref(), plan);
+        let mut driven =
+            Driven { payload: self.payload, ..Driven::new(self.model.as_ref(), &self.options, self.time()) };
+        self.closed.go_on(&mut driven, model.as_ref(), plan);
         (self.model, self.controller, self.set_point) = (model, controller, None);
         self.phase_end = f64::INFINITY;
         Ok(sticks)
@@ -228,6 +231,11 @@ impl Live {
     /// What has happened since the last call.
     pub fn events(&mut self) -> Vec<Event> {
         std::mem::take(&mut self.closed.events)
+    }
+
+    /// What has made the drive doubtful since the last call.
+    pub fn warnings(&mut self) -> Vec<Warning> {
+        self.closed.watch.news(self.model.as_ref())
     }
 
     /// How the drive ended, if it has.

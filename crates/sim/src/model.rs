@@ -96,6 +96,9 @@ pub trait Model: Send + Sync {
     fn reference_derivative(&self, x: &[f64], u: &[f64], payload: f64) -> Option<Vec<f64>>;
     /// Derivative of the state derivative by time where the commands change at `rate` (m/s).
     fn command_slope(&self, rate: &[f64], slope: &mut [f64]);
+    /// Size of the estimated `error` of a step that led to the state `reached`: one where each state errs by its scale, or
+    /// the density of the oil by a thousandth.
+    fn error_size(&self, reached: &[f64], error: &[f64]) -> f64;
     /// Whether every piston is inside its cylinder.
     fn admissible(&self, x: &[f64]) -> bool;
 

@@ -30,17 +30,22 @@ pub(crate) fn monitored<const N: usize>(
 ) -> Box<dyn Controller> {
     let machine = crane.machine();
     let monitor = Monitor::new(crane.nominal(), settings(crane, delay));
-    let names = Names {
-        joints: machine.joints.iter().map(|j| j.name.clone()).collect(),
-        revolute: crane.plant().mechanics.joints.map(|j| j.revolute).into(),
-        cylinders: machine.cylinders.iter().map(|c| c.name.clone()).collect(),
-    };
+    let names = names(machine, crane.plant().mechanics.joints.map(|j| j.revolute).into());
     let valves: Vec<_> = machine.cylinders.iter().map(|c| (c.valve.command, c.valve.stroke)).collect();
     let spool_of = move |c: usize, u: f64| {
         let (chain, stroke) = &valves[c];
         through(chain, u.clamp(-stroke, *stroke)).clamp(-stroke, *stroke)
     };
     Box::new(Guard::new(controller, monitor, Box::new(spool_of), names))
+}
+
+/// What messages call things; `revolute`: whether a joint turns.
+pub(crate) fn names(machine: &Machine, revolute: Vec<bool>) -> Names {
+    Names {
+        joints: machine.joints.iter().map(|j| j.name.clone()).collect(),
+        revolute,
+        cylinders: machine.cylinders.iter().map(|c| c.name.clone()).collect(),
+    }
 }
 
 fn threshold(machine: &Machine, key: &str) -> f64 {

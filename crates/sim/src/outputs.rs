@@ -35,6 +35,9 @@ const GLOBAL: [(&str, &str, &str); 9] = [
     ("energy.bristles", "J", "energy in the bristles of LuGre friction"),
 ];
 
+/// Where the stored energies stand.
+pub const ENERGIES: std::ops::Range<usize> = 4..GLOBAL.len();
+
 /// The outputs of a machine, in the order of [`evaluate`].
 pub fn info(machine: &Machine) -> Vec<OutputInfo> {
     let owned = |name: String, unit, long_name: String| OutputInfo { name, unit, long_name };

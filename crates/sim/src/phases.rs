@@ -46,7 +46,7 @@ pub fn simulate_phases<'a>(
     let Some(stepper) = stepper(x0, first.model, options) else {
         return bad_start(recorder, format!("no method `{}`", options.method));
     };
-    let mut closed = ClosedLoop::new(stepper, first.model, &first.plan);
+    let mut closed = ClosedLoop::new(stepper, &driven, &first.plan);
     let mut samples = Vec::new();
     let mut coming = later.into_iter().filter(|phase| phase.from < end).peekable();
     let mut controller = first.controller;
@@ -59,14 +59,14 @@ pub fn simulate_phases<'a>(
                 if let Some(message) = state_fault(next.model, &closed.stepper.x) {
                     break Outcome { kind: OutcomeKind::BadState, time: next.from, message };
                 }
-                driven.model = next.model;
-                closed.go_on(next.model, &next.plan);
+                closed.go_on(&mut driven, next.model, &next.plan);
                 controller = next.controller;
             }
             _ => break outcome,
         }
     };
-    PhasedRun { run: recorder.finish(outcome, Some((&closed.stepper, &driven))), samples, events: closed.events }
+    let run = recorder.finish(outcome, Some((&closed.stepper, &driven, &mut closed.watch)));
+    PhasedRun { run, samples, events: closed.events }
 }
 
 fn bad_start(recorder: Recorder, message: String) -> PhasedRun {

@@ -5,6 +5,7 @@ use crate::model::Model;
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::payload::PAYLOAD_TERMS;
 use crate::run::{Driven, Run, RunOptions};
+use crate::warnings::Watch;
 
 /// Collects rows at the record times.
 pub(crate) struct Recorder<'a> {
@@ -32,6 +33,7 @@ impl<'a> Recorder<'a> {
                 payloads: Vec::with_capacity(record.len()),
                 commands: Vec::with_capacity(record.len() * n),
                 payload_events: Vec::new(),
+                warnings: Vec::new(),
                 outcome,
                 accepted: 0,
                 rejected: 0,
@@ -62,8 +64,8 @@ impl<'a> Recorder<'a> {
     }
 
     /// The run so far. One that broke off also gets its last state.
-    pub fn finish(mut self, outcome: Outcome, end: Option<(&Stepper, &Driven)>) -> Run {
-        if let Some((stepper, driven)) = end {
+    pub fn finish(mut self, outcome: Outcome, end: Option<(&Stepper, &Driven, &mut Watch)>) -> Run {
+        if let Some((stepper, driven, watch)) = end {
             let last = self.run.times.last().copied().unwrap_or(-1.0);
             if outcome.kind != OutcomeKind::Completed && stepper.t > last {
                 self.state.copy_from_slice(&stepper.x);
@@ -71,6 +73,7 @@ impl<'a> Recorder<'a> {
                 self.push(stepper.t, driven);
             }
             self.run.payload_events.clone_from(&driven.loads.events);
+            self.run.warnings = watch.close(stepper, driven);
             self.run.accepted = stepper.accepted;
             self.run.rejected = stepper.rejected;
             self.run.effort = stepper.effort();

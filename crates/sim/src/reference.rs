@@ -165,10 +165,16 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             FrictionModel::Static => (v / f.smoothing_velocity.unwrap_or(1e-3)).tanh() * stribeck + viscous,
             FrictionModel::LuGre => {
                 let z = x[s + 4];
-                let z_rate = v - f.bristle_stiffness * v.abs() / stribeck * z;
-                dx[s + 4] = z_rate;
-                let fade = f.bristle_damping_velocity.map_or(1.0, |v_d| (-(v / v_d).powi(2)).exp());
-                f.bristle_stiffness * z + f.bristle_damping * fade * z_rate + viscous
+                if f.breakaway == [0.0; 2] {
+                    // No bristles: what is left of a deflection fades.
+                    dx[s + 4] = -100.0 * z;
+                    viscous
+                } else {
+                    let z_rate = v - f.bristle_stiffness * v.abs() / stribeck.max(1e-3) * z;
+                    dx[s + 4] = z_rate;
+                    let fade = f.bristle_damping_velocity.map_or(1.0, |v_d| (-(v / v_d).powi(2)).exp());
+                    f.bristle_stiffness * z + f.bristle_damping * fade * z_rate + viscous
+                }
             }
         };
 

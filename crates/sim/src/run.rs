@@ -1,12 +1,15 @@
 //! Open-loop runs: spool commands in, a record and an outcome out.
 
-use crate::integrator::{method, Effort, Linearisation, StepFailure, Stepper, Tolerances, METHODS};
+use crate::integrator::{
+    method, Effort, Linearisation, StepFailure, Stepper, Tolerances, CRAWL_ATTEMPTS, GROSS, METHODS,
+};
 use crate::ledger::LEDGER_PER_CYLINDER;
 use crate::model::{Model, MAX_JOINTS};
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::payload::{self, Loads, PayloadChange, PayloadEvent};
 use crate::recorder::Recorder;
 use crate::system::System;
+use crate::warnings::{Warning, Watch};
 
 /// Spool commands against time: one row per time, one column per cylinder, m.
 #[derive(Debug, Clone, Default)]
@@ -59,6 +62,8 @@ pub struct Run {
     /// Spool commands after delay and limits, m, one row per time.
     pub commands: Vec<f64>,
     pub payload_events: Vec<PayloadEvent>,
+    /// What makes the run doubtful, in order of time.
+    pub warnings: Vec<Warning>,
     pub outcome: Outcome,
     pub accepted: u64,
     pub rejected: u64,
@@ -131,6 +136,9 @@ impl System for Driven<'_> {
     }
     fn scales(&self) -> &[f64] {
         &self.model.layout().scales
+    }
+    fn error_size(&self, reached: &[f64], error: &[f64]) -> f64 {
+        self.model.error_size(reached, error)
     }
 }
 
@@ -234,19 +242,52 @@ pub fn simulate(
         let message = format!("no method `{}`", options.method);
         return recorder.finish(Outcome { kind: OutcomeKind::BadState, time: 0.0, message }, None);
     };
-    let outcome = drive(&mut stepper, &mut driven, &schedule, end, options, &mut recorder, keep_going);
-    recorder.finish(outcome, Some((&stepper, &driven)))
+    let mut watch = Watch::new(&stepper, &driven);
+    let outcome = drive(&mut stepper, &mut watch, &mut driven, &schedule, end, options, &mut recorder, keep_going);
+    recorder.finish(outcome, Some((&stepper, &driven, &mut watch)))
 }
 
 /// A stepper at time zero; `None` where there is no such method, which [`start_fault`] finds first.
 pub(crate) fn stepper(x0: &[f64], model: &dyn Model, options: &RunOptions) -> Option<Stepper> {
     let method = method(&options.method, x0.len())?;
-    Some(Stepper::new(method, options.tolerances, 0.0, x0, options.quadratures(model)))
+    let stepper = Stepper::new(method, options.tolerances, 0.0, x0, options.quadratures(model));
+    Some(stepper.cut_beyond(gross_error(model, options.tolerances.max_step)))
+}
+
+/// Size of the error beyond which even steps of size `h` (s) are cut: the shorter they are, the more of them add up. Friction
+/// as printed jumps, and any step over a jump errs so much.
+fn gross_error(model: &dyn Model, h: f64) -> f64 {
+    const PER_SQUARE: f64 = 300.0;
+    if model.machine().errata.friction_map {
+        (PER_SQUARE * h * h).min(GROSS)
+    } else {
+        GROSS
+    }
+}
+
+/// One step, at most to `limit`, and a look at where it led.
+pub(crate) fn step(stepper: &mut Stepper, watch: &mut Watch, driven: &Driven, limit: f64) -> Result<(), Outcome> {
+    step_of(driven, stepper, watch, driven, limit)
+}
+
+/// One step of `system`, whose states begin with those of the crane that is `driven`.
+pub(crate) fn step_of(
+    system: &dyn System,
+    stepper: &mut Stepper,
+    watch: &mut Watch,
+    driven: &Driven,
+    limit: f64,
+) -> Result<(), Outcome> {
+    let stepped = stepper.step(system, limit).map_err(|failure| failed(driven.model, stepper, failure));
+    watch.look(stepper, driven);
+    stepped
 }
 
 /// Steps from break to break until the end or until something stops it.
+#[allow(clippy::too_many_arguments)]
 fn drive(
     stepper: &mut Stepper,
+    watch: &mut Watch,
     driven: &mut Driven,
     schedule: &Schedule,
     end: f64,
@@ -260,8 +301,8 @@ fn drive(
         driven.change_payload(stepper);
         let next = schedule.breaks.iter().copied().find(|&b| b > stepper.t + 1e-12);
         let limit = next.into_iter().chain(driven.loads.next_time()).fold(end, f64::min);
-        if let Err(failure) = stepper.step(driven, limit) {
-            return failed(driven.model, stepper, failure);
+        if let Err(outcome) = step(stepper, watch, driven, limit) {
+            return outcome;
         }
         recorder.take(stepper, driven);
         if next.is_some_and(|at| stepper.t >= at) {
@@ -277,12 +318,19 @@ fn drive(
 
 /// Why a run ends early though every step so far was good.
 pub(crate) fn given_up(
-    stepper: &Stepper,
+    stepper: &mut Stepper,
     options: &RunOptions,
     keep_going: &mut dyn FnMut(f64) -> bool,
 ) -> Option<Outcome> {
     if stepper.accepted >= options.max_steps {
         let message = format!("gave up after {} steps; loosen the tolerance or shorten the run", stepper.accepted);
+        return Some(Outcome { kind: OutcomeKind::SolverFailed, time: stepper.t, message });
+    }
+    if let Some(advance) = stepper.crawls() {
+        let message = format!(
+            "{CRAWL_ATTEMPTS} steps went on by only {advance:.1e} s; a law jumps here (friction or orifice law as printed?): \
+             take `ros3l`, whose steps are even, smooth the friction by `smoothing-velocity`, or loosen the tolerance"
+        );
         return Some(Outcome { kind: OutcomeKind::SolverFailed, time: stepper.t, message });
     }
     if stepper.accepted.is_multiple_of(256) && !keep_going(stepper.t) {
@@ -330,16 +378,19 @@ fn outermost(model: &dyn Model, x: &[f64]) -> Option<(usize, f64)> {
     position[c].is_finite().then(|| (c, position[c]))
 }
 
-pub(crate) fn failed(model: &dyn Model, stepper: &Stepper, failure: StepFailure) -> Outcome {
+fn failed(model: &dyn Model, stepper: &Stepper, failure: StepFailure) -> Outcome {
     let beyond = outermost(model, &stepper.x)
         .is_none_or(|(c, position)| position.abs() >= model.machine().cylinders[c].stroke / 2.0);
     // With a piston in its dead volume any step fails, whatever the solver complains of.
     let (kind, message) = if failure == StepFailure::NotAdmissible || beyond {
         (OutcomeKind::StrokeLimit, format!("a piston left its cylinder: {}", outside(model, &stepper.x)))
     } else if failure == StepFailure::NotFinite {
-        let message = "a fixed step ended with numbers that are not finite; shorten the step, or take `rodas5p`, \
-                       which chooses its steps";
-        (OutcomeKind::SolverFailed, message.to_string())
+        let least = 1e6 * stepper.least_part();
+        let message = format!(
+            "even steps cut to {least:.0} us do not follow the motion either; shorten the step, or take `rodas5p`, \
+             which chooses its steps"
+        );
+        (OutcomeKind::SolverFailed, message)
     } else {
         let message = "the step size fell below rounding; a law jumps here (as-printed friction or orifice law?) \
                        or the tolerance is too tight";

@@ -9,11 +9,12 @@ use crate::model::Model;
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::phases::{simulate_phases, Phase};
 use crate::recorder::Recorder;
-use crate::run::{failed, given_up, Driven, Run, RunOptions};
+use crate::run::{given_up, step, Driven, Run, RunOptions};
 use crate::sensing::Sensors;
-use crate::stick::{Hand, Sticks};
+use crate::stick::{Hand, Sticks, ROUNDING};
 use crate::valve_line::ValveLines;
-use hydrocrane_control::controller::Controller;
+use crate::warnings::Watch;
+use hydrocrane_control::controller::{Controller, Fault};
 
 /// Samples without a usable command after which a run ends.
 pub const FAILURES_IN_A_ROW: u32 = 10;
@@ -98,13 +99,14 @@ pub(crate) fn plan_fault(plan: &SampledPlan, period: f64) -> Option<String> {
         let (values, times) = (sticks.deflections.len(), sticks.times.len());
         return Some(format!("{values} deflections for {times} times and {} stick axes", sticks.axes));
     }
-    let beyond = sticks.deflections.iter().find(|d| d.is_nan() || d.abs() > 1.0);
+    let beyond = sticks.deflections.iter().find(|d| d.is_nan() || d.abs() > 1.0 + ROUNDING);
     beyond.map(|d| format!("a stick's deflection is {d}; it must lie between -1 and 1"))
 }
 
 /// Crane, sensors and sticks between the samples of a controller.
 pub(crate) struct ClosedLoop {
     pub stepper: Stepper,
+    pub watch: Watch,
     pub sensors: Sensors,
     pub hand: Hand,
     pub lines: ValveLines,
@@ -117,6 +119,8 @@ pub(crate) struct ClosedLoop {
     /// Samples in a row that gave no usable command, and why the last of them did not.
     failing: u32,
     last_fault: String,
+    /// The controller cannot go on.
+    given_up: bool,
     /// Room for the command of a sample.
     command: Vec<f64>,
     pub samples: Samples,
@@ -125,29 +129,35 @@ pub(crate) struct ClosedLoop {
 
 impl ClosedLoop {
     /// At rest in the state of `stepper`, at time zero.
-    pub fn new(stepper: Stepper, model: &dyn Model, plan: &SampledPlan) -> Self {
+    pub fn new(stepper: Stepper, driven: &Driven, plan: &SampledPlan) -> Self {
+        let machine = driven.model.machine();
         let mut sensors = plan.sensors.clone();
         sensors.settle(0.0, &stepper.x);
         ClosedLoop {
+            watch: Watch::new(&stepper, driven),
             stepper,
             sensors,
             hand: Hand::new(plan.sticks.clone()),
-            lines: ValveLines::new(model.machine()),
+            lines: ValveLines::new(machine),
             delay: plan.delay,
             began: 0.0,
             sample: 0,
             limit: 0.0,
             failing: 0,
             last_fault: String::new(),
-            command: vec![0.0; model.layout().joints()],
+            given_up: false,
+            command: vec![0.0; machine.cylinders.len()],
             samples: Samples::default(),
             events: Vec::new(),
         }
     }
 
     /// Another phase begins where the loop stands, in a state that `model` can have.
-    pub fn go_on(&mut self, model: &dyn Model, plan: &SampledPlan) {
+    pub fn go_on<'a>(&mut self, driven: &mut Driven<'a>, model: &'a dyn Model, plan: &SampledPlan) {
         let now = self.limit;
+        let before = driven.model;
+        driven.model = model;
+        self.watch.follow(before, driven, &self.stepper);
         self.stepper.restart();
         self.sensors = plan.sensors.clone();
         self.sensors.settle(now, &self.stepper.x);
@@ -183,7 +193,7 @@ impl ClosedLoop {
                 return outcome;
             }
             recorder.take(&self.stepper, driven);
-            if let Some(outcome) = given_up(&self.stepper, options, keep_going) {
+            if let Some(outcome) = given_up(&mut self.stepper, options, keep_going) {
                 return outcome;
             }
         }
@@ -195,7 +205,7 @@ impl ClosedLoop {
         while self.stepper.t >= self.limit {
             self.interrupt(driven, controller, end)?;
         }
-        self.stepper.step(driven, self.limit).map_err(|failure| failed(driven.model, &self.stepper, failure))?;
+        step(&mut self.stepper, &mut self.watch, driven, self.limit)?;
         self.sensors.follow(&self.stepper);
         Ok(())
     }
@@ -210,6 +220,10 @@ impl ClosedLoop {
         let (now, period) = (self.limit, controller.period());
         if now >= self.next_sample(period) {
             self.take_sample(driven, controller, now);
+            if self.given_up {
+                let message = self.last_fault.clone();
+                return Err(Outcome { kind: OutcomeKind::ControllerFailed, time: now, message });
+            }
             if self.failing >= FAILURES_IN_A_ROW {
                 let message = format!("{FAILURES_IN_A_ROW} samples in a row without a command: {}", self.last_fault);
                 return Err(Outcome { kind: OutcomeKind::ControllerFailed, time: now, message });
@@ -247,6 +261,7 @@ impl ClosedLoop {
         let answer = controller.step(&measured, self.hand.stick(), &mut command);
         let notices = controller.notices().into_iter();
         self.events.extend(notices.map(|text| Event { time: now, text }));
+        self.given_up = matches!(answer, Err(Fault::Fatal(_)));
         let fault = match answer {
             Err(fault) => Some(fault.to_string()),
             Ok(()) if command.iter().any(|u| !u.is_finite()) => {
@@ -275,7 +290,8 @@ impl ClosedLoop {
         };
         command.fill(0.0);
         if self.failing == 0 || text != self.last_fault {
-            self.events.push(Event { time: now, text: format!("{text}; the spools go to neutral") });
+            let then = if self.given_up { "the run ends" } else { "the spools go to neutral" };
+            self.events.push(Event { time: now, text: format!("{text}; {then}") });
         }
         self.failing += 1;
         self.last_fault = text;

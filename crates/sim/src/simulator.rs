@@ -4,9 +4,10 @@ use crate::integrator::Stepper;
 use crate::model::Model;
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::payload::{change_payload, PayloadEvent};
-use crate::run::{failed, start_fault, stepper, Driven, RunOptions};
+use crate::run::{start_fault, step, stepper, Driven, RunOptions};
 use crate::sensing::Sensors;
 use crate::valve_line::ValveLines;
+use crate::warnings::{Warning, Watch};
 use std::sync::Arc;
 
 pub struct Simulator {
@@ -15,7 +16,7 @@ pub struct Simulator {
     /// At the tip, kg.
     payload: f64,
     sample_time: f64,
-    stepper: Option<Stepper>,
+    stepper: Option<(Stepper, Watch)>,
     lines: ValveLines,
     sensors: Sensors,
     /// The sensors before their first reading, whose noise a reset repeats.
@@ -43,7 +44,12 @@ impl Simulator {
         }
         self.lines.clear();
         self.payload = self.options.payload;
-        self.stepper = stepper(x0, self.model.as_ref(), &self.options);
+        let driven = Driven::new(self.model.as_ref(), &self.options, 0.0);
+        let stepper = stepper(x0, self.model.as_ref(), &self.options);
+        self.stepper = stepper.map(|stepper| {
+            let watch = Watch::new(&stepper, &driven);
+            (stepper, watch)
+        });
         self.sensors = self.unread.clone();
         self.sensors.settle(0.0, x0);
         self.sensors.read(self.model.as_ref(), 0.0, x0, self.payload);
@@ -52,16 +58,16 @@ impl Simulator {
 
     /// Holds the spool commands `u` (m) for one sample time.
     pub fn step(&mut self, u: &[f64]) -> Outcome {
-        let Some(mut stepper) = self.stepper.take() else {
+        let Some((mut stepper, mut watch)) = self.stepper.take() else {
             let message = "reset the simulator before stepping it".to_string();
             return Outcome { kind: OutcomeKind::BadState, time: 0.0, message };
         };
-        let outcome = self.advance(&mut stepper, u);
-        self.stepper = Some(stepper);
+        let outcome = self.advance(&mut stepper, &mut watch, u);
+        self.stepper = Some((stepper, watch));
         outcome
     }
 
-    fn advance(&mut self, stepper: &mut Stepper, u: &[f64]) -> Outcome {
+    fn advance(&mut self, stepper: &mut Stepper, watch: &mut Watch, u: &[f64]) -> Outcome {
         let end = stepper.t + self.sample_time;
         self.lines.send(stepper.t, u);
         while stepper.t < end {
@@ -72,8 +78,8 @@ impl Simulator {
             driven.payload = self.payload;
             stepper.refresh();
             while stepper.t < limit {
-                if let Err(failure) = stepper.step(&driven, limit) {
-                    return failed(self.model.as_ref(), stepper, failure);
+                if let Err(outcome) = step(stepper, watch, &driven, limit) {
+                    return outcome;
                 }
                 self.sensors.follow(stepper);
             }
@@ -84,12 +90,17 @@ impl Simulator {
 
     /// From here on the tip carries `mass` (kg): takes up a load that lies still, or lets one go. `None` before a reset.
     pub fn set_payload(&mut self, mass: f64) -> Option<PayloadEvent> {
-        let stepper = self.stepper.as_mut()?;
+        let (stepper, _) = self.stepper.as_mut()?;
         let change = [self.payload, mass];
         self.payload = mass;
         let event = change_payload(self.model.as_ref(), stepper.t, &mut stepper.x, change);
         stepper.restart();
         Some(event)
+    }
+
+    /// What has made the simulation doubtful since the last call.
+    pub fn warnings(&mut self) -> Vec<Warning> {
+        self.stepper.as_mut().map_or_else(Vec::new, |(_, watch)| watch.news(self.model.as_ref()))
     }
 
     pub fn model(&self) -> &dyn Model {
@@ -107,15 +118,15 @@ impl Simulator {
     }
 
     pub fn state(&self) -> Option<&[f64]> {
-        self.stepper.as_ref().map(|s| s.x.as_slice())
+        self.stepper.as_ref().map(|(s, _)| s.x.as_slice())
     }
 
     /// x, z of the tip, m.
     pub fn tip(&self) -> Option<[f64; 2]> {
-        self.stepper.as_ref().map(|s| self.model.tip(&s.x[..self.model.layout().joints()]))
+        self.stepper.as_ref().map(|(s, _)| self.model.tip(&s.x[..self.model.layout().joints()]))
     }
 
     pub fn time(&self) -> f64 {
-        self.stepper.as_ref().map_or(0.0, |s| s.t)
+        self.stepper.as_ref().map_or(0.0, |(s, _)| s.t)
     }
 }

@@ -10,6 +10,9 @@ pub enum StickKind {
     Lever,
 }
 
+/// How far beyond its end rounding may take a deflection; it counts as the end.
+pub const ROUNDING: f64 = 1e-9;
+
 /// What the operator does.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sticks {
@@ -52,7 +55,7 @@ impl Sticks {
 
     /// Where the operator wants one axis at time `t`, after its dead zone.
     fn wanted(&self, axis: usize, t: f64) -> f64 {
-        let raw = self.raw(axis, t);
+        let raw = self.raw(axis, t).clamp(-1.0, 1.0);
         let beyond = raw - raw.clamp(-self.dead_zone, self.dead_zone);
         beyond / (1.0 - self.dead_zone)
     }
@@ -116,7 +119,8 @@ impl Hand {
     pub fn move_to(&mut self, t: f64) -> &[f64] {
         let most = if self.sticks.ramp > 0.0 { (t - self.since) / self.sticks.ramp } else { f64::INFINITY };
         for (axis, at) in self.at.iter_mut().enumerate() {
-            *at += (self.sticks.wanted(axis, t) - *at).clamp(-most, most);
+            // The sum of where it is and what it lacks may miss the end of a stick's way by rounding.
+            *at = (*at + (self.sticks.wanted(axis, t) - *at).clamp(-most, most)).clamp(-1.0, 1.0);
         }
         self.since = t;
         &self.at
@@ -152,6 +156,20 @@ mod tests {
         assert_eq!(at(false, 1.5), [0.0, 1.0]);
         assert_eq!(at(true, 1.5), [0.5, 0.0]);
         assert_eq!(at(true, 9.0), [1.0, -1.0]);
+    }
+
+    #[test]
+    fn rounding_does_not_lead_past_the_end_of_a_stick() {
+        // The row begins a rounding error after the sample that it is meant for.
+        let begin = 0.1 + 0.2;
+        for (end, dead_zone, ramp) in [(1.0, 0.0, 0.0), (1.0, 0.1, 0.05), (1.0 + 0.5 * ROUNDING, 0.0, 0.0)] {
+            let (times, deflections) = (vec![0.2, begin, 0.31], vec![end, -end, end, -end, -end, end]);
+            let mut hand = Hand::new(Sticks { times, deflections, ..sticks(true, dead_zone, ramp) });
+            for t in [0.0, 0.2, 0.25, 0.3, begin, 0.305, 0.31] {
+                let at = hand.move_to(t);
+                assert!(at.iter().all(|d| d.abs() <= 1.0), "{at:?} at {t} s");
+            }
+        }
     }
 
     #[test]

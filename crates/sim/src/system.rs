@@ -26,4 +26,10 @@ pub trait System {
     fn admissible(&self, x: &[f64]) -> bool;
     /// Size below which each state is resolved absolutely; that of tangents may follow, where they are to be resolved too.
     fn scales(&self) -> &[f64];
+    /// Size of the estimated `error` of a step that led to the state `reached`, relative to what counts: one where each
+    /// state errs by its scale.
+    fn error_size(&self, _reached: &[f64], error: &[f64]) -> f64 {
+        let squares: f64 = error.iter().zip(self.scales()).map(|(error, scale)| (error / scale).powi(2)).sum();
+        (squares / error.len() as f64).sqrt()
+    }
 }

@@ -112,7 +112,8 @@ fn the_printed_jump_of_friction_is_crossed_without_chatter() {
     let model = build(&load("heinze-2007", &[]).expect("a bundled machine")).expect("it can be built");
     let loose = run(model.as_ref(), &to_and_fro(), 1.0, "ros3l", 1e-4, 2e-3);
     let fine = run(model.as_ref(), &to_and_fro(), 1.0, "ros3l", 1e-4, 5e-5);
-    assert_eq!((loose.accepted, loose.outcome.kind), (500, OutcomeKind::Completed), "{}", loose.outcome.message);
+    assert_eq!(loose.outcome.kind, OutcomeKind::Completed, "{}", loose.outcome.message);
+    assert!((500..=505).contains(&(loose.accepted + loose.rejected)), "{} {}", loose.accepted, loose.rejected);
     let apart = distance(model.as_ref(), &loose, &fine);
     assert!(apart < 2e-3, "{apart}");
 }
@@ -124,5 +125,31 @@ fn a_run_that_cannot_go_on_says_so_and_keeps_what_it_has() {
     let long = run(model.as_ref(), &out, 60.0, "ros3l", 1e-4, 5.0);
     assert!(long.outcome.kind != OutcomeKind::Completed && !long.times.is_empty());
     assert!(long.states.iter().all(|v| v.is_finite()), "{}", long.outcome.message);
-    assert!(!long.outcome.message.is_empty() && long.rejected == 0);
+    assert!(!long.outcome.message.is_empty() && long.rejected <= 64 * 12, "{}", long.rejected);
+}
+
+#[test]
+fn a_step_is_cut_where_a_chamber_cavitates_and_the_work_stays_bounded() {
+    let model = build(&load("hiab-xs031", &[]).expect("a bundled machine")).expect("it can be built");
+    let start = model.equilibrium(&[0.939, -1.279, 0.55], EquilibriumMode::Hold, 300.0).expect("a pose");
+    let options = |method: &str, tolerance: f64, max_step: f64| RunOptions {
+        method: method.to_string(),
+        tolerances: Tolerances { relative: tolerance, absolute: tolerance, max_step },
+        payload: 300.0,
+        payload_changes: Vec::new(),
+        ledger: true,
+        max_steps: 10_000_000,
+    };
+    let lower = Commands { times: vec![0.0], values: vec![-0.01, 0.0, 0.0], linear: false };
+    let record: Vec<f64> = (0..=100).map(|i| 0.01 * f64::from(i)).collect();
+    let go = |o: RunOptions| simulate(model.as_ref(), &start, 1.0, &lower, &record, &o, &mut |_| true);
+    let exact = go(options("rodas5p", 1e-8, 0.05));
+    for (step, most) in [(1e-3, 5e-4), (5e-3, 5e-3)] {
+        let even = go(options("ros3l", 1e-4, step));
+        assert_eq!(even.outcome.kind, OutcomeKind::Completed, "{}", even.outcome.message);
+        let apart = distance(model.as_ref(), &even, &exact);
+        assert!(apart < most, "{step}: {apart}");
+        assert!(even.warnings.iter().all(|w| w.kind == "pressure-above-rating"), "{:?}", even.warnings);
+        assert!((even.accepted + even.rejected) as f64 <= 1.2 / step, "{} {}", even.accepted, even.rejected);
+    }
 }

@@ -138,6 +138,37 @@ fn a_garbage_command_centres_the_spools_for_its_samples_only() {
 }
 
 #[test]
+fn a_controller_that_gives_up_ends_the_run_at_once() {
+    let m = model(&[]);
+    let plan = plan(m.as_ref());
+    let mut torn = Law(0, |k, _: &Measurement, _: Stick| match k {
+        3 => Err(Fault::Fatal("torn".into())),
+        _ => Ok([0.01; 3]),
+    });
+    let done = run(m.as_ref(), 0.1, &mut torn, &plan);
+    assert_eq!(done.run.outcome.kind, OutcomeKind::ControllerFailed);
+    assert_eq!((done.run.outcome.time, done.run.outcome.message.as_str()), (0.03, "torn"));
+    assert_eq!(done.events.iter().map(|event| event.text.as_str()).collect::<Vec<_>>(), ["torn; the run ends"]);
+    assert_eq!(done.run.times.last(), Some(&0.03));
+}
+
+#[test]
+fn sticks_may_pass_their_end_by_rounding_only() {
+    let m = model(&[]);
+    let tip = |z: f64| {
+        let sticks = Sticks { times: vec![0.0], deflections: vec![0.0, z], ..Sticks::centred(StickKind::Tip, 3) };
+        let mut controller = m.controller("tip").expect("a controller");
+        run(m.as_ref(), 0.05, controller.as_mut(), &SampledPlan { sticks, ..plan(m.as_ref()) })
+    };
+    let rounded = tip(1.0 + 1e-12);
+    assert!(rounded.run.outcome.kind == OutcomeKind::Completed && rounded.events.is_empty(), "{:?}", rounded.events);
+    assert_eq!(rounded.samples.sticks.iter().copied().fold(0.0, f64::max), 1.0);
+    let beyond = tip(1.0 + 1e-6);
+    assert_eq!(beyond.run.outcome.kind, OutcomeKind::BadState);
+    assert!(beyond.run.outcome.message.contains("between -1 and 1"), "{}", beyond.run.outcome.message);
+}
+
+#[test]
 fn a_controller_that_stays_broken_ends_the_run_with_what_was_computed() {
     let m = model(&[]);
     let plan = plan(m.as_ref());

@@ -15,11 +15,11 @@ mod rows;
 mod stepper;
 
 pub use linear::{Factored, Linearisation};
-pub use stepper::{StepFailure, Stepper, Tolerances};
+pub use stepper::{StepFailure, Stepper, Tolerances, CRAWL_ATTEMPTS, GROSS};
 
 use crate::system::System;
 
-/// A one-step method with an interpolant and, unless its steps are fixed, an embedded error estimate.
+/// A one-step method with an interpolant and an embedded error estimate.
 pub trait Method: Send + Sync {
     /// Order of the solution that is carried on.
     fn order(&self) -> u32;
@@ -27,14 +27,14 @@ pub trait Method: Send + Sync {
     fn estimate_order(&self) -> u32 {
         self.order()
     }
-    /// Whether its steps are equal and never tried again, so that their cost is bounded.
-    fn fixed_steps(&self) -> bool {
+    /// Whether its steps are as long as they may be, whatever their error, as long as they follow the equations at all.
+    fn even_steps(&self) -> bool {
         false
     }
     /// Prepares whatever the step from `(t, x)` shares between attempts. Called once per accepted state.
     fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], since: Since);
-    /// Tries a step of size `h` from `x`. Writes the new state and, unless steps are fixed, the error estimate; `false` where
-    /// the linear system cannot be solved. Keeps what the interpolant needs.
+    /// Tries a step of size `h` from `x`. Writes the new state and the error estimate; `false` where the linear system
+    /// cannot be solved. Keeps what the interpolant needs.
     fn attempt(&mut self, system: &dyn System, t: f64, h: f64, x: &[f64], to: &mut Target) -> bool;
     /// The state at the fraction `theta` of the last attempt, before the next state is begun.
     fn interpolate(&self, theta: f64, x: &mut [f64]);

@@ -1,10 +1,11 @@
-//! ROS3L: linearly implicit method of order three, L-stable, for fixed steps.   theory: docs/theory/integration.md
+//! ROS3L: linearly implicit method of order three, L-stable, for even steps.    theory: docs/theory/integration.md
 //!
 //! With G = (I - h gamma J)^-1, F_1 = f(t, x) and F_2 = f(t + alpha h, x + alpha h G F_1)
 //!     x_new = x + h (p_1 G + p_2 G^2 + p_3 G^3 + p_4 G^4) F_1 + h (q_2 G^2 + q_3 G^3) F_2.
 //! A step costs two right-hand sides, a Jacobian, a factorisation and four solves, which are cheap here: with four of them a
 //! swing is followed fifteen times as well as with three. Powers of G are gathered from the highest down; as p_1 = gamma, the
-//! first increment h gamma G F_1 enters as it is.
+//! first increment h gamma G F_1 enters as it is. The increments also give a solution of order two that damps what is
+//! stiff: its distance is the error estimate.
 
 use super::rows::wide;
 use super::{Effort, Factored, Linearisation, Method, Since, Target};
@@ -19,6 +20,8 @@ const NODE: f64 = 0.75;
 const P: [f64; 3] = [3_325_073.0 / 1_428_300.0, -175_299.0 / 52_900.0, 61_533.0 / 52_900.0];
 /// q_2 and q_3: those of the second one.
 const Q: [f64; 2] = [704.0 / 621.0, -112.0 / 207.0];
+/// Weights of the increments in the error estimate.
+const ESTIMATE: [f64; STAGES] = [-1.324_937_582_050_629_2, 0.601_068_593_537_668_2, 0.167_977_798_974_853_5, 0.25];
 /// Weights of the increments inside a step: see [`interpolant`].
 const INTERPOLANT: [[f64; 4]; STAGES] = [
     [15.973_052_048_890_666, -46.210_066_164_753_51, -18.845_193_649_165_13, 33.818_539_925_040_84],
@@ -112,7 +115,11 @@ impl Method for Ros3l {
         3
     }
 
-    fn fixed_steps(&self) -> bool {
+    fn estimate_order(&self) -> u32 {
+        3
+    }
+
+    fn even_steps(&self) -> bool {
         true
     }
 
@@ -135,6 +142,7 @@ impl Method for Ros3l {
         );
         self.effort.derivatives += 1;
         join(&mut to.x, x, &self.k, |x, k| x + k[0] + k[3]);
+        join(&mut to.error, x, &self.k, |_, k| k.iter().zip(ESTIMATE).map(|(k, weight)| weight * k).sum());
         true
     }
 
@@ -197,6 +205,15 @@ mod tests {
         for (found, wanted) in series(WHOLE).into_iter().zip(wanted) {
             assert!((found - wanted).abs() < 1e-14, "{found} for {wanted}");
         }
+    }
+
+    #[test]
+    fn the_estimate_vanishes_to_order_two_and_for_what_is_infinitely_stiff() {
+        let sum = |of: &dyn Fn(Weights) -> f64| INCREMENTS.iter().zip(ESTIMATE).map(|(k, e)| e * of(*k)).sum::<f64>();
+        let [first, second, third, bend] = [0, 1, 2, 3].map(|row: usize| sum(&|k| series(k)[row]));
+        let stiff = sum(&|(p, q)| -(p[0] + q[0] * (1.0 - NODE / GAMMA)) / GAMMA);
+        assert!([first, second, stiff].iter().all(|left: &f64| left.abs() < 1e-14), "{first} {second} {stiff}");
+        assert!(third.abs() > 1e-3 && bend.abs() > 1e-2, "{third} {bend}");
     }
 
     #[test]

@@ -21,7 +21,7 @@ pub enum StepFailure {
     NotAdmissible,
     /// The step size fell below rounding.
     TooSmall,
-    /// A step of fixed size ended with numbers that are not finite.
+    /// An even step ended with numbers that are not finite, or does not follow the equations in the least parts either.
     NotFinite,
 }
 
@@ -35,6 +35,15 @@ const SAFETY: f64 = 0.9;
 const DOUBLE: f64 = 2.0;
 /// Share of a step by which an interval may be longer than whole steps: rounding must not add one.
 const EVEN: f64 = 1e-6;
+/// Size of the error of an even step beyond which it does not follow the equations: it is cut, into parts down to one of this
+/// many.
+pub const GROSS: f64 = 0.1;
+const MOST_PARTS: u32 = 64;
+/// Attempts that must go on by a least time (s): with fewer a run would take hours for a second.
+pub const CRAWL_ATTEMPTS: u64 = 1_000_000;
+const CRAWL_ADVANCE: f64 = 1e-2;
+/// Error of the least part relative to that of a good step beyond which there is no going on.
+const HOPELESS: f64 = 100.0;
 
 /// The next step of the wanted size on what remains: a last sliver is swallowed, two short steps are made even.
 fn portion(remaining: f64, wanted: f64) -> f64 {
@@ -54,6 +63,8 @@ pub struct Stepper {
     pub t: f64,
     pub x: Vec<f64>,
     quadratures: Quadratures,
+    /// Size of the error beyond which an even step is cut.
+    gross: f64,
     /// Size of the next attempt.
     h: f64,
     /// Last accepted interval.
@@ -69,6 +80,10 @@ pub struct Stepper {
     restarted: bool,
     pub accepted: u64,
     pub rejected: u64,
+    /// Attempts and time (s) where the watch for steps that hardly go on began anew.
+    mark: (u64, f64),
+    /// When an even step first did not follow the equations even in its least parts, s.
+    pub unresolved: Option<f64>,
 }
 
 impl Stepper {
@@ -79,6 +94,7 @@ impl Stepper {
             t,
             x: x.to_vec(),
             quadratures: Quadratures::new(x.len(), quadratures),
+            gross: GROSS,
             h: 0.0,
             from: t,
             target: Target::new(x.len()),
@@ -88,7 +104,15 @@ impl Stepper {
             restarted: true,
             accepted: 0,
             rejected: 0,
+            mark: (0, t),
+            unresolved: None,
         }
+    }
+
+    /// Cuts even steps whose error is larger than `size`.
+    pub fn cut_beyond(mut self, size: f64) -> Self {
+        self.gross = size;
+        self
     }
 
     /// Tells that state or right-hand side have changed, as where a load is taken up.
@@ -112,7 +136,7 @@ impl Stepper {
             self.method.begin(system, self.t, &self.x, since);
             self.quadratures.begin(system, &self.x);
         }
-        if self.method.fixed_steps() {
+        if self.method.even_steps() {
             return self.even_step(system, limit);
         }
         if self.h == 0.0 {
@@ -150,16 +174,38 @@ impl Stepper {
         }
     }
 
-    /// One of the fewest equal steps to `limit` that keep to the largest size.
+    /// One of the fewest equal steps to `limit` that keep to the largest size, or a part of one where the whole would not
+    /// follow the equations. The number of parts is bounded, and with it what a step costs.
     fn even_step(&mut self, system: &dyn System, limit: f64) -> Result<(), StepFailure> {
-        let remaining = limit - self.t;
-        let h = remaining / (remaining / self.tolerances.max_step - EVEN).ceil().max(1.0);
-        self.reach(system, h).map_err(|failure| match failure {
-            StepFailure::TooSmall => StepFailure::NotFinite,
-            other => other,
-        })?;
-        self.take(system, h, limit);
-        Ok(())
+        let parts_of = |span: f64, most: f64| span / (span / most - EVEN).ceil().max(1.0);
+        let whole = parts_of(limit - self.t, self.tolerances.max_step);
+        let least = self.least_part();
+        let mut h = if self.h > 0.0 { parts_of(whole, self.h) } else { whole };
+        loop {
+            let mut failure = StepFailure::NotFinite;
+            let norm = match self.reach(system, h) {
+                Ok(()) => system.error_size(&self.target.x, &self.target.error) / self.gross,
+                Err(found) => {
+                    failure = found;
+                    f64::INFINITY
+                }
+            };
+            let last = h <= least * (1.0 + EVEN);
+            if norm <= 1.0 || (last && norm <= HOPELESS) {
+                if norm > 1.0 {
+                    self.unresolved.get_or_insert(self.t);
+                }
+                self.h = (h * (SAFETY * norm.powf(-1.0 / self.estimate_order())).clamp(SHRINK, GROW)).max(least);
+                self.take(system, h, limit);
+                return Ok(());
+            }
+            if last {
+                return Err(failure);
+            }
+            self.rejected += 1;
+            let factor = SAFETY * norm.powf(-1.0 / self.estimate_order());
+            h = parts_of(whole, (h * if factor.is_finite() { factor.clamp(SHRINK, 0.5) } else { SHRINK }).max(least));
+        }
     }
 
     fn estimate_order(&self) -> f64 {
@@ -187,7 +233,7 @@ impl Stepper {
                 self.norm(system, &self.target.error)
             }
             Err(found) => {
-                *failure = found;
+                *failure = if found == StepFailure::NotFinite { StepFailure::TooSmall } else { found };
                 f64::INFINITY
             }
         }
@@ -196,11 +242,11 @@ impl Stepper {
     /// An attempt at a step, and whether it leads anywhere.
     fn reach(&mut self, system: &dyn System, h: f64) -> Result<(), StepFailure> {
         if !self.method.attempt(system, self.t, h, &self.x, &mut self.target) {
-            return Err(StepFailure::TooSmall);
+            return Err(StepFailure::NotFinite);
         }
         // Without a way out on the way, so that it is done several at a time.
         if !self.target.x.iter().fold(true, |so_far, v| so_far & v.is_finite()) {
-            return Err(StepFailure::TooSmall);
+            return Err(StepFailure::NotFinite);
         }
         if !system.admissible(&self.target.x) {
             return Err(StepFailure::NotAdmissible);
@@ -290,5 +336,20 @@ impl Stepper {
 
     pub fn effort(&self) -> Effort {
         self.method.effort()
+    }
+
+    /// Size of the least part of an even step, s.
+    pub fn least_part(&self) -> f64 {
+        self.tolerances.max_step / f64::from(MOST_PARTS)
+    }
+
+    /// By how little (s) a great number of attempts went on, if that is hardly at all. Asked once per accepted step.
+    pub fn crawls(&mut self) -> Option<f64> {
+        let attempts = self.accepted + self.rejected;
+        if attempts < self.mark.0 + CRAWL_ATTEMPTS {
+            return None;
+        }
+        let (_, since) = std::mem::replace(&mut self.mark, (attempts, self.t));
+        Some(self.t - since).filter(|advance| *advance < CRAWL_ADVANCE)
     }
 }

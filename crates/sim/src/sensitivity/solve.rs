@@ -12,8 +12,9 @@ use crate::layout::Layout;
 use crate::model::Model;
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::outputs::{self, OutputInfo};
-use crate::run::{failed, given_up, start_fault, Commands, Driven, RunOptions, Schedule};
+use crate::run::{given_up, start_fault, step_of, Commands, Driven, RunOptions, Schedule};
 use crate::system::System;
+use crate::warnings::{Warning, Watch};
 use hydrocrane_machine::{Machine, OverrideValue, Template};
 
 type Result<T> = std::result::Result<T, SensitivityError>;
@@ -58,6 +59,8 @@ pub struct Sensitivities {
     pub slopes: Vec<f64>,
     /// Spool commands, one row per time.
     pub commands: Vec<f64>,
+    /// What makes the run doubtful, in order of time.
+    pub warnings: Vec<Warning>,
     pub outcome: Outcome,
     pub accepted: u64,
     pub rejected: u64,
@@ -121,7 +124,9 @@ fn sized<const N: usize>(
     let method = method(&options.method, system.dimension());
     let method = method.ok_or_else(|| SensitivityError::Key(format!("no method `{}`", options.method)))?;
     let mut stepper = Stepper::new(method, options.tolerances, 0.0, &start, 0);
-    let outcome = drive(&mut stepper, &mut system, experiment, &options, &mut record, keep_going);
+    let mut watch = Watch::new(&stepper, &system.driven);
+    let outcome = drive(&mut stepper, &mut watch, &mut system, experiment, &options, &mut record, keep_going);
+    record.done.warnings = watch.close(&stepper, &system.driven);
     Ok(record.finish(outcome, &stepper, &system.driven))
 }
 
@@ -146,7 +151,8 @@ fn start_state<const N: usize>(experiment: &Experiment, model: &dyn Model, group
     };
     let mut x = model.equilibrium(q, EquilibriumMode::Hold, model.machine().payload.mass)?;
     x.resize(layout.len() * (1 + groups.iter().map(|group| group.count).sum::<usize>()), 0.0);
-    let pose = std::array::from_fn(|i| Number::constant(q[i]));
+    // Where the crane rests on an end stop it stands elsewhere than it was put.
+    let pose = std::array::from_fn(|i| Number::constant(x[layout.q(i)]));
     for group in groups {
         let inputs = &group.inputs;
         group.write(&inputs.plant.held(layout, &pose, inputs.back_pressure, inputs.payload), &mut x);
@@ -157,6 +163,7 @@ fn start_state<const N: usize>(experiment: &Experiment, model: &dyn Model, group
 /// Steps from command change to command change, as a run without tangents does.
 fn drive<const N: usize>(
     stepper: &mut Stepper,
+    watch: &mut Watch,
     system: &mut TangentSystem<N>,
     experiment: &Experiment,
     options: &RunOptions,
@@ -169,8 +176,8 @@ fn drive<const N: usize>(
     while stepper.t < experiment.end {
         let next = schedule.breaks.iter().copied().find(|&b| b > stepper.t + 1e-12);
         let limit = next.unwrap_or(experiment.end).min(experiment.end);
-        if let Err(failure) = stepper.step(system, limit) {
-            return failed(system.driven.model, stepper, failure);
+        if let Err(outcome) = step_of(system, stepper, watch, &system.driven, limit) {
+            return outcome;
         }
         record.take(stepper, &system.driven);
         if stepper.t >= limit {
@@ -211,6 +218,7 @@ impl<'a, const N: usize> Record<'a, N> {
             values: Vec::new(),
             slopes: Vec::new(),
             commands: Vec::new(),
+            warnings: Vec::new(),
             outcome: Outcome { kind: OutcomeKind::Completed, time: 0.0, message: String::new() },
             accepted: 0,
             rejected: 0,

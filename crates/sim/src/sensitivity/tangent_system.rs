@@ -147,4 +147,8 @@ impl<const N: usize> System for TangentSystem<'_, N> {
     fn scales(&self) -> &[f64] {
         &self.scales
     }
+    fn error_size(&self, reached: &[f64], error: &[f64]) -> f64 {
+        let n = self.layout().len();
+        self.driven.model.error_size(&reached[..n], &error[..n])
+    }
 }

@@ -1,0 +1,332 @@
+//! What makes a run doubtful, with its cause and its cure.          reference: docs/reference/warnings.md
+
+use crate::integrator::Stepper;
+use crate::ledger::LEDGER_TERMS;
+use crate::limits::JointLimits;
+use crate::model::Model;
+use crate::outputs::ENERGIES;
+use crate::payload::PAYLOAD_TERMS;
+use crate::run::Driven;
+use hydrocrane_machine::model::{Cavitation, Cylinder, Joint, JointKind};
+use hydrocrane_machine::Machine;
+
+/// Why a run may be wrong.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Warning {
+    /// When it began, s.
+    pub time: f64,
+    /// Short stable name.
+    pub kind: &'static str,
+    /// What was found, with its numbers and units.
+    pub text: String,
+    /// What helps.
+    pub cure: String,
+}
+
+/// Pressure that a chamber is rated for where the machine file says nothing, as a multiple of the supply pressure.
+const RATING: f64 = 1.5;
+/// Pressure below vacuum that is rounding, Pa.
+const VACUUM_ROUNDING: f64 = 1e3;
+/// Distance beyond a joint limit that is rounding, as a share of the range.
+const LIMIT_ROUNDING: f64 = 1e-6;
+/// Time between two looks at the energy ledger, s.
+const AUDIT_INTERVAL: f64 = 0.5;
+/// Share of the energy that flowed by which a ledger may be open.
+const LEDGER_SHARE: f64 = 0.01;
+/// The same as a share of what one stroke of all pistons takes from the supply: below it nothing has flowed yet.
+const LEDGER_FLOOR: f64 = 1e-4;
+
+/// What can be found, about the cylinder or joint of a number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Finding {
+    AboveRating(usize),
+    BelowVacuum(usize),
+    OutsideLimits(usize),
+    DeadCentre(usize),
+    LedgerOpen,
+    StepTooLong,
+}
+
+/// A finding since when, with its farthest value: a pressure (Pa), a joint coordinate, a share of the energy, or a step (s).
+#[derive(Debug, Clone, Copy)]
+struct Found {
+    what: Finding,
+    time: f64,
+    farthest: f64,
+}
+
+/// The energy ledger against the energies stored.
+struct Audit {
+    /// Stored at the start, changed by what phases with another machine change, J.
+    start: f64,
+    next: f64,
+    floor: f64,
+    outputs: Vec<f64>,
+}
+
+/// Looks at every step of a run for what makes it doubtful.
+pub(crate) struct Watch {
+    ratings: Vec<f64>,
+    vacuum: f64,
+    limits: Vec<[f64; 2]>,
+    audit: Option<Audit>,
+    found: Vec<Found>,
+    told: usize,
+}
+
+impl Watch {
+    /// From the state of `stepper` on.
+    pub fn new(stepper: &Stepper, driven: &Driven) -> Self {
+        let machine = driven.model.machine();
+        let mut watch = Watch { ratings: vec![], vacuum: 0.0, limits: vec![], audit: None, found: Vec::new(), told: 0 };
+        watch.take_bounds(driven.model);
+        if !stepper.integrals().is_empty() {
+            let mut outputs = vec![0.0; driven.model.output_info().len()];
+            let start = stored(driven.model, driven.payload, stepper, &mut outputs);
+            let per_stroke = |c: &Cylinder| std::f64::consts::FRAC_PI_4 * c.bore.powi(2) * c.stroke;
+            let volume: f64 = machine.cylinders.iter().map(per_stroke).sum();
+            let floor = LEDGER_FLOOR * volume * machine.supply.pressure;
+            watch.audit = Some(Audit { start, next: AUDIT_INTERVAL, floor, outputs });
+        }
+        watch.look(stepper, driven);
+        watch
+    }
+
+    fn take_bounds(&mut self, model: &dyn Model) {
+        let machine = model.machine();
+        self.ratings = pressure_ratings(machine);
+        self.vacuum = match machine.fluid.cavitation {
+            Cavitation::FreeGas { vacuum } => vacuum,
+            Cavitation::None => STANDARD_VACUUM,
+        };
+        let widened = |l: &JointLimits| {
+            let room = LIMIT_ROUNDING * (l.upper - l.lower);
+            [l.lower - room, l.upper + room]
+        };
+        self.limits = model.joint_limits().iter().map(widened).collect();
+    }
+
+    /// The values of the machine have changed from `before` to those of `driven`.
+    pub fn follow(&mut self, before: &dyn Model, driven: &Driven, stepper: &Stepper) {
+        self.take_bounds(driven.model);
+        if let Some(audit) = &mut self.audit {
+            let mut of = |model| stored(model, driven.payload, stepper, &mut audit.outputs);
+            audit.start += of(driven.model) - of(before);
+        }
+    }
+
+    /// The state at hand and, now and then, the ledger.
+    pub fn look(&mut self, stepper: &Stepper, driven: &Driven) {
+        let (layout, x, t) = (driven.model.layout(), &stepper.x, stepper.t);
+        for c in 0..layout.joints() {
+            let (p1, p2) = (x[layout.p1(c)], x[layout.p2(c)]);
+            let (least, most) = (p1.min(p2), p1.max(p2));
+            if most > self.ratings[c] {
+                self.note(Finding::AboveRating(c), t, most);
+            }
+            if least < self.vacuum - VACUUM_ROUNDING {
+                self.note(Finding::BelowVacuum(c), t, least);
+            }
+            let (q, [lower, upper]) = (x[layout.q(c)], self.limits[c]);
+            if q < lower || q > upper {
+                self.beyond(driven.model, c, x, t);
+            }
+        }
+        if let Some(since) = stepper.unresolved {
+            self.note(Finding::StepTooLong, since, stepper.least_part());
+        }
+        if self.audit.as_ref().is_some_and(|audit| t >= audit.next) {
+            self.audit(stepper, driven);
+        }
+    }
+
+    /// Joint `i` is outside its limits; the linkage may also have gone past its dead centre.
+    fn beyond(&mut self, model: &dyn Model, i: usize, x: &[f64], t: f64) {
+        let n = model.layout().joints();
+        let limits = &model.joint_limits()[i];
+        let (mut strokes, mut gains, mut middle) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+        let mut q = x[..n].to_vec();
+        model.strokes(&q, &mut strokes, &mut gains);
+        q[i] = 0.5 * (limits.lower + limits.upper);
+        model.strokes(&q, &mut strokes, &mut middle);
+        let turned = gains[i] * middle[i] <= 0.0;
+        self.note(if turned { Finding::DeadCentre(i) } else { Finding::OutsideLimits(i) }, t, x[i]);
+    }
+
+    fn audit(&mut self, stepper: &Stepper, driven: &Driven) {
+        let Some(audit) = &mut self.audit else { return };
+        audit.next = stepper.t + AUDIT_INTERVAL;
+        let gained = stored(driven.model, driven.payload, stepper, &mut audit.outputs) - audit.start;
+        let own = stepper.integrals().chunks_exact(LEDGER_TERMS.len()).flat_map(|row| row.iter().zip(&LEDGER_TERMS));
+        let entries = own.chain(driven.loads.account.iter().zip(&PAYLOAD_TERMS));
+        let (mut balance, mut flowed) = (0.0, 0.0);
+        for (energy, (_, _, sign)) in entries {
+            balance += sign * energy;
+            flowed += (sign * energy).abs();
+        }
+        // What flows in flows out or is stored: half of all that moved.
+        let open = (gained - balance).abs() / (0.5 * (flowed + gained.abs())).max(audit.floor / LEDGER_SHARE);
+        if open > LEDGER_SHARE || open.is_nan() {
+            self.note(Finding::LedgerOpen, stepper.t, open);
+        }
+    }
+
+    fn note(&mut self, what: Finding, time: f64, value: f64) {
+        let Some(found) = self.found.iter_mut().find(|found| found.what == what) else {
+            self.found.push(Found { what, time, farthest: value });
+            return;
+        };
+        if value.abs() > found.farthest.abs() {
+            found.farthest = value;
+        }
+    }
+
+    /// All that was found until the run came to its end, in order of time.
+    pub fn close(&mut self, stepper: &Stepper, driven: &Driven) -> Vec<Warning> {
+        self.audit(stepper, driven);
+        let mut all: Vec<Warning> = self.found.iter().map(|found| found.warning(driven.model, &self.ratings)).collect();
+        all.sort_by(|a, b| a.time.total_cmp(&b.time));
+        all
+    }
+
+    /// What was found since the last call.
+    pub fn news(&mut self, model: &dyn Model) -> Vec<Warning> {
+        let news = self.found[self.told..].iter().map(|found| found.warning(model, &self.ratings)).collect();
+        self.told = self.found.len();
+        news
+    }
+}
+
+/// Gauge pressure of vacuum where the oil of a machine knows none, Pa.
+const STANDARD_VACUUM: f64 = -1e5;
+
+/// Energy stored in crane and oil, J.
+fn stored(model: &dyn Model, payload: f64, stepper: &Stepper, outputs: &mut [f64]) -> f64 {
+    model.outputs(&stepper.x, payload, outputs);
+    outputs[ENERGIES].iter().sum()
+}
+
+impl Found {
+    fn warning(&self, model: &dyn Model, ratings: &[f64]) -> Warning {
+        let machine = model.machine();
+        let bar = |p: f64| p / 1e5;
+        let value = self.farthest;
+        let (kind, text, cure) = match self.what {
+            Finding::AboveRating(c) => (
+                "pressure-above-rating",
+                format!(
+                    "the pressure in cylinder `{}` reaches {:.0} bar; it is rated for {:.0} bar",
+                    machine.cylinders[c].name,
+                    bar(value),
+                    bar(ratings[c])
+                ),
+                "carry less or move the spool more gently; if the cylinder bears it, state \
+                 `cylinder.<name>.pressure-rating`"
+                    .to_string(),
+            ),
+            Finding::BelowVacuum(c) => (
+                "pressure-below-vacuum",
+                format!(
+                    "the pressure in cylinder `{}` falls to {:.1} bar, below vacuum: no oil pulls like this",
+                    machine.cylinders[c].name,
+                    bar(value)
+                ),
+                match machine.fluid.cavitation {
+                    Cavitation::None => "state `fluid.vacuum` in place of the law as printed".to_string(),
+                    Cavitation::FreeGas { .. } => "tighten `rtol` or shorten the step: the law of the oil forbids it".to_string(),
+                },
+            ),
+            Finding::OutsideLimits(i) => (
+                "joint-outside-limits",
+                format!("joint {} is at {}", machine.joints[i].name, against_limits(model, i, value)),
+                "stop the cylinder sooner; nothing in the model holds the joint at this limit".to_string(),
+            ),
+            Finding::DeadCentre(i) => (
+                "dead-centre-passed",
+                format!(
+                    "joint {} is past the dead centre of its linkage, at {}: its cylinder moves it the other way there",
+                    machine.joints[i].name,
+                    against_limits(model, i, value)
+                ),
+                "start farther inside the limits or stop the cylinder sooner; what follows is not what the machine does"
+                    .to_string(),
+            ),
+            Finding::LedgerOpen => (
+                "energy-ledger-open",
+                format!("{:.2} % of the energy that flowed is unaccounted for", 100.0 * value),
+                "tighten `rtol` or shorten the step; where pressures are far above the rating, the model does not hold"
+                    .to_string(),
+            ),
+            Finding::StepTooLong => (
+                "step-too-long",
+                format!("even steps cut to {:.0} us do not follow the motion everywhere", 1e6 * value),
+                "shorten `step`, or take `rodas5p`, which chooses its steps".to_string(),
+            ),
+        };
+        Warning { time: self.time, kind, text, cure }
+    }
+}
+
+/// Where joint `i` is and what its limits are, in degrees or metres.
+fn against_limits(model: &dyn Model, i: usize, q: f64) -> String {
+    let (joint, limits) = (&model.machine().joints[i], &model.joint_limits()[i]);
+    let [low, high] = limits.reasons.map(|reason| reason.name());
+    let [lower, upper] = [limits.lower, limits.upper].map(|q| in_words(joint, q));
+    format!("{}, outside its limits {lower} ({low}) and {upper} ({high})", in_words(joint, q))
+}
+
+/// A joint coordinate with its unit.
+fn in_words(joint: &Joint, q: f64) -> String {
+    match joint.kind {
+        JointKind::Revolute(_) => format!("{:.2} deg", q.to_degrees()),
+        JointKind::Prismatic { .. } => format!("{q:.4} m"),
+    }
+}
+
+/// Which joint of a pose lies outside its limits, and how, if one does.
+pub(crate) fn outside_limits(model: &dyn Model, q: &[f64]) -> Option<String> {
+    let outside = |(q, l): (&f64, &JointLimits)| {
+        let room = LIMIT_ROUNDING * (l.upper - l.lower);
+        !(*q >= l.lower - room && *q <= l.upper + room)
+    };
+    let i = q.iter().zip(model.joint_limits()).position(outside)?;
+    Some(format!("joint {} is at {}", model.machine().joints[i].name, against_limits(model, i, q[i])))
+}
+
+/// Values of a machine outside their usual ranges.
+pub fn implausible(machine: &Machine) -> Vec<Warning> {
+    let unusual = machine.warnings.iter();
+    unusual
+        .map(|u| Warning {
+            time: 0.0,
+            kind: "implausible-value",
+            text: format!("{}: {} is {}", u.place, u.key, u.text),
+            cure: u.cure.clone(),
+        })
+        .collect()
+}
+
+/// What an equilibrium `x` in the pose `q` is not: joints that rest on their end stops stand elsewhere.
+pub fn moved_starts(model: &dyn Model, q: &[f64], x: &[f64]) -> Vec<Warning> {
+    let machine = model.machine();
+    let moved = machine.joints.iter().enumerate().filter(|(i, _)| x[model.layout().q(*i)] != q[*i]);
+    moved
+        .map(|(i, joint)| Warning {
+            time: 0.0,
+            kind: "start-rests-on-stop",
+            text: format!(
+                "joint {} rests on the end stop of cylinder `{}` at {}, not at {}: the supply cannot press it so far",
+                joint.name,
+                machine.cylinders[i].name,
+                in_words(joint, x[model.layout().q(i)]),
+                in_words(joint, q[i])
+            ),
+            cure: "start outside the zone of the end stop, or give the pressures at the start".to_string(),
+        })
+        .collect()
+}
+
+/// The rating of each cylinder of a machine, Pa.
+pub(crate) fn pressure_ratings(machine: &Machine) -> Vec<f64> {
+    machine.cylinders.iter().map(|c| c.pressure_rating.unwrap_or(RATING * machine.supply.pressure)).collect()
+}
