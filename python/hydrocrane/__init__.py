@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from hydrocrane import plots, rig
     from hydrocrane.batch import BatchObservation, BatchSimulator
+    from hydrocrane.capacity import LoadChart, load_chart
     from hydrocrane.citation import cite
     from hydrocrane.compare import Comparison
     from hydrocrane.controllers import Controller, Observation, SensorFault
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     )
     from hydrocrane.identification import Identification, identify_friction
     from hydrocrane.joystick import Joystick, Stick
-    from hydrocrane.linear import LoadChart, Modes, load_chart, mode_map, modes
+    from hydrocrane.linear import Modes, mode_map, modes
     from hydrocrane.logs import Log, read_log
     from hydrocrane.machine import Machine, Value, bundled_machines, load_machine
     from hydrocrane.payload import PayloadChange
@@ -55,7 +56,7 @@ _HOME = {
     "Identification": "identification",
     "InputError": "errors",
     "Joystick": "joystick",
-    "LoadChart": "linear",
+    "LoadChart": "capacity",
     "Log": "logs",
     "Machine": "machine",
     "MachineFileError": "errors",
@@ -80,7 +81,7 @@ _HOME = {
     "bundled_scenarios": "scenario",
     "cite": "citation",
     "identify_friction": "identification",
-    "load_chart": "linear",
+    "load_chart": "capacity",
     "load_machine": "machine",
     "load_run": "result",
     "load_scenario": "scenario",

@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from hydrocrane import _core
 from hydrocrane.arrays import Array, real_array, vectors
 from hydrocrane.errors import InputError, SimulationError, translated
-from hydrocrane.machine import Machine
+from hydrocrane.machine import MachineLike, as_machine
+from hydrocrane.record_size import NUMBERS_PER_ROW, check_size
 
 # Of the errors of a step; see docs/theory/batch.md for what comes of it.
 TOLERANCE = 0.02
@@ -51,7 +52,7 @@ class BatchSimulator:
 
     Parameters
     ----------
-    crane : Machine
+    crane : Machine, str or path
     n : int
         Number of cranes.
     sample_time : float
@@ -72,7 +73,7 @@ class BatchSimulator:
 
     def __init__(
         self,
-        crane: Machine,
+        crane: MachineLike,
         n: int,
         sample_time: float = 0.01,
         *,
@@ -82,10 +83,10 @@ class BatchSimulator:
         threads: int | None = None,
         instruction_set: str | None = None,
     ) -> None:
-        if not isinstance(crane, Machine):
-            raise InputError(f"crane must be a Machine from load_machine, got {crane!r}")
+        crane = as_machine(crane)
         self.crane = crane
         self.n = _count(n, "n, the number of cranes,")
+        check_size("a batch of so many cranes", self.n, NUMBERS_PER_ROW, "fewer cranes, in several batches")
         self.sample_time = _seconds(sample_time, "sample_time")
         self.step_size = self.sample_time if step is None else _seconds(step, "step")
         self.tolerance = _positive(tolerance, "tolerance", "in units of the states' scales")

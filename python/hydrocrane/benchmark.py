@@ -9,6 +9,7 @@ every run.
 from __future__ import annotations
 
 import csv
+import io
 import json
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field, fields
@@ -22,17 +23,20 @@ from hydrocrane.arrays import Array, seed_number
 from hydrocrane.controllers import checked_controller
 from hydrocrane.errors import HydrocraneError, InputError
 from hydrocrane.joystick import Joystick
-from hydrocrane.machine import Machine, load_machine
+from hydrocrane.machine import Machine, MachineLike, as_machine
 from hydrocrane.metrics import Metrics, Motion, metrics
 from hydrocrane.result import Run
 from hydrocrane.scenario import Scenario
 from hydrocrane.simulation import simulate
 from hydrocrane.tasks import Task
+from hydrocrane.whole_file import write_text
 
 MACHINE = "rottne-f9-lab"
 START = {"boom": np.radians(100.0), "jib": np.radians(100.0), "extension": 0.0}
 CONTROLLERS = ("tip", "heinze-pid")
 LOGS = (100.0, 200.0)
+# Shares of the path below which a tip counts as standing still, and as stopping short of the end.
+STANDING, SHORT = 0.05, 0.9
 FRICTION_KEYS = ("coulomb", "breakaway", "viscous")
 
 
@@ -110,12 +114,27 @@ class Result:
     asked: Array = field(default_factory=lambda: np.empty((0, 2)))
 
     @property
+    def score(self) -> float:
+        """As of :class:`hydrocrane.metrics.Metrics`; 0 without a motion."""
+        return 0.0 if self.metrics is None else self.metrics.score
+
+    @property
+    def remark(self) -> str:
+        """What one must know beside the deviation: a tip that hardly moves cannot deviate."""
+        if self.metrics is None:
+            return "no motion"
+        share = f"{self.metrics.reached:.0%} of the path"
+        if self.metrics.reached < STANDING:
+            return f"stands still: {share}"
+        return f"stops short: {share}" if self.metrics.reached < SHORT else ""
+
+    @property
     def row(self) -> dict[str, Any]:
         """Plain values for a table; figures that are not there are ``None``."""
         nothing = {f.name: None for f in fields(Metrics)}
         figures = nothing if self.metrics is None else {k: _plain(v) for k, v in asdict(self.metrics).items()}
         head = {"controller": self.controller, "task": self.case.task.name, "speed": self.case.task.speed}
-        end = {"outcome": self.outcome, "message": self.message}
+        end = {"remark": self.remark, "outcome": self.outcome, "message": self.message}
         return head | asdict(self.case.condition) | figures | end
 
 
@@ -127,20 +146,29 @@ class Benchmark:
     seed: int
     results: tuple[Result, ...]
 
+    @property
+    def standings(self) -> dict[str, float]:
+        """Mean score of each controller over its cases, the best first."""
+        scores: dict[str, list[float]] = {}
+        for result in self.results:
+            scores.setdefault(result.controller, []).append(result.score)
+        means = {controller: float(np.mean(values)) for controller, values in scores.items()}
+        return dict(sorted(means.items(), key=lambda item: -item[1]))
+
     def save(self, folder: Path) -> list[Path]:
         """Write ``control-benchmark.csv`` and ``control-benchmark.json`` (SI units); returns their paths."""
         from hydrocrane import __version__
 
-        folder.mkdir(parents=True, exist_ok=True)
         rows = [result.row for result in self.results]
-        table, text = folder / "control-benchmark.csv", folder / "control-benchmark.json"
-        with table.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, list(rows[0]))
-            writer.writeheader()
-            writer.writerows(rows)
+        table = io.StringIO(newline="")
+        writer = csv.DictWriter(table, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
         content = {"hydrocrane": __version__, "machine": self.machine, "seed": self.seed, "results": rows}
-        text.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-        return [table, text]
+        return [
+            write_text(folder / "control-benchmark.csv", table.getvalue()),
+            write_text(folder / "control-benchmark.json", json.dumps(content, indent=1, allow_nan=False) + "\n"),
+        ]
 
 
 def all_cases() -> list[Case]:
@@ -177,7 +205,7 @@ def benchmark(
     controllers: Iterable[Any] = CONTROLLERS,
     cases: Sequence[Case] | None = None,
     *,
-    machine: str | Machine = MACHINE,
+    machine: MachineLike = MACHINE,
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
 ) -> Benchmark:
@@ -189,7 +217,7 @@ def benchmark(
         Names, or controllers of one's own as in :class:`hydrocrane.Scenario`.
     cases : sequence of Case, optional
         Default is :func:`all_cases`.
-    machine : str or Machine
+    machine : Machine, str or path
         With the joints of the laboratory crane, boom, jib and extension, unless every case has its own start.
     seed : int
         Draws the errors of the sensors; zero or greater.
@@ -201,7 +229,7 @@ def benchmark(
     if not drivers or not cases:
         raise InputError("a benchmark needs one controller and one case or more")
     seed = seed_number(seed)
-    crane = machine if isinstance(machine, Machine) else load_machine(machine)
+    crane = as_machine(machine)
     if set(crane.joint_names) != set(START) and any(case.start is None for case in cases):
         fit = f"the benchmark's tasks fit a crane with the joints {', '.join(START)}"
         raise InputError(f"{fit}; {crane.name} has {', '.join(crane.joint_names)}")
@@ -218,7 +246,7 @@ def run_case(crane: Machine, controller: Any, case: Case, *, seed: int = 0) -> R
     """Run one case; what the controller refuses or fails at is part of the result."""
     name = controller if isinstance(controller, str) else getattr(controller, "__name__", type(controller).__name__)
     try:
-        run = simulate(scenario_of(crane, controller, case, seed=seed), ledger=False)
+        run = simulate(scenario_of(crane, controller, case, seed=seed), ledger=False, on_error="stop")
     except HydrocraneError as error:
         return Result(name, case, "refused", str(error))
     message = "" if run.outcome.completed else run.outcome.message

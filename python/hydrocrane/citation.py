@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from os import PathLike
 from typing import TYPE_CHECKING
 
 from hydrocrane.errors import InputError
 
 if TYPE_CHECKING:
-    from hydrocrane.machine import Machine
+    from hydrocrane.machine import MachineLike
     from hydrocrane.result import Run
 
 ENTRIES = {
@@ -70,20 +71,20 @@ ENTRIES = {
 _METHODS = {"rodas5p": "steinebach2023", "ros4l": "luan2017", "tsit5": "tsitouras2011", "ros3l": "hairer1996"}
 
 
-def cite(subject: Machine | Run) -> str:
+def cite(subject: MachineLike | Run) -> str:
     """BibTeX of this package, the laws and the method that `subject` uses, and the sources of its machine's values.
 
     Parameters
     ----------
-    subject : Machine or Run
+    subject : Machine, str, path or Run
         A run adds its integration method. Sources that a machine file names in words come as comments.
     """
-    from hydrocrane.machine import Machine
+    from hydrocrane.machine import as_machine
     from hydrocrane.result import Run
 
-    if not isinstance(subject, Machine | Run):
-        raise InputError(f"cite takes a Machine or a Run, got {type(subject).__name__}")
-    crane = subject if isinstance(subject, Machine) else subject.machine
+    if not isinstance(subject, Run | str | PathLike) and not hasattr(subject, "provenance"):
+        raise InputError(f"cite takes a machine, its name or path, or a Run; got {type(subject).__name__}")
+    crane = subject.machine if isinstance(subject, Run) else as_machine(subject)
     keys = ["heinze2007"]
     if any(name.endswith(".z") for name in crane.state_names):
         keys.append("canudas1995")

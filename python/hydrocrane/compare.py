@@ -132,7 +132,7 @@ def _pairs(data: xr.Dataset, table: dict[str, Array], columns: Mapping[str, str]
     if columns is None:
         pairs = {name: name for name in table if name in data.data_vars}
         if not pairs:
-            names = ", ".join(n for n in table if n not in TIME_NAMES)
+            names = ", ".join(n for n in table if n.lower() not in TIME_NAMES)
             raise InputError(f"no column of the log ({names}) is a name of the run; say which is which with columns=")
     else:
         pairs = dict(columns)

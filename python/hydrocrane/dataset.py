@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import xarray as xr
 
 from hydrocrane.machine import Machine
 from hydrocrane.payload import PayloadChange
+from hydrocrane.result_warning import to_json
 from hydrocrane.samples import add_samples, stage_rows
 from hydrocrane.scenario import Scenario
 
@@ -105,6 +107,8 @@ def _run_attributes(crane: Machine, plan: Scenario, raw: dict[str, Any], payload
         "payload": payload,
         "payload_changes": json.dumps(raw["payload_changes"]),
         "events": json.dumps(_events(raw)),
+        "warnings": to_json(raw["warnings"]),
+        "verification": json.dumps(asdict(raw["verification"]) if "verification" in raw else None),
         "seed": plan.seed,
         "phases": json.dumps([(begin, str(then.driver), then.machine_overrides) for begin, then in plan.stages()[1:]]),
         "outcome": kind,

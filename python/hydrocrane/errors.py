@@ -14,8 +14,15 @@ from contextlib import contextmanager
 LEAST_BEGINNING = 4
 
 
+# Letters of a message; files can hold values of any length, and messages quote them.
+LONGEST_MESSAGE = 2000
+
+
 class HydrocraneError(ValueError):
-    """Base of all errors raised by this package."""
+    """Base of all errors raised by this package; the middle of very long messages is left out."""
+
+    def __init__(self, message: str = "") -> None:
+        super().__init__(shortened(message))
 
 
 class InputError(HydrocraneError):
@@ -76,6 +83,15 @@ def translated(kind: type[HydrocraneError] = InputError) -> Iterator[None]:
         raise MachineFileError(*error.args) from None
     except ValueError as error:
         raise kind(str(error)) from None
+
+
+def shortened(message: str) -> str:
+    """A message without the middle of what it quotes, where it is too long; begin and end say what and the cure."""
+    left_out = len(message) - LONGEST_MESSAGE
+    if left_out <= 0:
+        return message
+    half = LONGEST_MESSAGE // 2
+    return f"{message[:half]} ... ({left_out} letters left out) ... {message[-half:]}"
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

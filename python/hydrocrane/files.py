@@ -2,25 +2,37 @@
 
 from __future__ import annotations
 
+import importlib.util
+import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import h5netcdf
 import xarray as xr
 
 from hydrocrane.errors import ResultFileError, nearest
+from hydrocrane.whole_file import written_whole
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
 def save(data: xr.Dataset, path: Path) -> Path:
-    """Write `data` in the format of the suffix; missing folders are made. Returns the path."""
+    """Write `data` in the format of the suffix, whole or not at all; missing folders are made. Returns the path."""
+    writer = _WRITERS[checked_suffix(path)]
+    with written_whole(path) as beside:
+        writer(data, beside)
+    return path
+
+
+def checked_suffix(path: Path) -> str:
+    """The suffix of a file for a run, or an error that names those that can be written here."""
     suffix = path.suffix.lower()
     if suffix not in _WRITERS:
         raise ResultFileError(f"cannot write `{path.name}`: unknown suffix `{suffix}`{nearest(suffix, _WRITERS)}")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    _WRITERS[suffix](data, path)
-    return path
+    if suffix == ".parquet" and importlib.util.find_spec("pyarrow") is None:
+        raise ResultFileError("Parquet files need the package pyarrow; install hydrocrane[parquet]")
+    return suffix
 
 
 def load_netcdf(path: Path) -> xr.Dataset:
@@ -44,11 +56,17 @@ def frame(data: xr.Dataset) -> pd.DataFrame:
     return table
 
 
-def _netcdf(data: xr.Dataset, path: Path) -> None:
-    data.to_netcdf(path, engine="h5netcdf")
+def write_netcdf(data: xr.Dataset, path: Path) -> None:
+    """HDF5 that cannot finish a file on a full disk takes the whole process down: it writes into memory."""
+    from xarray.backends import H5NetCDFStore
+
+    content = io.BytesIO()
+    with h5netcdf.File(content, "w") as stored:
+        data.dump_to_store(H5NetCDFStore(stored))
+    path.write_bytes(content.getbuffer())
 
 
-def _matlab(data: xr.Dataset, path: Path) -> None:
+def write_matlab(data: xr.Dataset, path: Path) -> None:
     """One column vector per variable, dots in names as underscores; `units` and `names` are structs beside them."""
     from scipy.io import savemat
 
@@ -70,10 +88,7 @@ def _csv(data: xr.Dataset, path: Path) -> None:
 
 
 def _parquet(data: xr.Dataset, path: Path) -> None:
-    try:
-        frame(data).to_parquet(path, index=False)
-    except ImportError:
-        raise ResultFileError("Parquet files need the package pyarrow; install hydrocrane[parquet]") from None
+    frame(data).to_parquet(path, index=False)
 
 
-_WRITERS = {".nc": _netcdf, ".mat": _matlab, ".csv": _csv, ".parquet": _parquet}
+_WRITERS = {".nc": write_netcdf, ".mat": write_matlab, ".csv": _csv, ".parquet": _parquet}

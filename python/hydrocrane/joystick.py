@@ -14,6 +14,8 @@ from hydrocrane.errors import InputError, unknown
 MODES = ("tip", "lever")
 TIP_AXES = ("x", "z")
 INTERPOLATIONS = ("hold", "linear")
+# How far beyond its end rounding may take a deflection; it counts as the end.
+ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -111,7 +113,7 @@ class Joystick:
 
         table = columns_of(log)
         if columns is None:
-            own = {name: name.removeprefix("stick.") for name in table if name not in TIME_NAMES}
+            own = {name: name.removeprefix("stick.") for name in table if name.lower() not in TIME_NAMES}
             prefixed = {name: axis for name, axis in own.items() if name.startswith("stick.")}
             columns = prefixed or {n: a for n, a in own.items() if mode == "lever" or a in TIP_AXES}
         for name in columns:
@@ -143,6 +145,7 @@ class Joystick:
             raw = np.array([np.interp(t, self.time, column) for column in table.T])
         else:
             raw = table[row]
+        raw = np.clip(raw, -1.0, 1.0)
         beyond = (raw - np.clip(raw, -self.dead_zone, self.dead_zone)) / (1.0 - self.dead_zone)
         return Stick(self.mode, beyond, self.full_speed)
 
@@ -151,9 +154,9 @@ def _deflections(name: str, values: Any, time: Array) -> Array:
     array = real_array(values, f"the deflection of `{name}`")
     if array.shape != time.shape:
         raise InputError(f"the deflection of `{name}` has shape {array.shape} for {time.size} times")
-    if (np.abs(array) > 1).any():
-        raise InputError(f"the deflection of `{name}` reaches {np.abs(array).max():g}; a stick ends at 1")
-    return array
+    if (np.abs(array) > 1 + ROUNDING).any():
+        raise InputError(f"the deflection of `{name}` reaches {np.abs(array).max():.9g}; a stick ends at 1")
+    return np.clip(array, -1.0, 1.0)
 
 
 def _number(name: str, value: float) -> float:

@@ -7,13 +7,14 @@ spool stroke; positive extends the piston. Equation numbers are those of Heinze 
 
 from __future__ import annotations
 
+import warnings
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,6 +22,7 @@ from numpy.typing import ArrayLike
 from hydrocrane import _core
 from hydrocrane.arrays import Array, real_array, rows, scalars, vectors
 from hydrocrane.errors import HydrocraneError, InputError, OutOfReachError, translated, unknown
+from hydrocrane.result_warning import DoubtfulResult, ResultWarning
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,7 +43,7 @@ def load_machine(source: str | PathLike[str], overrides: Mapping[str, Any] | Non
         Name of a bundled machine, or a path to a TOML file.
     overrides : mapping, optional
         Dotted key to value, for example ``{"supply.pressure": "100 bar", "payload.mass": 200}``; a number is SI,
-        a string carries its unit.
+        a string carries its unit. They count before the file; a scenario's own payload counts before them.
 
     Raises
     ------
@@ -54,6 +56,21 @@ def load_machine(source: str | PathLike[str], overrides: Mapping[str, Any] | Non
     path = Path(source)
     bundled = str(source) in _core.bundled_machines()
     return Machine(core, str(source) if bundled else str(path.resolve()), given)
+
+
+def as_machine(machine: MachineLike) -> Machine:
+    """`machine` itself, or the one that its name or path stands for.
+
+    Raises
+    ------
+    InputError
+        Where it is neither a machine, nor a name, nor a path.
+    """
+    if isinstance(machine, Machine):
+        return machine
+    if isinstance(machine, str | PathLike):
+        return load_machine(machine)
+    raise InputError(f"a machine is given as a Machine, a bundled name or a path of a file; got {machine!r}")
 
 
 def bundled_machines() -> tuple[str, ...]:
@@ -74,7 +91,10 @@ def _plain(key: str, value: Any) -> Override:
     if isinstance(value, bool | str):
         return value
     if isinstance(value, int | float):
-        return float(value)
+        try:
+            return float(value)
+        except OverflowError:
+            raise InputError(f"override `{key}` is a whole number beyond 1.8e308; give a smaller one") from None
     if isinstance(value, list | tuple | np.ndarray):
         return [_plain(key, item) for item in value]
     raise InputError(f"override `{key}` must be a number (SI), a string with its unit, a bool or a list; got {value!r}")
@@ -101,6 +121,9 @@ class Value:
     unit: str
     provenance: str
     source: str
+
+
+MachineLike: TypeAlias = "Machine | str | PathLike[str]"
 
 
 class Machine:
@@ -215,6 +238,11 @@ class Machine:
             return si[0] if len(si) == 1 else np.array(si, dtype=np.float64)
 
         return {key: Value(key, plain(si), unit, kind, source) for key, si, unit, kind, source in self.core.values}
+
+    @property
+    def warnings(self) -> tuple[ResultWarning, ...]:
+        """Values outside their usual ranges, with the unit that was probably meant; kind ``implausible-value``."""
+        return tuple(ResultWarning(*entry) for entry in self.core.warnings)
 
     @property
     def sensors(self) -> dict[str, str]:
@@ -427,14 +455,33 @@ class Machine:
 
         ``hold`` has the spools centred, friction 0, and p1 A1 - p2 A2 equal to the static force with the lower
         chamber at the machine's back pressure; ``steady`` also opens the spools so that the pressures stay constant.
+
+        A piston that the supply cannot press so far into its end stop rests on the stop instead: the state then has
+        another joint coordinate than `q`, and a :class:`~hydrocrane.result_warning.DoubtfulResult` says so.
+
+        Raises
+        ------
+        OutOfReachError
+            If the pose lies outside the joint limits, or nothing can hold the crane in it.
         """
+        states, doubts = self.rest(q, mode, payload=payload)
+        for text in dict.fromkeys(str(doubt) for doubt in doubts):
+            warnings.warn(text, DoubtfulResult, stacklevel=2)
+        return states
+
+    def rest(
+        self, q: ArrayLike, mode: Literal["hold", "steady"] = "hold", *, payload: float | None = None
+    ) -> tuple[Array, tuple[ResultWarning, ...]]:
+        """As :meth:`equilibrium`, with what makes the states doubtful in place of Python warnings."""
         if mode not in ("hold", "steady"):
             raise unknown("equilibrium mode", mode, ("hold", "steady"))
         lead, (table,) = rows(self._joints(q))
         mass = self.payload(payload)
         with translated(OutOfReachError):
             found = [self.core.equilibrium(np.ascontiguousarray(pose), mode, mass) for pose in table]
-        return np.array(found, dtype=np.float64).reshape(*lead, len(self.state_names))
+        moved = [self.core.moved_starts(np.ascontiguousarray(pose), x) for pose, x in zip(table, found, strict=True)]
+        doubts = tuple(ResultWarning(*entry) for entries in moved for entry in entries)
+        return np.array(found, dtype=np.float64).reshape(*lead, len(self.state_names)), doubts
 
     def measure(
         self,

@@ -16,6 +16,11 @@ from hydrocrane.arrays import Array
 AT_REST = 5e-3
 # Energy in the springs of the end stops above which a piston has hit one, J.
 HIT = 0.1
+# RMS deviation that halves the score, m.
+HALVING = 0.01
+# Points of a path on which progress is counted; how far ahead of the last place, as a share of the path, the next one
+# may be; and how much nearer to the tip it must be for each metre that it is farther ahead, m.
+PLACES, AHEAD, RELUCTANCE = 500, 0.2, 0.01
 
 
 @dataclass(frozen=True)
@@ -57,6 +62,10 @@ class Metrics:
 
     Attributes
     ----------
+    score : float
+        ``reached / (1 + path_rms / 10 mm)``: 1 for the whole path without deviation, 0 for a tip that stands still.
+    reached : float
+        Share of the path's length that the tip went along, in the order of the path.
     path_max, path_rms : float
         Distance of the tip from the commanded path, m.
     end_error : float
@@ -79,6 +88,8 @@ class Metrics:
         tip; NaN for a controller without a set-point.
     """
 
+    score: float
+    reached: float
     path_max: float
     path_rms: float
     end_error: float
@@ -97,9 +108,12 @@ def metrics(motion: Motion) -> Metrics:
     aside = _length(motion.tip - nearest_on_path(motion.tip, motion.asked))
     error = _length(motion.tip - motion.asked)
     fastest = float(_length(motion.asked_velocity).max())
+    reached, path_rms = share_reached(motion.tip, motion.asked), _rms(aside)
     return Metrics(
+        score=reached / (1.0 + path_rms / HALVING),
+        reached=reached,
         path_max=float(aside.max()),
-        path_rms=_rms(aside),
+        path_rms=path_rms,
         end_error=float(error[-1]),
         speed_error=_speed_error(motion, fastest),
         time=_rest_from(motion),
@@ -131,6 +145,27 @@ def nearest_on_path(points: Array, path: Array) -> Array:
         closer = here < distance
         nearest[closer], distance[closer] = place[closer], here[closer]
     return nearest
+
+
+def share_reached(points: Array, asked: Array) -> float:
+    """How far points (m, 2) went along a path that is asked for at the same times (m, 2), as a share of its length.
+
+    The place on the path never goes back, is never ahead of what has been asked for, and goes on by at most a share
+    ``AHEAD`` of the path at once, so that a tip that stays at the start of a closed path has not come to its end.
+    """
+    travelled = np.concatenate([[0.0], np.cumsum(_length(np.diff(asked, axis=0)))])
+    whole = travelled[-1]
+    if whole == 0:
+        return 1.0
+    place = np.linspace(0.0, whole, PLACES + 1)
+    path = np.column_stack([np.interp(place, travelled, column) for column in asked.T])
+    latest = np.searchsorted(place, travelled * (1 + 1e-12), side="right")
+    at, most = 0, int(AHEAD * PLACES)
+    for point, end in zip(points, latest, strict=True):
+        ahead = slice(at, max(at + 1, min(int(end), at + most)))
+        away = _length(path[ahead] - point) + RELUCTANCE * (place[ahead] - place[at])
+        at += int(np.argmin(away))
+    return at / PLACES
 
 
 def significant(value: float) -> str:

@@ -15,6 +15,8 @@ import xarray as xr
 from hydrocrane import files, summary
 from hydrocrane.errors import ResultFileError
 from hydrocrane.payload import PayloadChange
+from hydrocrane.result_warning import ResultWarning, from_json
+from hydrocrane.verification import Verification
 
 if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
@@ -51,10 +53,14 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Event:
-    """Something worth knowing that happened at `time` (s) of a run, such as a controller without a usable command."""
+    """Something worth knowing that happened at `time` (s) of a run, such as a controller without a usable command.
+
+    `warning` is the kind of the warning that the event tells, and empty for any other event.
+    """
 
     time: float
     text: str
+    warning: str = ""
 
 
 class Run:
@@ -89,8 +95,21 @@ class Run:
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """What happened on the way, in order of time: trouble of a controller, loads taken up and let go."""
-        return tuple(Event(float(time), str(text)) for time, text in json.loads(self.data.attrs.get("events", "[]")))
+        """What happened on the way, in order of time: trouble of a controller, loads taken up and let go, warnings."""
+        own = [Event(float(time), str(text)) for time, text in json.loads(self.data.attrs.get("events", "[]"))]
+        doubts = [Event(warning.time, f"warning: {warning}", warning.kind) for warning in self.warnings]
+        return tuple(sorted([*own, *doubts], key=lambda event: event.time))
+
+    @property
+    def warnings(self) -> tuple[ResultWarning, ...]:
+        """Why the run may be wrong, in order of time, with cause and cure; see docs/reference/warnings.md."""
+        return from_json(self.data.attrs.get("warnings", "[]"))
+
+    @property
+    def verification(self) -> Verification | None:
+        """How the run differs from a tighter repeat; ``None`` where it was run without ``verify``."""
+        found = json.loads(self.data.attrs.get("verification", "null"))
+        return None if found is None else Verification(**found)
 
     @property
     def payload_changes(self) -> tuple[PayloadChange, ...]:

@@ -27,9 +27,14 @@ from hydrocrane.joystick import TIP_AXES, Joystick
 from hydrocrane.machine import Machine, load_machine, plain_overrides
 from hydrocrane.payload import payload_changes
 from hydrocrane.phases import Phase, checked_phases
+from hydrocrane.precedence import check_agreement, later_counts, stated_fields
+from hydrocrane.record_size import NUMBERS_PER_ROW, check_size, row_count
+from hydrocrane.result_warning import ResultWarning
 
 METHODS = ("rodas5p", "ros4l", "tsit5", "ros3l")
 FIXED_STEPS = "ros3l"
+# Least time between samples of a controller, s; machine files have the same bound.
+LEAST_PERIOD = 1e-4
 INTERPOLATIONS = ("hold", "linear")
 
 
@@ -78,8 +83,8 @@ class Solver:
     ``rodas5p`` and ``ros4l`` are stiff methods with the exact Jacobian, ``tsit5`` is explicit: they choose their
     steps, up to `max_step` (s). With LuGre friction ``ros4l`` is the quickest, with static friction ``rodas5p`` is
     the more exact. ``ros3l``, stiff as well, takes equal steps no longer than `step` (s) between changes of a
-    command, whatever error they make: each step costs the same, for real time. `atol` scales the absolute
-    tolerances of all states together; ``None`` leaves them in their fixed proportion to `rtol`.
+    command, for real time: it cuts a step only where its error is gross, into at most 64 parts. `atol` scales the
+    absolute tolerances of all states together; ``None`` leaves them in their fixed proportion to `rtol`.
     """
 
     method: str = "rodas5p"
@@ -108,6 +113,10 @@ class Solver:
 @dataclass(frozen=True)
 class Scenario:
     """A complete description of one run.
+
+    `payload`, the `period` of a named controller and the joystick's `full_speed` stand for values that the machine
+    states too. They count before the machine's; of `changed` and :func:`hydrocrane.simulate` whatever is given there
+    counts, be it the field or the override. Two different values given at once are an error.
 
     Parameters
     ----------
@@ -190,15 +199,33 @@ class Scenario:
         _positive("record_interval", self.record_interval)
         if isinstance(self.commands, Mapping):
             object.__setattr__(self, "commands", {c: _as_command(c, v) for c, v in self.commands.items()})
+        if self.payload is not None:
+            mass = real_array(self.payload, "payload")
+            if mass.ndim or mass < 0:
+                raise InputError(f"payload must be one mass in kg, zero or more; got {self.payload!r}")
         overrides = plain_overrides(self.overrides)
+        check_agreement(self, overrides)
         if isinstance(self.machine, Machine):
-            overrides = {**self.machine.overrides, **overrides}
+            hidden = stated_fields(self)
+            own = {key: value for key, value in self.machine.overrides.items() if key not in hidden}
+            overrides = {**own, **overrides}
             object.__setattr__(self, "machine", self.machine.source)
         object.__setattr__(self, "machine", str(self.machine))
         object.__setattr__(self, "overrides", overrides)
+        for phase in self.phases:
+            mass = phase.overrides.get("payload.mass")
+            if mass is not None and mass != overrides.get("payload.mass"):
+                raise InputError(
+                    f"the phase from {phase.time:g} s on overrides `payload.mass`, but a load goes on through phases: "
+                    f"give payload_changes={{{phase.time:g}: ...}} in kg"
+                )
 
     def changed(self, **changes: Any) -> Scenario:
-        """A copy with some fields, or fields of its solver, replaced; `overrides` are added to those it has."""
+        """A copy with some fields, or fields of its solver, replaced; `overrides` are added to those it has.
+
+        What is given here counts before what the scenario states: ``overrides={"payload.mass": 200}`` before its
+        `payload`, and ``payload=200`` before its override. Different values for both are an error.
+        """
         own = {f.name for f in dataclasses.fields(self)}
         inner = {f.name for f in dataclasses.fields(self.solver)}
         for name in changes:
@@ -209,7 +236,8 @@ class Scenario:
         if inside.get("method", FIXED_STEPS) != FIXED_STEPS:
             inside.setdefault("step", None)
         if "overrides" in changes:
-            changes["overrides"] = {**self.overrides, **plain_overrides(changes["overrides"])}
+            changes["overrides"] = plain_overrides(changes["overrides"])
+        changes = later_counts(self, changes)
         return dataclasses.replace(self, solver=dataclasses.replace(solver, **inside), **changes)
 
     def _check_loop(self) -> None:
@@ -225,6 +253,8 @@ class Scenario:
             raise InputError("sensor_faults need a controller or a joystick: without one nobody reads the sensors")
         if self.period is not None:
             _positive("period", self.period)
+            if self.period < LEAST_PERIOD:
+                raise InputError(f"period is {self.period:g} s; the least is {LEAST_PERIOD:g} s")
         delay = real_array(self.delay, "delay")
         if delay.ndim or delay < 0:
             raise InputError(f"delay must be one number, zero or greater, in seconds; got {self.delay!r}")
@@ -271,13 +301,7 @@ class Scenario:
 
     @property
     def _loop_overrides(self) -> dict[str, Any]:
-        extra: dict[str, Any] = {}
-        if isinstance(self.driver, str):
-            if self.period is not None:
-                extra["control.period"] = float(self.period)
-            if self.joystick is not None and self.joystick.full_speed is not None and self.driver != "lever":
-                extra[f"control.{self.driver}.full-speed"] = float(self.joystick.full_speed)
-        return extra
+        return {key: value for key, (_, value, _) in stated_fields(self).items() if key != "payload.mass"}
 
     def believed_machine(self, crane: Machine) -> Machine:
         """What the controller takes `crane` for."""
@@ -329,16 +353,20 @@ class Scenario:
 
     def initial_state(self, crane: Machine) -> Array:
         """State (n_states,) at time zero."""
+        return self.start(crane)[0]
+
+    def start(self, crane: Machine) -> tuple[Array, tuple[ResultWarning, ...]]:
+        """State (n_states,) at time zero, and what makes it doubtful."""
         q = self._start_pose(crane)
         if isinstance(self.pressures, str):
             if self.pressures != "equilibrium":
                 raise unknown("start of the pressures", self.pressures, ("equilibrium",))
-            return crane.equilibrium(q, payload=self.payload)
+            return crane.rest(q, payload=self.payload)
         _known_names("cylinder", self.pressures, crane.cylinder_names)
         missing = [c for c in crane.cylinder_names if c not in self.pressures]
         if missing:
             raise InputError(f"no start pressures for cylinder {', '.join(missing)}; give (p1, p2) of every cylinder")
-        return crane.pack_state(q, p=[self.pressures[c] for c in crane.cylinder_names])
+        return crane.pack_state(q, p=[self.pressures[c] for c in crane.cylinder_names]), ()
 
     def command_grid(self, crane: Machine) -> tuple[Array, Array, bool]:
         """Commands of all cylinders on common times: times (k,), spools (k, n_cyl), and whether to join linearly."""
@@ -360,9 +388,16 @@ class Scenario:
         return times, table, kinds == {"linear"}
 
     def record_times(self) -> Array:
-        """Times at which the run is recorded, from 0 to `duration`, s."""
-        count = int(np.floor(self.duration / self.record_interval * (1 + 1e-12)))
-        times: Array = np.arange(count + 1, dtype=np.float64) * self.record_interval
+        """Times at which the run is recorded, from 0 to `duration`, s.
+
+        Raises
+        ------
+        InputError
+            Where the record would take more than :data:`hydrocrane.record_size.MOST_BYTES`.
+        """
+        count = row_count(self.duration, self.record_interval)
+        check_size("the record of this run", count, NUMBERS_PER_ROW, "a longer record_interval or a shorter duration")
+        times: Array = np.arange(int(count), dtype=np.float64) * self.record_interval
         if self.duration - times[-1] > 1e-9 * self.duration:
             return np.append(times, self.duration)
         times[-1] = self.duration
@@ -374,11 +409,14 @@ class Scenario:
         if missing:
             raise InputError(f"no start value for joint {', '.join(missing)}; give every joint of {crane.name}")
         q = real_array([self.joints[j] for j in crane.joint_names], "joints")
-        for name, unit, value in zip(crane.joint_names, crane.joint_units, q, strict=True):
+        for name, unit, value, (low, high) in zip(
+            crane.joint_names, crane.joint_units, q, np.rad2deg(crane.joint_limits), strict=True
+        ):
             if unit == "rad" and abs(value) > 2.0 * np.pi:
+                meant = f"; numbers are radians: write np.deg2rad({value:g})" if low <= value <= high else ""
                 raise InputError(
-                    f"joint {name} starts at {value:g} rad, more than a whole turn; angles are in radians, "
-                    f"{value:g} degrees are np.deg2rad({value:g})"
+                    f"joint {name} starts at {value:g} rad, {np.rad2deg(value):g} deg: more than a whole turn; its "
+                    f"limits are {low:.1f} and {high:.1f} deg{meant}"
                 )
         return q
 

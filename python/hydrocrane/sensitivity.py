@@ -23,6 +23,7 @@ from hydrocrane.arrays import Array, real_array
 from hydrocrane.dataset import run_dataset
 from hydrocrane.errors import InputError, translated, unknown
 from hydrocrane.result import Outcome, Run
+from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario import Scenario, load_scenario
 from hydrocrane.simulation import interruptible
 
@@ -222,6 +223,7 @@ class Sensitivities:
             "ledger": [],
             "payloads": np.full(len(raw["t"]), made.payload),
             "payload_changes": [],
+            "warnings": tuple(ResultWarning(*entry) for entry in raw["warnings"]),
         }
         data = run_dataset(made.machine, made.plan, record, payload=made.payload, wall=self._wall)
         return Run(data, made.machine)

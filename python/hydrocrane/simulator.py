@@ -13,8 +13,9 @@ from hydrocrane import _core
 from hydrocrane.arrays import Array, real_array, seed_number, vectors
 from hydrocrane.controllers import SENSORS, Observation, SensorFault
 from hydrocrane.errors import InputError, SimulationError, translated, unknown
-from hydrocrane.machine import Machine
+from hydrocrane.machine import MachineLike, as_machine
 from hydrocrane.payload import PayloadChange
+from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario import Solver
 
 
@@ -23,7 +24,7 @@ class Simulator:
 
     Parameters
     ----------
-    crane : Machine
+    crane : Machine, str or path
     sample_time : float
         s.
     payload : float, optional
@@ -39,7 +40,7 @@ class Simulator:
 
     def __init__(
         self,
-        crane: Machine,
+        crane: MachineLike,
         sample_time: float = 0.01,
         *,
         payload: float | None = None,
@@ -50,8 +51,7 @@ class Simulator:
         seed: int = 0,
         sensor_faults: Sequence[SensorFault] = (),
     ) -> None:
-        if not isinstance(crane, Machine):
-            raise InputError(f"crane must be a Machine from load_machine, got {crane!r}")
+        crane = as_machine(crane)
         period = real_array(sample_time, "sample_time")
         if period.ndim or period <= 0:
             raise InputError(f"sample_time must be one number greater than zero, in seconds; got {sample_time!r}")
@@ -60,6 +60,7 @@ class Simulator:
         self._start_payload = crane.payload(payload)
         self.sample_time = float(period)
         self.outcome: str | None = None
+        self._warnings: tuple[ResultWarning, ...] = ()
         if sensors not in SENSORS:
             raise unknown("kind of sensors", sensors, SENSORS)
         faults = [fault.entry for fault in sensor_faults]
@@ -95,6 +96,12 @@ class Simulator:
         """At the tip, kg."""
         return float(self._core.payload)
 
+    @property
+    def warnings(self) -> tuple[ResultWarning, ...]:
+        """What has made the simulation doubtful since the last reset, see docs/reference/warnings.md."""
+        self._warnings += tuple(ResultWarning(*entry) for entry in self._core.warnings())
+        return self._warnings
+
     def set_payload(self, mass: float) -> PayloadChange:
         """From here on the tip carries `mass`, kg: takes up a load that lies still, or lets one go.
 
@@ -114,14 +121,14 @@ class Simulator:
         if (q is None) == (state is None):
             raise InputError("reset takes either q, a pose to rest in, or state, a full state")
         if q is not None:
-            start = self.crane.equilibrium(q, payload=self._start_payload)
+            start, doubts = self.crane.rest(q, payload=self._start_payload)
         else:
-            start = vectors(cast(ArrayLike, state), "state", self.crane.state_names)
+            start, doubts = vectors(cast(ArrayLike, state), "state", self.crane.state_names), ()
         if start.ndim != 1:
             raise InputError(f"reset takes one pose or one state, got a batch of shape {start.shape[:-1]}")
         with translated():
             self._core.reset(np.ascontiguousarray(start))
-        self.outcome = "completed"
+        self.outcome, self._warnings = "completed", doubts
         return self._seen(self._core.observation)
 
     def step(self, spool_command: ArrayLike) -> Observation:

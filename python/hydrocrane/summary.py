@@ -19,8 +19,9 @@ SHOWN_EVENTS = 5
 def text(run: Run) -> str:
     """Outcome, effort, tip, cylinders and energy of a run."""
     if not run.data.sizes.get("time"):
-        return "\n".join(_head(run))
-    return "\n".join([*_head(run), *_tip(run), *_loop(run), *_events(run), *_cylinders(run), *_energy(run)])
+        return "\n".join([*_head(run), *_warnings(run)])
+    parts = (_head, _verification, _tip, _loop, _events, _cylinders, _energy, _warnings)
+    return "\n".join(line for part in parts for line in part(run))
 
 
 def _head(run: Run) -> list[str]:
@@ -37,6 +38,10 @@ def _head(run: Run) -> list[str]:
     if wall > 0 and outcome.time > 0:
         effort += f", {wall * 1e3:.3g} ms ({outcome.time / wall:.3g} x real time)"
     return [*lines, effort]
+
+
+def _verification(run: Run) -> list[str]:
+    return [] if run.verification is None else [f"  verified   {run.verification}"]
 
 
 def _tip(run: Run) -> list[str]:
@@ -59,10 +64,19 @@ def _loop(run: Run) -> list[str]:
     return [line, *(f"  from {begin:g} s on: controller {driver}" for begin, driver, _ in phases)]
 
 
+def _warnings(run: Run) -> list[str]:
+    """All of them, each with its cure."""
+    lines = []
+    for warning in run.warnings:
+        lines += [f"  WARNING    from {warning.time:.3f} s on: {warning.text}", f"             {warning.cure}"]
+    return lines
+
+
 def _events(run: Run) -> list[str]:
-    """The first of them."""
-    shown = [f"  {event.time:.3f} s: {event.text}" for event in run.events[:SHOWN_EVENTS]]
-    more = len(run.events) - SHOWN_EVENTS
+    """The first of them; warnings stand at the end of the summary."""
+    events = [event for event in run.events if not event.warning]
+    shown = [f"  {event.time:.3f} s: {event.text}" for event in events[:SHOWN_EVENTS]]
+    more = len(events) - SHOWN_EVENTS
     return [*shown, *([f"  and {more} more events"] if more > 0 else [])]
 
 

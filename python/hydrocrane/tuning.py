@@ -15,7 +15,7 @@ from hydrocrane.benchmark import Case, Result, run_case
 from hydrocrane.controllers import DEFAULT_PERIOD
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.fitted_tasks import tuning_cases
-from hydrocrane.machine import Machine
+from hydrocrane.machine import Machine, MachineLike, as_machine
 
 # The gains that shape how a piston follows; the others are limits and shares, and not for a search.
 TUNED = ("position-gain", "damping", "observer-bandwidth", "pressure-bandwidth")
@@ -65,7 +65,7 @@ class Tuning:
 
 
 def tune(
-    machine: Machine,
+    machine: MachineLike,
     *,
     gains: Sequence[str] = TUNED,
     cases: Sequence[Case] | None = None,
@@ -77,6 +77,7 @@ def tune(
 
     Parameters
     ----------
+    machine : Machine, str or path
     gains : sequence of str
         Keys among ``TUNED``.
     cases : sequence of Case, optional
@@ -86,6 +87,7 @@ def tune(
     progress : callable, optional
         Called with the trials done and their largest number.
     """
+    machine = as_machine(machine)
     for name in gains:
         if name not in TUNED:
             raise unknown("gain to tune", name, TUNED)

@@ -6,8 +6,12 @@ import csv
 import io
 import re
 import time
+from pathlib import Path
 
 import numpy as np
+
+# Pictures to be looked at.
+PICTURES = Path(__file__).resolve().parents[2] / "results/cockpit"
 
 # Longest that anything in a page takes, ms.
 STARTS = 20_000
@@ -59,6 +63,14 @@ class Page:
             assert time.monotonic() < end, "the page does not get there"
             self.wait(0.05)
 
+    def begins_anew(self, act):
+        """What `act` does leads back to the start. The clock goes slowly meanwhile, so that a busy machine sees it."""
+        self.until(lambda: self.shown("time")[0] > 1)
+        self.tab.locator("#speed").select_option("0.1")
+        act()
+        self.until(lambda: self.shown("time")[0] < 1)
+        self.tab.locator("#speed").select_option("1")
+
     def comes_to_rest(self):
         self.until(lambda: self.shown("speed")[0] < 0.005)
 
@@ -66,6 +78,12 @@ class Page:
         with self.tab.expect_download() as waiting:
             self.button(text).click()
         return waiting.value.path().read_text(encoding="utf-8")
+
+
+def hold(page, key, seconds):
+    page.tab.keyboard.down(key)
+    page.wait(seconds)
+    page.tab.keyboard.up(key)
 
 
 def table(text):

@@ -1,7 +1,8 @@
 """Half an hour in the cockpit, in a real browser: python tests/python/soak_cockpit.py [MINUTES]
 
-Somebody drives by keyboard, changes modes, takes up and drops loads, saves and resets. Tells how the page keeps time,
-whether its memory grows after the first minutes, and whether the tip ever leaps; ends with 1 where something is wrong.
+Somebody drives by keyboard, changes modes, starts with loads and drops them, and saves. Tells how the page keeps
+time, whether its memory grows after the first minutes, and whether the tip ever leaps. Ends with 1 where something is
+wrong.
 """
 
 from __future__ import annotations
@@ -94,7 +95,7 @@ def drive(page: Page, draws: np.random.Generator, part: int) -> None:
             tab.keyboard.up(key)
         page.wait(float(draws.uniform(0.1, 0.8)))
     if part % 4 == 1:
-        page.button("Pick up").click()
+        page.button("Start loaded").click()
     elif part % 4 == 3:
         page.button("Drop").click()
     if part % 6 == 5:

@@ -59,8 +59,8 @@ WRONG_CALLS = {
     "command too long": (lambda: CRANE.state_derivative(REST, np.zeros(4)), ["spool_command", "(3,)", "(4,)"]),
     "batches of two sizes": (lambda: CRANE.bias_force(np.ones((2, 3)), np.ones((3, 3))), ["(2, 3)", "(3, 3)"]),
     "tip in space": (lambda: CRANE.inverse_kinematics([1.0, 1.0, 1.0]), ["tip", "(2,)"]),
-    "a rod longer than a country": (
-        lambda: hc.load_machine("rottne-f9-lab", {"cylinder.extension.rod-length": 1.06e8}),
+    "a rod longer than a street": (
+        lambda: hc.load_machine("rottne-f9-lab", {"cylinder.extension.rod-length": 900.0}),
         ["extension", "stroke"],
     ),
     "strokes beyond the end": (lambda: CRANE.joints_from_strokes([0.5, 0.0, 0.0]), ["lift", "0.165"]),
@@ -124,7 +124,7 @@ WRONG_CALLS = {
     ),
     "step before reset": (lambda: hc.Simulator(CRANE).step(IDLE), ["reset"]),
     "reset without a pose": (lambda: hc.Simulator(CRANE).reset(), ["q", "state"]),
-    "machine by name to the simulator": (lambda: hc.Simulator("rottne-f9-lab"), ["load_machine"]),
+    "number in place of a machine": (lambda: hc.Simulator(7), ["machine"]),
     "sample time backwards": (lambda: hc.Simulator(CRANE, sample_time=-0.01), ["sample_time"]),
     "payload below zero to the simulator": (lambda: hc.Simulator(CRANE, payload=-5.0), ["payload"]),
     "payload below zero to a run": (

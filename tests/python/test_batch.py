@@ -194,5 +194,5 @@ def test_many_environments_are_one_environment_many_times():
 
 
 def test_errors_name_what_is_no_machine():
-    with pytest.raises(InputError, match="Machine from load_machine"):
-        hc.BatchSimulator("rottne-f9-lab", 2)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="a bundled name or a path"):
+        hc.BatchSimulator(7, 2)  # type: ignore[arg-type]

@@ -12,6 +12,7 @@ import pytest
 
 import hydrocrane as hc
 from hydrocrane import tasks
+from hydrocrane.app import control
 from hydrocrane.app.cli import main
 from hydrocrane.benchmark import (
     MACHINE,
@@ -124,9 +125,28 @@ def test_a_perfect_motion_has_no_error():
     for task in (tasks.lines()[4], tasks.square(), tasks.circle()):
         found = metrics(followed(task))
         assert found.path_max < 1e-9 and found.rho < 1e-12 and found.speed_error < 1e-12
+        assert found.reached > 0.99 and found.score > 0.99
         assert found.energy == pytest.approx(50.0 * task.duration, rel=1e-3)
         assert found.end_stop_hits == 0 and found.spool_rms == 0
         assert task.moving_time - 0.1 < found.time <= task.moving_time
+
+
+@pytest.mark.parametrize("task", EVERY_TASK, ids=lambda task: task.name)
+def test_a_tip_that_stands_reaches_nothing(task):
+    """Also where the path ends at its start, and with a tip that shivers."""
+    motion = followed(task)
+    shiver = 1e-4 * np.sin(50.0 * motion.time)[:, np.newaxis]
+    found = metrics(replace(motion, tip=motion.asked[0] + shiver, tip_velocity=0.0 * motion.tip_velocity))
+    assert found.reached < 0.01 and found.score < 0.01
+
+
+@pytest.mark.parametrize("share", [0.25, 0.6])
+def test_a_tip_that_stops_short_reaches_its_share(share):
+    motion = followed(tasks.square())
+    stopped = np.argmax(np.hypot(*np.diff(motion.tip, axis=0).T).cumsum() > share * 4 * tasks.SIDE)
+    tip = motion.tip.copy()
+    tip[stopped:] = tip[stopped]
+    assert metrics(replace(motion, tip=tip)).reached == pytest.approx(share, abs=0.01)
 
 
 def test_being_late_is_no_deviation_but_an_error():
@@ -218,6 +238,27 @@ def test_a_controller_of_ones_own_is_measured(crane):
     assert found.metrics.path_max < 5e-3
     assert found.metrics.end_error == pytest.approx(tasks.LINE, abs=5e-3)
     assert np.isnan(found.metrics.rho_set_point) and found.row["rho_set_point"] is None
+    assert found.score < 0.01 and found.row["remark"] == "stands still: 0% of the path"
+
+
+def test_a_controller_that_does_nothing_comes_last(crane):
+    def idle(obs, command):
+        return np.zeros(3)
+
+    cases = [Case(tasks.lines()[2]), Case(tasks.square())]
+    found = benchmark([idle, "heinze-pid", "tip"], cases, machine=crane)
+    assert list(found.standings) == ["tip", "heinze-pid", "idle"]
+    assert found.standings["idle"] < 0.01 < found.standings["heinze-pid"] and found.standings["tip"] > 0.5
+    assert control.benchmark_table(found).columns[0]._cells[::2] == ["tip", "heinze-pid", "idle"]
+    assert "idle 0% (never moves the tip)" in control._standings(found)
+
+
+def test_an_exception_in_a_controller_is_a_result(crane):
+    def broken(obs, command):
+        raise ArithmeticError("lost it")
+
+    found = run_case(crane, broken, Case(tasks.lines()[2]))
+    assert found.outcome == "controller-failed" and "ArithmeticError: lost it" in found.message
 
 
 def test_a_controller_that_fails_is_a_result(crane):
@@ -305,7 +346,7 @@ def test_the_command_prints_and_writes(tmp_path, capsys):
         main(["control", "benchmark", "tip", "--quick", "-o", str(tmp_path)])
     assert not ended.value.code
     out = capsys.readouterr().out
-    assert "out 0.2 m/s" in out and "100 kg, data-sheet" in out
+    assert "out 0.2 m/s" in out and "100 kg, data-sheet" in out and "mean score: tip" in out
     assert {p.name for p in tmp_path.iterdir()} == {f"control-benchmark.{suffix}" for suffix in ("csv", "json", "png")}
 
 

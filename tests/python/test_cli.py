@@ -87,7 +87,7 @@ def test_a_drive_of_another_version_warns(tmp_path):
 
 
 def test_set_reaches_the_machine(tmp_path):
-    settings = ["--set", 'supply.pressure="100 bar"', "--set", "payload.mass=120"]
+    settings = ["--set", 'supply.pressure="100 bar"', "--set", "payload.mass=120 kg"]
     works("simulate", "vertical-lift-open-loop", "--duration", 0.05, *settings, "--film", "none", "-o", tmp_path)
     run = hc.load_run(tmp_path / "vertical-lift-open-loop.nc")
     assert run.machine.supply_pressure == pytest.approx(100e5)
@@ -111,10 +111,25 @@ def test_charts_of_a_machine(tmp_path, chart):
 
 def test_workspace_loadchart_and_modes(tmp_path):
     works("workspace", "rottne-f9-lab", folder=tmp_path)
-    assert "reach, m" in works("loadchart", "rottne-f9-lab", "--samples", 8, folder=tmp_path)
+    table = works("loadchart", "rottne-f9-lab", "--samples", 8, folder=tmp_path)
+    assert "reach, m" in table and "at the best height" in table and "at the worst height" in table
     out = works("modes", "rottne-f9-lab", "--at", "boom=100 deg", "--samples", 3, folder=tmp_path)
-    assert "cylinder.lift." in out
+    assert "cylinder.lift." in out and "record every" in out and "in larger motions" in out
+    chosen = works("loadchart", "rottne-f9-lab", "--samples", 8, "--height", "50 cm", folder=tmp_path)
+    assert "kg at z = 0.5 m" in chosen and "best height" not in chosen
     assert len(list(tmp_path.glob("rottne-f9-lab-*.png"))) == 3
+
+
+def test_modes_with_static_friction_warn(tmp_path):
+    static = [word for c in ("lift", "jib", "extension") for word in ("--set", f"friction.{c}.model=static")]
+    done = hydrocrane("modes", "rottne-f9-lab", "--samples", 0, *static, folder=tmp_path)
+    assert done.returncode == 0 and done.stdout.count("joint.extension.qd") == 1, done.stdout
+    assert "smoothed static friction is a damper" in done.stdout
+    for words in (
+        "static friction of lift, jib, extension acts at rest as a damper",
+        "modes at 120, 161 Hz would appear",
+    ):
+        assert done.stderr.replace("\n", " ").count(words) == 1, done.stderr
 
 
 def test_machines_lists_all_with_their_tally():
@@ -173,6 +188,17 @@ def test_cite_prints_bibtex():
         (["modes", "rottne-f9-lab", "--at", "boom=100 furlongs"], "rad, deg"),
         (["modes", "rottne-f9-lab", "--at", "bom=1"], "did you mean `boom`"),
         (["check", "no-such-file.toml"], "no-such-file.toml"),
+        (["workspace", "vertical-lift-open-loop"], "its machine is `rottne-f9-lab`"),
+        (["cite", "vertical-lift-open-loop"], "its machine is `rottne-f9-lab`"),
+        (["modes", "run.nc"], "saved run"),
+        (["plot", "rottne-f9-lab"], "takes a scenario or a saved run"),
+        (["simulate", "rottne-f9-lab"], "takes a scenario"),
+        (["simulate", "vertical-lift-open-loop", "-o", __file__], "--output is a folder"),
+        (["simulate", "vertical-lift-open-loop", "--also", "xlsx"], "unknown suffix `.xlsx`"),
+        (["loadchart", "rottne-f9-lab", "--height", "highest"], "best, worst, or a length with its unit"),
+        (["loadchart", "rottne-f9-lab", "--height", "2"], "a length with its unit"),
+        (["loadchart", "rottne-f9-lab", "-o", "x.xlsx"], "choose a suffix"),
+        (["modes", "rottne-f9-lab", "--samples", "1"], "samples must be at least 2"),
         (["new", "x", "--machine", "rottne"], "rottne-f9-lab"),
         (["simulate", "vertical-lift-open-loop", "--duration", "-1"], "duration"),
     ],

@@ -122,7 +122,8 @@ def test_distance_to_a_path():
     ],
 )
 def test_garbage_closes_the_valves_and_ends_the_run(answer, said):
-    run = hc.simulate(plan(controller=lambda obs, command: [0.02, 0, 0] if obs.t < 0.095 else answer))
+    garbage = plan(controller=lambda obs, command: [0.02, 0, 0] if obs.t < 0.095 else answer)
+    run = hc.simulate(garbage, on_error="neutral")
     assert run.outcome.kind == "controller-failed" and said in run.outcome.message
     assert run.outcome.time == pytest.approx(0.19)
     assert run.events[0].time == pytest.approx(0.1) and "neutral" in run.events[0].text
@@ -137,23 +138,82 @@ def test_an_exception_that_passes_is_an_event_and_the_run_goes_on():
             raise ArithmeticError("lost it")
         return [0.01, 0.0, 0.0]
 
-    run = hc.simulate(plan(controller=step))
+    run = hc.simulate(plan(controller=step), on_error="neutral")
     assert run.outcome.completed
     assert [round(event.time, 6) for event in run.events] == [0.1, 0.13]
     assert "0.100 s" in run.summary() and "lost it" in run.summary()
     assert "lost it" in run.events[0].text and "again after 3 samples" in run.events[1].text
 
 
-def test_an_exception_in_reset_ends_the_run():
-    class Unwilling:
-        def reset(self, crane, obs):
-            raise RuntimeError("no model of this crane")
+class Unwilling:
+    def reset(self, crane, obs):
+        raise RuntimeError("no model of this crane")
 
-        def step(self, obs, command):
-            return np.zeros(3)
+    def step(self, obs, command):
+        return np.zeros(3)
 
-    run = hc.simulate(plan(controller=Unwilling()))
-    assert run.outcome.kind == "controller-failed" and "no model of this crane" in run.outcome.message
+
+class Misplaced:
+    """Its set-point is no point."""
+
+    set_point = "here"
+
+    def step(self, obs, command):
+        return np.zeros(3)
+
+
+def lost(obs, command):
+    if obs.t > 0.195:
+        raise ArithmeticError("lost it")
+    return [0.01, 0.0, 0.0]
+
+
+def test_an_exception_is_raised_again_with_its_traceback_and_the_run():
+    with pytest.raises(ArithmeticError, match="lost it") as caught:
+        hc.simulate(plan(controller=lost))
+    assert caught.traceback[-1].name == "lost" and str(caught.traceback[-1].path) == __file__
+    assert "t = 0.2 s" in caught.value.__notes__[0] and "`run`" in caught.value.__notes__[0]
+    run = caught.value.run
+    assert run.outcome.kind == "controller-failed" and run.outcome.time == pytest.approx(0.2)
+    assert run.data.time.values[-1] == pytest.approx(0.2)
+    assert float(run.data["cylinder.lift.x"][-1]) > float(run.data["cylinder.lift.x"][0])
+
+
+def test_an_exception_can_end_the_run_with_its_place():
+    run = hc.simulate(plan(controller=lost), on_error="stop")
+    assert run.outcome.kind == "controller-failed" and run.outcome.time == pytest.approx(0.2)
+    line = lost.__code__.co_firstlineno + 2
+    assert run.outcome.message == f"ArithmeticError: lost it ({__file__}, line {line}, in lost)"
+    assert [(event.time, event.text) for event in run.events] == [
+        (pytest.approx(0.2), f"{run.outcome.message}; the run ends")
+    ]
+
+
+@pytest.mark.parametrize(
+    ("controller", "error", "said"),
+    [
+        (Unwilling(), RuntimeError, "no model of this crane"),
+        (Misplaced(), ValueError, "could not convert"),
+        (lambda obs, command: [0.0], hc.InputError, r"1 spool commands for 3 cylinders \(lift, jib, extension\)"),
+        (lambda obs, command: "garbage", hc.InputError, "no list of 3 spool commands in m"),
+    ],
+)
+def test_whatever_a_controller_gets_wrong_is_raised(controller, error, said):
+    with pytest.raises(error, match=said):
+        hc.simulate(plan(controller=controller))
+    run = hc.simulate(plan(controller=controller), on_error="stop")
+    assert run.outcome.kind == "controller-failed" and run.outcome.time == 0.0
+
+
+def test_an_exception_after_a_phase_is_raised_too():
+    phases = [hc.Phase(0.2, controller=lost)]
+    with pytest.raises(ArithmeticError, match="lost it"):
+        hc.simulate(plan(controller=Servo(), phases=phases))
+
+
+def test_on_error_must_be_a_known_choice():
+    with pytest.raises(hc.InputError, match="did you mean `raise`"):
+        hc.simulate(plan(controller=lost), on_error="rise")
 
 
 def test_events_survive_a_file(tmp_path):
@@ -205,8 +265,8 @@ def test_sensors_fail_when_told_to():
     boom = [row["joint.boom.q"] for row in readings(0, sensor_faults=[fault])]
     assert np.isfinite(boom[:9]).all() and np.isnan(boom[9:]).all()
     law = Servo()
-    run = hc.simulate(plan(controller=law, sensor_faults=[fault]))
-    assert run.outcome.kind == "controller-failed", "the servo gives NaN for NaN"
+    run = hc.simulate(plan(controller=law, sensor_faults=[fault]), on_error="neutral")
+    assert run.outcome.kind == "controller-failed", "the servo makes nothing of NaN"
     assert run.outcome.time == pytest.approx(0.19)
 
 
@@ -265,6 +325,17 @@ def test_no_sequence_of_sticks_makes_a_nan(moves, seed):
     run = hc.simulate(minute, ledger=False)
     assert run.outcome.completed, run.outcome
     assert all(np.isfinite(run.data[name]).all() for name in run.data.data_vars)
+
+
+def test_rounding_never_shuts_the_spools():
+    """A row a rounding error after the sample that it is meant for, and deflections a rounding error beyond the end."""
+    begin = 0.1 + 0.2
+    assert begin > 30 * 0.01
+    axes = {"x": [0.0, 1.0, -1.0, 0.0], "z": [0.0, *np.nextafter([-1.0, 1.0], [-2.0, 2.0]), 0.0]}
+    joystick = hc.Joystick([0.1, begin, begin + 0.01, 0.6], axes, interpolation="linear", full_speed=0.05)
+    assert max(np.abs(joystick.at(t).axes).max() for t in np.arange(100) * 0.01) <= 1.0
+    run = hc.simulate(plan(controller="tip", joystick=joystick, duration=1.0), ledger=False)
+    assert run.events == () and float(np.abs(run.data["stick.z"]).max()) <= 1.0
 
 
 # --- bad input --------------------------------------------------------------------------------------------------------

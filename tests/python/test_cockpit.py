@@ -5,8 +5,10 @@ from __future__ import annotations
 import http.client
 import json
 import shutil
+import socket
 import subprocess
 import threading
+import time
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +16,7 @@ import pytest
 
 import hydrocrane as hc
 from hydrocrane.app.live import cockpit_server, drive_request
-from hydrocrane.app.live_server import PAGE, Server, page_files
+from hydrocrane.app.live_server import CONNECTIONS, KEEPER, PAGE, Handler, Server, host_names, own_page, page_files
 from hydrocrane.errors import InputError, MachineFileError
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -81,6 +83,45 @@ def test_the_server_is_for_this_computer_alone(ask):
     assert ask("/", host="evil.example")[0] == 403
     assert ask("/", host=f"localhost:{ask.server.server_port}")[0] == 200
     assert ask("/", "POST")[0] == 501
+
+
+def test_the_port_that_browsers_leave_out_of_addresses_is_answered_too(ask):
+    assert host_names(80) == {"127.0.0.1", "localhost", "127.0.0.1:80", "localhost:80"}
+    assert host_names(8000) == {"127.0.0.1:8000", "localhost:8000"}
+    assert ask("/", host="127.0.0.1")[0] == 403
+
+
+def half_open(port, count):
+    """Connections that begin to ask and say no more."""
+    for _ in range(count):
+        begun = socket.create_connection(("127.0.0.1", port), timeout=10)
+        begun.sendall(b"GET / HTTP/1.1\r\n")
+        yield begun
+
+
+def test_connections_that_say_no_more_are_few_and_in_nobodys_way(ask):
+    before = threading.active_count()
+    begun = list(half_open(ask.server.server_port, 200))
+    assert ask("/")[0] == 200
+    assert threading.active_count() - before <= CONNECTIONS + 2
+    for connection in begun:
+        connection.close()
+
+
+def test_a_connection_that_says_no_more_is_closed(ask, monkeypatch):
+    monkeypatch.setattr(Handler, "timeout", 0.2)
+    (connection,) = half_open(ask.server.server_port, 1)
+    began = time.monotonic()
+    assert connection.recv(100) == b"" and time.monotonic() - began < 5
+    connection.close()
+
+
+def test_the_page_of_a_program_on_this_computer_knows_it_and_is_not_kept(page):
+    (page / "index.html").write_text("<html><p>crane</p>", encoding="utf-8")
+    (page / "service-worker.js").write_text("", encoding="utf-8")
+    assert KEEPER in page_files(page) and b"live" not in page_files(page)["/"][1]
+    files = own_page(page)
+    assert KEEPER not in files and files["/"][1] == files["/index.html"][1] == b'<html data-served="live"><p>crane</p>'
 
 
 def test_a_port_in_use_is_one_clear_error(ask):
@@ -219,7 +260,7 @@ def test_a_drive_with_changes_on_the_way_is_repeated_by_the_native_core(drive, t
 
 def test_the_first_core_is_light(drive):
     (file,) = (PAGE / "assets").glob("core-*.wasm")
-    assert file.stat().st_size < 1.3e6, "names of functions left in it, or laws for other chains?"
+    assert file.stat().st_size < 1.4e6, "names of functions left in it, or laws for other chains?"
 
 
 def test_a_chain_that_the_first_core_has_no_laws_for_is_driven_by_the_second(drive, tmp_path):

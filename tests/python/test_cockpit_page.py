@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 from browser import served
-from cockpit_tab import STARTS, Page, table
+from cockpit_tab import PICTURES, STARTS, Page, hold, table
 
 import hydrocrane as hc
 from hydrocrane.app.view import viewer_server
@@ -50,7 +50,7 @@ def test_the_stick_on_the_screen_moves_the_tip(cockpit):
     cockpit.tab.mouse.down()
     cockpit.tab.mouse.move(x - 50, y, steps=4)
     cockpit.wait(2)
-    assert float(cockpit.tab.locator(".pad").get_attribute("aria-valuenow")) < -0.5
+    assert float(cockpit.tab.locator(".pad [role=slider]").first.get_attribute("aria-valuenow")) < -0.5
     cockpit.tab.mouse.up()
     cockpit.comes_to_rest()
     moved = cockpit.tip - start
@@ -105,12 +105,37 @@ def test_the_mode_changes_while_driving(cockpit):
     assert cockpit.button("lever").get_attribute("aria-pressed") == "true"
 
 
-def test_a_log_is_picked_up(cockpit):
-    cockpit.wait(0.3)
+def test_a_log_is_picked_up_where_one_lies_and_falls_to_the_ground(cockpit):
     cockpit.button("Pick up").click()
-    cockpit.tab.locator(".notice", has_text="80 kg").wait_for(timeout=STARTS)
-    cockpit.wait(0.2)
-    assert table(cockpit.download("Data"))["payload"][-1] == 80.0
+    cockpit.until(lambda: "No log within reach" in cockpit.notices())
+    assert table(cockpit.download("Data"))["payload"][-1] == 0.0
+    reach, mass = max(x for curve in hc.load_machine("rottne-f9-lab").workspace() for x, _ in curve), 80.0
+    # The ground is at -1.21 m; what hangs there reaches this far down from the tip.
+    hangs = 0.12 + 2 * (0.1 + 0.022 * np.sqrt(mass))
+    lead(cockpit, 0.62 * reach, -1.21 + hangs + 0.06)
+    cockpit.button("Pick up").click()
+    cockpit.until(lambda: "carries 80 kg" in cockpit.notices())
+    assert "lies on" not in cockpit.tab.locator("#stage-note").inner_text()
+    hold(cockpit, "ArrowUp", 1)
+    cockpit.tab.keyboard.press("Space")
+    cockpit.until(lambda: "carries 0 kg" in cockpit.notices())
+    cockpit.tab.keyboard.press("Space")
+    cockpit.until(lambda: "No log within reach" in cockpit.notices())
+
+
+def test_what_is_below_the_ground_is_said_to_be_so(cockpit):
+    cockpit.begins_anew(lambda: cockpit.button("Start loaded").click())
+    cockpit.tab.keyboard.press("2")
+    cockpit.tab.locator(".lever").first.wait_for(timeout=STARTS)
+    cockpit.tab.keyboard.down("KeyA")
+    note = cockpit.tab.locator("#stage-note")
+    cockpit.until(lambda: "its whole weight hangs on the tip" in note.inner_text())
+    cockpit.until(lambda: "the ground carries nothing in this model" in note.inner_text())
+    cockpit.tab.keyboard.up("KeyA")
+    PICTURES.mkdir(parents=True, exist_ok=True)
+    cockpit.tab.screenshot(path=PICTURES / "below-ground.png")
+    cockpit.button("Reset").click()
+    cockpit.until(lambda: not note.inner_text())
 
 
 def test_a_bad_machine_file_is_told_with_its_place_and_the_drive_goes_on(cockpit, tmp_path):
@@ -128,19 +153,17 @@ def test_a_bad_machine_file_is_told_with_its_place_and_the_drive_goes_on(cockpit
 
 
 def test_a_recorded_drive_is_repeated_by_the_native_core(cockpit, tmp_path):
-    cockpit.button("Reset").click()
+    cockpit.begins_anew(lambda: cockpit.button("Start loaded").click())
     for key in ("ArrowUp", "ArrowRight", "ArrowDown"):
-        cockpit.tab.keyboard.down(key)
-        cockpit.wait(0.7)
-        cockpit.tab.keyboard.up(key)
-        if key == "ArrowUp":
-            cockpit.button("Pick up").click()
+        hold(cockpit, key, 0.7)
+        if key == "ArrowRight":
+            cockpit.button("Drop").click()
     cockpit.wait(0.3)
     path = tmp_path / "drive.toml"
     path.write_text(cockpit.download("Scenario"), encoding="utf-8")
     driven = table(cockpit.download("Data"))
     run = hc.simulate(path)
-    assert run.outcome.completed and float(run.data["payload"][-1]) == 80.0
+    assert run.outcome.completed and [float(run.data["payload"][row]) for row in (0, -1)] == [80.0, 0.0]
     rows = np.searchsorted(driven["time"], run.data["time"].values - 1e-6)
     assert rows.size > 200
     for name in ("tip.x", "tip.z"):
@@ -254,8 +277,7 @@ def test_a_replay_of_straight_sticks_taken_over_is_saved_and_repeated(cockpit, t
 
 def test_a_task_is_scored_in_each_mode(cockpit):
     task = cockpit.tab.locator("label", has_text="To be done").locator("select")
-    task.select_option("line")
-    cockpit.until(lambda: cockpit.shown("time")[0] < 1)
+    cockpit.begins_anew(lambda: task.select_option("line"))
     cockpit.tab.keyboard.down("ArrowUp")
     row = cockpit.tab.locator("#scores tr", has_text="line, tip")
     row.wait_for(timeout=STARTS)

@@ -9,13 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browser import served
-from cockpit_tab import STARTS, Page, table
+from cockpit_tab import PICTURES, STARTS, Page, hold, table
 
 import hydrocrane as hc
-from hydrocrane.app.live_server import PAGE, Server, page_files
+from hydrocrane.app.live_server import PAGE, Server, own_page, page_files
 
-# Pictures to be looked at.
-PICTURES = Path(__file__).resolve().parents[2] / "results/cockpit"
 # A chain of four joints.
 LONG = Path(__file__).resolve().parents[1] / "data/two-telescopes.toml"
 # Farthest that a tip at 0.3 m/s gets between two rows of 10 ms, m, with its ringing.
@@ -55,12 +53,6 @@ def rows_without_jumps(page):
     assert np.allclose(np.diff(data["time"]), 0.01, atol=1e-9)
     assert np.hypot(np.diff(data["tip.x"]), np.diff(data["tip.z"])).max() < FARTHEST
     return data
-
-
-def hold(page, key, seconds):
-    page.tab.keyboard.down(key)
-    page.wait(seconds)
-    page.tab.keyboard.up(key)
 
 
 # --- too little computer --------------------------------------------------------------------------------------------
@@ -265,3 +257,21 @@ def test_the_page_works_without_a_network_and_is_never_stale(browser):
         page.until(lambda: len(page.tab.evaluate(kept)) == 1 and page.tab.evaluate(kept) != first)
         page.context.set_offline(True)
         assert again() == "later"
+
+
+@pytest.mark.parametrize("after", ["another program", "hydrocrane live"])
+def test_the_kept_page_gives_way_to_what_has_its_address_next(browser, after):
+    if not (PAGE / "service-worker.js").is_file():
+        pytest.skip("the cockpit is not built: run `make cockpit`")
+    other = {"/": ("text/html", b"<link rel=icon href=data:,><p>another program</p>")}
+    kept = (
+        "async () => [await caches.keys(), await navigator.serviceWorker.getRegistrations()].map((all) => all.length)"
+    )
+    with host(page_files()) as server, Page(browser, server.address) as page:
+        page.until(lambda: page.tab.evaluate("() => navigator.serviceWorker.controller !== null"))
+        page.until(lambda: page.tab.evaluate(kept) == [1, 1])
+        server.files = other if after == "another program" else own_page()
+        page.tab.goto(server.address)
+        page.until(lambda: page.tab.evaluate(kept) == [0, 0])
+        if after == "another program":
+            assert page.tab.locator("body").inner_text() == "another program"

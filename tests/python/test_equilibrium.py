@@ -37,8 +37,10 @@ def steady_states(crane, poses, payload):
 def test_nothing_accelerates(corrected, random_poses, mode, payload):
     if mode == "hold":
         poses = random_poses(corrected, 60, seed=51)
-        rest = corrected.equilibrium(poses, payload=payload)
-        np.testing.assert_array_equal(part(corrected, rest, "q"), poses)
+        rest, doubts = corrected.rest(poses, payload=payload)
+        # What the supply cannot press into an end stop rests on it, and says so.
+        moved = part(corrected, rest, "q") != poses
+        assert np.count_nonzero(moved) == len(doubts) and moved.any(axis=-1).mean() < 0.5
     else:
         rest = steady_states(corrected, random_poses(corrected, 60, seed=51, margin=0.2), payload)
     for kind in ("qd", "vs", "z"):
@@ -56,7 +58,7 @@ def test_nothing_accelerates(corrected, random_poses, mode, payload):
 
 
 def test_the_chamber_that_carries_less_is_at_the_back_pressure(corrected, random_poses, payload):
-    rest = corrected.equilibrium(random_poses(corrected, 60, seed=52), payload=payload)
+    rest, _ = corrected.rest(random_poses(corrected, 60, seed=52), payload=payload)
     p1, p2 = part(corrected, rest, "p1"), part(corrected, rest, "p2")
     np.testing.assert_array_equal(np.minimum(p1, p2), BACK_PRESSURE[corrected.name])
     assert (part(corrected, rest, "xs") == 0.0).all()

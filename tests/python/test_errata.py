@@ -178,7 +178,7 @@ def program_order(crane):
 WITHOUT_STOPS = {
     f"cylinder.{name}.end-stop.{key}": value
     for name in ("lift", "jib", "extension")
-    for key, value in (("stiffness", 1e-9), ("damping", 0.0))
+    for key, value in (("stiffness", 20.0), ("damping", 0.0))
 }
 
 

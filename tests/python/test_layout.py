@@ -24,6 +24,7 @@ MAY_USE = {
     "control": {"num", "physics"},
     "sim": {"num", "machine", "physics", "control"},
     "web": {"machine", "sim"},
+    "evidence": {"num", "machine", "sim", "web"},
     "python": {"machine", "sim"},
 }
 

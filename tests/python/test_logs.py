@@ -416,3 +416,71 @@ def test_the_reference_names_every_flag():
     page = (root / "docs/reference/log-files.md").read_text(encoding="utf-8").split("## Flags")[1]
     rows = "".join(line.split("|")[1] for line in page.splitlines() if line.startswith("| `"))
     assert raised == set(re.findall(r"`([a-z-]+)`", rows))
+
+
+# --- dates and times of day -----------------------------------------------------------------------------------------
+
+ISO = {
+    "zone": ("Timestamp", "2024-05-01T23:59:59.{0:03d}Z", ","),
+    "space": ("timestamp", "2024-05-01 12:00:00.{0:03d}", ","),
+    "offset, semicolon": ("DateTime", "2024-05-01T12:00:00.{0:03d}+02:00", ";"),
+    "quoted, foreign name": ("Zeit", '"2024-05-01 12:00:00.{0:03d}000"', ";"),
+    "time of day": ("time", "12:00:00.{0:03d}", ","),
+    "time of day, decimal comma": ("Time", "12:00:00,{0:03d}", ";"),
+}
+
+
+@pytest.mark.parametrize(("name", "stamp", "delimiter"), ISO.values(), ids=ISO)
+def test_dates_are_seconds_from_the_first(name, stamp, delimiter, tmp_path):
+    rows = [delimiter.join([stamp.format(10 * i), f"{i}.5", "ok"]) for i in range(20)]
+    file = tmp_path / "log.csv"
+    file.write_text("\n".join([delimiter.join([name, "x [mm]", "state"]), *rows]) + "\n", encoding="utf-8")
+    for mapping in (None, {"time": {"column": name}, "signal": {"x": {"column": "x"}}}):
+        log = hc.read_log(file, mapping)
+        np.testing.assert_allclose(log.time, 0.01 * np.arange(20), atol=1e-9)
+        np.testing.assert_allclose(log["x"], 1e-3 * (np.arange(20) + 0.5), rtol=1e-12)
+        assert not log.fatal
+
+
+def test_times_of_day_pass_midnight(tmp_path):
+    file = tmp_path / "log.csv"
+    stamps = [f"23:59:{59 - 5 + i:02d}" for i in range(6)] + [f"00:00:{i:02d}" for i in range(6)]
+    file.write_text("time,x\n" + "\n".join(f"{stamp},{i}" for i, stamp in enumerate(stamps)), encoding="utf-8")
+    np.testing.assert_allclose(hc.read_log(file).time, np.arange(12.0))
+
+
+def test_dates_of_pandas_and_xarray():
+    import pandas as pd
+
+    stamps = pd.date_range("2024-05-01 12:00", periods=20, freq="10ms")
+    x = np.arange(20.0)
+    wanted = 0.01 * np.arange(20)
+    for log in (
+        pd.DataFrame({"Timestamp": stamps, "x": x}),
+        pd.DataFrame({"x": x}, index=stamps),
+        xr.Dataset({"x": ("time", x)}, coords={"time": stamps}),
+    ):
+        np.testing.assert_allclose(hc.Log.of(log).time, wanted, atol=1e-9)
+
+
+def test_dates_of_netcdf(tmp_path):
+    import pandas as pd
+
+    stamps = pd.date_range("2024-05-01 12:00", periods=20, freq="10ms")
+    data = xr.Dataset({"x": ("time", np.arange(20.0))}, coords={"time": stamps})
+    data.to_netcdf(tmp_path / "log.nc", encoding={"time": {"units": "milliseconds since 2024-05-01 12:00:00"}})
+    np.testing.assert_allclose(hc.read_log(tmp_path / "log.nc").time, 0.01 * np.arange(20), atol=1e-9)
+
+
+def test_what_is_no_time_is_told(tmp_path):
+    file = tmp_path / "log.csv"
+    file.write_text("when,x,state\n" + "\n".join(f"Monday,{i},on" for i in range(12)), encoding="utf-8")
+    with pytest.raises(hc.InputError, match=r"`when`, which begins with `Monday`; times are written .* ISO 8601"):
+        hc.read_log(file, {"time": {"column": "when"}})
+    with pytest.raises(hc.InputError, match=r"no time column.*when"):
+        hc.read_log(file)
+    file.write_text("timestamp,x\n" + "\n".join(f"{1714564800000 + 10 * i},{i}" for i in range(12)), encoding="utf-8")
+    with pytest.raises(hc.InputError, match=r'it seems to count ms; say \[time\] unit = "ms"'):
+        hc.read_log(file)
+    log = hc.read_log(file, {"time": {"column": "timestamp", "unit": "ms"}})
+    np.testing.assert_allclose(np.diff(log.time), 0.01, rtol=1e-4)

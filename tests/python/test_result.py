@@ -337,8 +337,8 @@ def test_simulator_explains_misuse(crane):
         simulator.step([np.nan, 0, 0])
     with pytest.raises(hc.InputError, match="sample_time"):
         hc.Simulator(crane, sample_time=0.0)
-    with pytest.raises(hc.InputError, match="must be a Machine"):
-        hc.Simulator(LAB)
+    with pytest.raises(hc.InputError, match="a bundled name or a path"):
+        hc.Simulator(7)
 
 
 # --- credit ---------------------------------------------------------------------------------------------------------

@@ -64,6 +64,7 @@ def test_asked_for_twice_the_feasible_speed_it_still_keeps_its_way(direction: st
 def test_who_holds_the_stick_is_told_once_why_the_tip_stands(stick, changes, why) -> None:
     start = {"boom": np.deg2rad(60 if "payload" in changes else 100), "jib": np.deg2rad(100), "extension": 0.0}
     stick = hc.Joystick([0.2], stick, full_speed=0.2)
-    events = hc.simulate(hc.Scenario(**{"joints": start, "joystick": stick, "duration": 14.0, **changes})).events
+    run = hc.simulate(hc.Scenario(**{"joints": start, "joystick": stick, "duration": 14.0, **changes}))
+    events = [event for event in run.events if not event.warning]
     assert len(events) == (why is not None)
     assert all(why in event.text and event.time > 1.0 for event in events)

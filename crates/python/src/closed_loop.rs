@@ -101,16 +101,17 @@ pub fn measure<'py>(
     Ok((signals, table))
 }
 
-/// A controller written in Python: `reset(t, q, p)`, `step(t, q, p, axes)` and `set_point()`.
+/// A controller written in Python: `reset(t, q, p)`, `step(t, q, p, axes)` and `set_point()`; after an exception
+/// `failure()` says what it was, and whether the run shall end.
 struct PythonController {
     object: Py<PyAny>,
     period: f64,
     /// An exception of `reset`, which has no answer of its own.
-    failed: Option<String>,
+    failed: Option<Fault>,
 }
 
 impl PythonController {
-    fn ask(&self, method: &str, measured: &Measurement, axes: Option<&[f64]>) -> Result<Vec<f64>, String> {
+    fn ask(&self, method: &str, measured: &Measurement, axes: Option<&[f64]>) -> Result<Vec<f64>, Fault> {
         Python::attach(|py| {
             let (q, p) = (measured.q.to_vec(), measured.p.to_vec());
             let answer = match axes {
@@ -118,8 +119,17 @@ impl PythonController {
                 Some(axes) => self.object.call_method1(py, method, (measured.t, q, p, axes.to_vec())),
             };
             let values = answer.and_then(|value| value.extract::<Option<Vec<f64>>>(py));
-            values.map(Option::unwrap_or_default).map_err(|error| error.to_string())
+            values.map(Option::unwrap_or_default).map_err(|error| self.fault(py, &error))
         })
+    }
+
+    fn fault(&self, py: Python, error: &PyErr) -> Fault {
+        let told = self.object.call_method0(py, "failure").and_then(|told| told.extract::<(String, bool)>(py));
+        match told {
+            Ok((text, true)) => Fault::Fatal(text),
+            Ok((text, false)) => Fault::Failed(text),
+            Err(_) => Fault::Fatal(error.to_string()),
+        }
     }
 }
 
@@ -133,17 +143,17 @@ impl Controller for PythonController {
     }
 
     fn step(&mut self, measured: &Measurement, stick: Stick, spool: &mut [f64]) -> Result<(), Fault> {
-        if let Some(text) = &self.failed {
-            return Err(Fault::Failed(text.clone()));
+        if let Some(fault) = &self.failed {
+            return Err(fault.clone());
         }
         let answer = match stick {
             Stick::Tip(axes) => self.ask("step", measured, Some(&axes)),
             Stick::Lever(axes) => self.ask("step", measured, Some(axes)),
         };
-        let command = answer.map_err(Fault::Failed)?;
+        let command = answer?;
         if command.len() != spool.len() {
             let (got, wanted) = (command.len(), spool.len());
-            return Err(Fault::Failed(format!("the controller gave {got} spool commands for {wanted} cylinders")));
+            return Err(Fault::Fatal(format!("the controller gave {got} spool commands for {wanted} cylinders")));
         }
         spool.copy_from_slice(&command);
         Ok(())

@@ -1,6 +1,7 @@
 //! The machine as Python asks it: batches of rows in, arrays out.
 
 use crate::arrays::{matrix, row, rows, tensor, vector, Row, Rows};
+use crate::simulation::{warnings_of, WarningEntry};
 use hydrocrane_sim::{controllers, EquilibriumMode, Model, OutputInfo, LEDGER_TERMS, PAYLOAD_TERMS};
 use numpy::{PyArray1, PyArray2, PyArray3};
 use pyo3::exceptions::{PyIndexError, PyValueError};
@@ -171,6 +172,11 @@ impl Machine {
                 (p.key.as_str(), p.value.si.as_slice(), p.value.units[0].as_str(), class(p.class), p.source.as_str())
             })
             .collect()
+    }
+    /// Values outside their usual ranges.
+    #[getter]
+    fn warnings(&self) -> Vec<WarningEntry> {
+        warnings_of(hydrocrane_sim::implausible(self.model.machine()))
     }
     /// Sensors of the file: name and measured signal.
     #[getter]
@@ -383,6 +389,11 @@ impl Machine {
         };
         let found = self.model.equilibrium(row(&q, self.n(), "q")?, mode, payload);
         Ok(vector(py, found.map_err(|e| PyValueError::new_err(e.to_string()))?))
+    }
+    /// How the equilibrium `x` differs from the pose `q` that it was asked for.
+    fn moved_starts(&self, q: Row<'_>, x: Row<'_>) -> PyResult<Vec<WarningEntry>> {
+        let (q, x) = (row(&q, self.n(), "q")?, row(&x, self.model.layout().len(), "x")?);
+        Ok(warnings_of(hydrocrane_sim::moved_starts(self.model.as_ref(), q, x)))
     }
     #[getter]
     fn output_info(&self) -> Vec<(String, &'static str, String)> {

@@ -2,7 +2,7 @@
 
 use crate::arrays::{matrix, rows, tensor, vector, Row, Rows};
 use crate::files::{cannot_build, file_error, overrides};
-use crate::simulation::{outcome_of, statistics_of, Settings};
+use crate::simulation::{outcome_of, statistics_of, warnings_of, Settings};
 use hydrocrane_sim::sensitivity::{self, Experiment, Parameter, Sensitivities, SensitivityError, Start};
 use hydrocrane_sim::Commands;
 use pyo3::exceptions::PyValueError;
@@ -109,6 +109,7 @@ impl SensitivityExperiment {
         let names: Vec<_> = done.signals.into_iter().map(|s| (s.name, s.unit, s.long_name)).collect();
         out.set_item("signals", names)?;
         out.set_item("parameters", entries(done.parameters))?;
+        out.set_item("warnings", warnings_of(done.warnings))?;
         out.set_item("outcome", outcome_of(done.outcome))?;
         out.set_item("stats", statistics_of(py, (done.accepted, done.rejected), done.effort)?)?;
         Ok(out)

@@ -4,7 +4,7 @@ use crate::arrays::{matrix, row, rows, vector, Row, Rows};
 use crate::closed_loop::FaultEntry;
 use crate::machine::Machine;
 use hydrocrane_sim::integrator::{Effort, Tolerances};
-use hydrocrane_sim::{Commands, Layout, Outcome, OutcomeKind, PayloadChange, PayloadEvent, Run, RunOptions};
+use hydrocrane_sim::{Commands, Layout, Outcome, OutcomeKind, PayloadChange, PayloadEvent, Run, RunOptions, Warning};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -111,9 +111,17 @@ pub fn record_of<'py>(py: Python<'py>, machine: &Machine, run: Run) -> PyResult<
     let events: Vec<PayloadEntry> = run.payload_events.iter().map(payload_entry).collect();
     out.set_item("payload_changes", events)?;
     out.set_item("commands", matrix(py, run.commands, layout.joints())?)?;
+    out.set_item("warnings", warnings_of(run.warnings))?;
     out.set_item("outcome", outcome_of(run.outcome))?;
     out.set_item("stats", statistics_of(py, (run.accepted, run.rejected), run.effort)?)?;
     Ok(out)
+}
+
+/// Kind, text, cure and time of each.
+pub type WarningEntry = (&'static str, String, String, f64);
+
+pub fn warnings_of(warnings: Vec<Warning>) -> Vec<WarningEntry> {
+    warnings.into_iter().map(|w| (w.kind, w.text, w.cure, w.time)).collect()
 }
 
 /// Kind, time and message.
@@ -200,6 +208,11 @@ impl Simulator {
         seen.extend(tip);
         seen.extend(self.inner.sensors().readings());
         Ok(vector(py, seen))
+    }
+
+    /// What has made the simulation doubtful since the last call.
+    fn warnings(&mut self) -> Vec<WarningEntry> {
+        warnings_of(self.inner.warnings())
     }
 
     /// What the sensors measure, in the order of their readings.

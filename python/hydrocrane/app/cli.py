@@ -73,34 +73,57 @@ def simulate(
     ] = None,
     rtol: Annotated[float | None, typer.Option(help="Relative tolerance.")] = None,
     step: Annotated[float | None, typer.Option(help="Size of the steps of ros3l, s.")] = None,
+    verify: Annotated[bool, typer.Option("--verify", help="Run again, tighter, and report the difference.")] = False,
     also: Annotated[list[str], typer.Option(help="Also write the data as mat, csv or parquet.")] = [],  # noqa: B006
     film: Annotated[str, typer.Option(help="Animation: gif, mp4 or none.")] = "gif",
 ) -> None:
     """Run a scenario; write its data, charts and animation, and print a summary."""
     import hydrocrane as hc
-    from hydrocrane.app.options import overrides
+    from hydrocrane.app.options import checked_scenario, overrides
+    from hydrocrane.errors import InputError
 
     wanted: dict[str, Any] = {"payload": payload, "duration": duration, "method": method, "rtol": rtol, "step": step}
     changes = {name: value for name, value in wanted.items() if value is not None}
-    plan = hc.load_scenario(scenario)
+    plan = hc.load_scenario(checked_scenario(scenario))
     if plan.recorded_by not in ("", hc.__version__):
         warn(f"{scenario} was recorded with version {plan.recorded_by}, this is {hc.__version__}: the drive may differ")
+    suffixes = _data_suffixes(plan.name, also, film)
+    if output.exists() and not output.is_dir():
+        raise InputError(f"--output is a folder, and `{output}` is a file; choose another name")
     with waiting("simulating"):
-        run = hc.simulate(plan, machine=machine, overrides=overrides(settings), **changes)
-    paths = _write_run(run, output, also, film)
+        run = hc.simulate(plan, machine=machine, overrides=overrides(settings), verify=verify, **changes)
+    paths = _write_run(run, output, suffixes, film)
     say(run.summary(), "", "written:", *(f"  {path}" for path in paths))
+    if run.warnings:
+        warn(f"the run may be wrong: {len(run.warnings)} warning{'s' * (len(run.warnings) > 1)}, see above")
     if not run.outcome.completed:
         raise typer.Exit(1)
 
 
-def _write_run(run: Run, folder: Path, also: list[str], film: str) -> list[Path]:
-    """Data first: a picture that fails must not cost the run."""
+def _data_suffixes(name: str, also: list[str], film: str) -> list[str]:
+    """Suffixes of the data files of the run `name`; what cannot be written here is an error before anything runs."""
     from hydrocrane.errors import InputError
+    from hydrocrane.files import checked_suffix
 
+    found = [".nc"]
+    for suffix in also:
+        # Several at once, as in `--also csv,mat`.
+        found += [f".{part.strip().lstrip('.').lower()}" for part in suffix.split(",")]
+    for suffix in found:
+        checked_suffix(Path(f"{name}{suffix}"))
     if film not in ("gif", "mp4", "none"):
         raise InputError(f"--film is gif, mp4 or none, got `{film}`")
+    if film != "none":
+        from hydrocrane.plots.animation import checked_suffix as checked_film
+
+        checked_film(Path(f"{name}.{film}"))
+    return list(dict.fromkeys(found))
+
+
+def _write_run(run: Run, folder: Path, suffixes: list[str], film: str) -> list[Path]:
+    """Data first: a picture that fails must not cost the run."""
     name = run.data.attrs["scenario"]
-    paths = [run.save(folder / f"{name}.{suffix.lstrip('.')}") for suffix in ("nc", *also)]
+    paths = [run.save(folder / f"{name}{suffix}") for suffix in suffixes]
     if not run.data.sizes["time"]:
         return paths
     _headless()
@@ -125,6 +148,7 @@ def plot(
 ) -> None:
     """Draw charts of a run, or of a machine's linkage, valve or friction."""
     _headless()
+    path = _picture_path(output, f"{Path(target).stem}-{chart.value}.png")
     if chart is Chart.cylinders:
         figure = _run(target, settings).plot(cylinder)
     elif chart is Chart.tip:
@@ -133,7 +157,7 @@ def plot(
         figure = plots.tip_charts(_run(target, settings))
     else:
         figure = _machine_chart(_machine(target, settings), chart, cylinder)
-    _write_figure(figure, output, f"{Path(target).stem}-{chart.value}.png")
+    _write_figure(figure, path)
 
 
 def _machine_chart(crane: Machine, chart: Chart, cylinder: str | None) -> Figure:
@@ -153,14 +177,17 @@ def _machine_chart(crane: Machine, chart: Chart, cylinder: str | None) -> Figure
 def animate(
     run: RunName,
     output: Output = None,
-    fps: Annotated[int, typer.Option(help="Pictures per second.")] = 20,
-    speed: Annotated[float, typer.Option(help="1 is real time.")] = 1.0,
+    fps: Annotated[int, typer.Option(help="Pictures per second.", min=1)] = 20,
+    speed: Annotated[float, typer.Option(help="1 is real time.", min=1e-6)] = 1.0,
     settings: Settings = [],  # noqa: B006
 ) -> None:
     """Write a film of the moving crane: .gif, or .mp4 where ffmpeg is found."""
+    from hydrocrane.plots.animation import checked_suffix
+
     _headless()
-    record = _run(run, settings)
     path = output or Path(f"{Path(run).stem}.gif")
+    checked_suffix(path)
+    record = _run(run, settings)
     with bar("drawing the animation") as progress:
         record.animate(path, fps=fps, speed=speed, progress=progress)
     say(f"written: {path}")
@@ -177,25 +204,35 @@ def workspace(
 
     _headless()
     crane = _machine(machine, settings)
-    _write_figure(plots.workspace(crane), output, f"{crane.name}-workspace.png")
+    path = _picture_path(output, f"{crane.name}-workspace.png")
+    _write_figure(plots.workspace(crane), path)
 
 
-@app.command(epilog="Example:  hydrocrane loadchart rottne-f9-lab --set supply.pressure='180 bar'")
+@app.command(epilog="Example:  hydrocrane loadchart rottne-f9-lab --height '1.5 m' --set supply.pressure='180 bar'")
 def loadchart(
     machine: MachineName,
     output: Output = None,
-    samples: Annotated[int, typer.Option(help="Poses per revolute joint.")] = 50,
+    height: Annotated[
+        str | None,
+        typer.Option(help="Height of the tip: best, worst, or such as '1.5 m'; both if left out."),
+    ] = None,
+    samples: Annotated[int, typer.Option(help="Poses per turning joint of the map, not of the curves.", min=2)] = 50,
     settings: Settings = [],  # noqa: B006
 ) -> None:
     """Payload against reach: what the cylinders hold at supply pressure."""
-    from hydrocrane import linear, plots
+    from hydrocrane import capacity, plots
+    from hydrocrane.app.options import tip_height
     from hydrocrane.app.report import load_table
 
     _headless()
+    wanted = tip_height(height)
     crane = _machine(machine, settings)
-    chart = linear.load_chart(crane, samples=samples)
-    say(load_table(chart))
-    _write_figure(plots.load_chart(crane, chart), output, f"{crane.name}-loadchart.png")
+    path = _picture_path(output, f"{crane.name}-loadchart.png")
+    with waiting("going over the workspace"):
+        chart = capacity.load_chart(crane, samples=samples)
+        table, figure = load_table(chart, wanted), plots.load_chart(crane, chart, height=wanted)
+    say(table)
+    _write_figure(figure, path)
 
 
 @app.command(epilog="Example:  hydrocrane modes rottne-f9-lab --at boom='100 deg' --at jib='100 deg'")
@@ -204,21 +241,28 @@ def modes(
     at: Annotated[list[str], typer.Option(help="Joint of the pose, JOINT=VALUE; others in mid-range.")] = [],  # noqa: B006
     payload: Payload = None,
     output: Output = None,
-    samples: Annotated[int, typer.Option(help="Poses per turning joint of the map; 0 draws none.")] = 16,
+    samples: Annotated[int, typer.Option(help="Poses per turning joint of the map; 0 draws none.", min=0)] = 16,
     settings: Settings = [],  # noqa: B006
 ) -> None:
-    """Natural frequencies and damping in a pose, and their map over the workspace."""
+    """Natural frequencies and damping in a pose, with and without friction, and their map over the workspace."""
     from hydrocrane import linear, plots
     from hydrocrane.app.options import pose
     from hydrocrane.app.report import modes_table
 
     _headless()
     crane = _machine(machine, settings)
-    say(modes_table(linear.modes(crane, pose(crane, at), payload=payload)))
+    path = _picture_path(output, f"{crane.name}-modes.png")
+    if samples:
+        # A grid that is none is told before anything is printed.
+        linear.pose_grid(crane, samples)
+    for found in linear.modes_to_show(crane, pose(crane, at), payload=payload):
+        say(linear.FRICTION_WORDS[found.friction], modes_table(found), "")
+        for warning in found.warnings:
+            warn(str(warning))
     if samples:
         with waiting("going over the workspace"):
-            found = linear.mode_map(crane, samples=samples, payload=payload)
-        _write_figure(plots.mode_map(crane, found), output, f"{crane.name}-modes.png")
+            drawn = linear.mode_map(crane, samples=samples, payload=payload)
+        _write_figure(plots.mode_map(crane, drawn), path)
 
 
 @app.command(epilog="Example:  hydrocrane machines")
@@ -239,7 +283,7 @@ def check(
     """Check a machine or scenario file and say what it describes."""
     import hydrocrane as hc
     from hydrocrane.app.options import is_scenario, overrides
-    from hydrocrane.app.report import machine_report, scenario_report
+    from hydrocrane.app.report import findings, machine_report, scenario_report
 
     if is_scenario(file):
         plan = hc.load_scenario(file).changed(overrides=overrides(settings))
@@ -247,8 +291,9 @@ def check(
         plan.initial_state(crane)
         say(*scenario_report(plan, crane))
     else:
-        say(*machine_report(_machine(file, settings)))
-    say("no errors found")
+        crane = _machine(file, settings)
+        say(*machine_report(crane))
+    say(*findings(crane.warnings))
 
 
 @app.command(epilog="Example:  hydrocrane new my-crane --machine rottne-f9-lab")
@@ -267,8 +312,9 @@ def new(
 def cite(target: Annotated[str, typer.Argument(help="Machine or saved run.")]) -> None:
     """Print BibTeX for the laws, methods and parameters that a machine or a run uses."""
     import hydrocrane as hc
+    from hydrocrane.app.options import checked_machine
 
-    print(hc.cite(hc.load_run(target) if target.endswith(".nc") else hc.load_machine(target)))
+    print(hc.cite(hc.load_run(target) if target.endswith(".nc") else checked_machine(target)))
 
 
 def _show_version(asked: bool) -> None:
@@ -289,16 +335,16 @@ def _root(
 
 
 def _machine(source: str, settings: list[str]) -> Machine:
-    from hydrocrane.app.options import overrides
+    from hydrocrane.app.options import checked_machine, overrides
     from hydrocrane.machine import load_machine
 
-    return load_machine(source, overrides(settings))
+    return load_machine(checked_machine(source), overrides(settings))
 
 
 def _run(source: str, settings: list[str]) -> Run:
     """A saved run, or a scenario run now."""
     import hydrocrane as hc
-    from hydrocrane.app.options import overrides
+    from hydrocrane.app.options import checked_scenario, overrides
     from hydrocrane.errors import InputError
 
     if source.endswith(".nc"):
@@ -306,7 +352,7 @@ def _run(source: str, settings: list[str]) -> Run:
             raise InputError("--set changes a simulation; a saved run stays as it is")
         return hc.load_run(source)
     with waiting("simulating"):
-        return hc.simulate(source, overrides=overrides(settings))
+        return hc.simulate(checked_scenario(source), overrides=overrides(settings))
 
 
 def _headless() -> None:
@@ -316,18 +362,27 @@ def _headless() -> None:
     mpl.use("Agg")
 
 
-def _write_figure(figure: Figure, output: Path | None, default: str) -> None:
+def _picture_path(output: Path | None, default: str) -> Path:
+    """Where a picture goes; a suffix that cannot be written is an error before anything is computed."""
+    from hydrocrane.plots.style import checked_suffix
+
+    return checked_suffix(output or Path(default))
+
+
+def _write_figure(figure: Figure, path: Path) -> None:
     from hydrocrane.plots.style import write
 
-    path = output or Path(default)
     write(figure, path)
     say(f"written: {path}")
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:
     """Entry point: a wrong input is one message on stderr and exit status 2."""
+    import warnings
+
     from hydrocrane.errors import HydrocraneError
 
+    warnings.showwarning = lambda message, *_, **__: warn(str(message))
     try:
         app(arguments)
     except HydrocraneError as error:

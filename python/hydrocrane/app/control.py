@@ -18,6 +18,8 @@ control = typer.Typer(name="control", help="Crane-tip control.", no_args_is_help
 
 # Column heading, figure, factor.
 COLUMNS = (
+    ("score\n%", "score", 1e2),
+    ("path\n%", "reached", 1e2),
     ("max\nmm", "path_max", 1e3),
     ("RMS\nmm", "path_rms", 1e3),
     ("end\nmm", "end_error", 1e3),
@@ -66,7 +68,7 @@ def run_benchmark(
     mpl.use("Agg")
     paths += _picture(found, output / "control-benchmark.png")
     remarks = _remarks(found)
-    say(benchmark_table(found), *remarks, "written:", *(f"  {path}" for path in paths))
+    say(benchmark_table(found), _standings(found), *remarks, "written:", *(f"  {path}" for path in paths))
     if remarks:
         raise typer.Exit(1)
 
@@ -83,6 +85,7 @@ def run_tune(
     from hydrocrane import tuning
     from hydrocrane.app.options import overrides
     from hydrocrane.machine import load_machine
+    from hydrocrane.whole_file import write_text
 
     crane = load_machine(machine, overrides(settings))
     with bar("tuning") as progress:
@@ -95,7 +98,7 @@ def run_tune(
         found.toml(),
     )
     if output is not None:
-        output.write_text(found.toml(), encoding="utf-8")
+        write_text(output, found.toml())
         say(f"written: {output}")
 
 
@@ -109,7 +112,7 @@ def _picture(found: Benchmark, path: Path) -> list[Path]:
 
 
 def benchmark_table(found: Benchmark) -> Table:
-    """One row per run."""
+    """One row per run, those of the controller with the best mean score first."""
     from rich.table import Table
 
     table = Table(box=None, pad_edge=False, header_style="bold", collapse_padding=True)
@@ -117,11 +120,25 @@ def benchmark_table(found: Benchmark) -> Table:
         table.add_column(heading, no_wrap=True)
     for heading, *_ in COLUMNS:
         table.add_column(heading, justify="right")
-    for result in found.results:
+    table.add_column("remark", no_wrap=True)
+    order = list(found.standings)
+    for result in sorted(found.results, key=lambda result: order.index(result.controller)):
         head = (result.controller, result.case.task.name, str(result.case.condition))
         row = result.row
-        table.add_row(*head, *(_cell(row[key], factor) for _, key, factor in COLUMNS))
+        table.add_row(*head, *(_cell(row[key], factor) for _, key, factor in COLUMNS), result.remark.split(":")[0])
     return table
+
+
+def _standings(found: Benchmark) -> str:
+    """Mean scores, and who never moved the tip."""
+    from hydrocrane.benchmark import STANDING
+
+    told = []
+    for controller, score in found.standings.items():
+        reached = [r.metrics.reached for r in found.results if r.controller == controller and r.metrics is not None]
+        still = " (never moves the tip)" if all(share < STANDING for share in reached) else ""
+        told.append(f"{controller} {score:.0%}{still}")
+    return f"mean score: {', '.join(told)}"
 
 
 def _cell(value: float | None, factor: float) -> str:

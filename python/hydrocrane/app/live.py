@@ -70,9 +70,9 @@ def _scenario_request(plan: Scenario) -> dict[str, Any]:
 
 def cockpit_server(target: str | None = None, settings: Mapping[str, Any] | None = None, port: int = 0) -> Server:
     """A server for the page, opened on a machine or scenario where one is given; port 0 takes any free one."""
-    from hydrocrane.app.live_server import CHOSEN, Server, page_files
+    from hydrocrane.app.live_server import CHOSEN, Server, own_page
 
-    files = page_files()
+    files = own_page()
     if target is not None:
         request = drive_request(target, settings or {})
         files[CHOSEN] = ("application/json", json.dumps(request).encode())

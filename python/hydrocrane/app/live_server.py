@@ -7,7 +7,11 @@ request reaches any other.
 from __future__ import annotations
 
 import mimetypes
+import socket
+import sys
+import threading
 from collections.abc import Mapping
+from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -30,6 +34,13 @@ HEADERS = {
 }
 # What a computer's own list may lack or have otherwise.
 TYPES = {".js": "text/javascript", ".wasm": "application/wasm", ".css": "text/css", ".html": "text/html; charset=utf-8"}
+# The port that a browser leaves out of an address, and so out of the name of the host that it asks.
+PLAIN_PORT = 80
+# Connections served at once, and the longest that one may keep silent, s.
+CONNECTIONS = 32
+SILENCE = 10.0
+# What keeps the page for times without a network: not where the next program may have the same address.
+KEEPER = "/service-worker.js"
 CHOSEN = "/chosen.json"
 RECORDED = "/recorded.bin"
 
@@ -50,10 +61,27 @@ def page_files(folder: Path = PAGE) -> dict[str, tuple[str, bytes]]:
     return {"/": files["/index.html"], **files}
 
 
+def own_page(folder: Path = PAGE) -> dict[str, tuple[str, bytes]]:
+    """As `page_files`, for a program on this computer: the page knows it, and the browser keeps nothing of it."""
+    files = page_files(folder)
+    files.pop(KEEPER, None)
+    for name in ("/", "/index.html"):
+        kind, content = files[name]
+        files[name] = (kind, content.replace(b"<html", b'<html data-served="live"', 1))
+    return files
+
+
+def host_names(port: int) -> set[str]:
+    """What browsers call this computer when they ask for something at `port`."""
+    names = {HOST, "localhost"}
+    return {f"{name}:{port}" for name in names} | (names if port == PLAIN_PORT else set())
+
+
 class Handler(BaseHTTPRequestHandler):
     """Answers GET and HEAD for the files it knows."""
 
     server: Server
+    timeout = SILENCE
     server_version = "hydrocrane"
     sys_version = ""
 
@@ -89,9 +117,10 @@ class Handler(BaseHTTPRequestHandler):
 
 
 class Server(ThreadingHTTPServer):
-    """A server on the loopback address."""
+    """A server on the loopback address. Of too many connections the oldest gives way."""
 
     daemon_threads = True
+    request_queue_size = CONNECTIONS
 
     def __init__(self, files: Files, port: int = 0) -> None:
         try:
@@ -99,9 +128,33 @@ class Server(ThreadingHTTPServer):
         except OSError as error:
             raise InputError(f"port {port} cannot be used ({error.strerror}); choose another with --port") from error
         self.files = files
-        self.hosts = {f"{name}:{self.server_port}" for name in (HOST, "localhost")}
+        self.hosts = host_names(self.server_port)
+        # Oldest first.
+        self._connections: dict[socket.socket, None] = {}
+        self._lock = threading.Lock()
 
     @property
     def address(self) -> str:
         """Where the page is."""
         return f"http://{HOST}:{self.server_port}/" + ("?chosen" if CHOSEN in self.files else "")
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        with self._lock:
+            if len(self._connections) >= CONNECTIONS:
+                oldest = next(iter(self._connections))
+                del self._connections[oldest]
+                # Its thread then finds the end of what it reads.
+                with suppress(OSError):
+                    oldest.shutdown(socket.SHUT_RDWR)
+            self._connections[request] = None
+        super().process_request(request, client_address)
+
+    def shutdown_request(self, request: Any) -> None:
+        with self._lock:
+            self._connections.pop(request, None)
+        super().shutdown_request(request)
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Whoever goes away before the answer is there leaves nothing on the terminal."""
+        if not isinstance(sys.exception(), OSError):
+            super().handle_error(request, client_address)

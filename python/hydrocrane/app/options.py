@@ -19,7 +19,10 @@ _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-z
 
 
 def overrides(settings: list[str]) -> dict[str, Any]:
-    """``["supply.pressure=100 bar", "payload.mass=200"]`` as a mapping; what reads as TOML is taken as TOML."""
+    """``["supply.pressure=100 bar", "payload.mass=200 kg"]`` as a mapping; what reads as TOML is taken as TOML.
+
+    Numbers stay texts: as in a file, a quantity needs its unit there. (In Python a number is SI.)
+    """
     found = {}
     for setting in settings:
         key, sign, text = setting.partition("=")
@@ -35,7 +38,13 @@ def _value(text: str) -> Any:
     except tomllib.TOMLDecodeError:
         return text
     # A date or a table is no override: leave it to the machine's own check of the text.
-    return value if isinstance(value, bool | int | float | str | list) else text
+    return _as_text(value) if isinstance(value, bool | int | float | str | list) else text
+
+
+def _as_text(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_as_text(item) for item in value]
+    return value if isinstance(value, bool | str) else repr(value)
 
 
 def pose(crane: Machine, settings: list[str]) -> Array:
@@ -55,13 +64,51 @@ def pose(crane: Machine, settings: list[str]) -> Array:
     return q
 
 
+def tip_height(text: str | None) -> float | str | None:
+    """``best``, ``worst``, or a height such as ``1.5 m`` in metres; nothing stays nothing."""
+    if text is None or text in ("best", "worst"):
+        return text
+    match = _NUMBER.fullmatch(text)
+    if match is None or match[2] not in _UNITS["m"]:
+        raise InputError(f"--height takes best, worst, or a length with its unit, such as '1.5 m'; got `{text}`")
+    return float(match[1]) * _UNITS["m"][match[2]]
+
+
+def checked_machine(source: str) -> str:
+    """`source`, where a machine is wanted; an error that helps where it is a scenario or a saved run."""
+    import hydrocrane as hc
+
+    if source.endswith(".nc"):
+        raise InputError(f"`{source}` is a saved run, and this takes a machine: a bundled name or a machine file")
+    if is_scenario(source):
+        raise InputError(
+            f"`{source}` is a scenario, and this takes a machine; its machine is `{hc.load_scenario(source).machine}`"
+        )
+    return source
+
+
+def checked_scenario(source: str) -> str:
+    """`source`, where a scenario is wanted; an error that helps where it is a machine."""
+    import hydrocrane as hc
+
+    if source in hc.bundled_machines() or _holds(source, "machine"):
+        raise InputError(
+            f"`{source}` is a machine, and this takes a scenario or a saved run (.nc); `hydrocrane machines` lists the "
+            "bundled scenarios"
+        )
+    return source
+
+
 def is_scenario(source: str) -> bool:
     """Whether a name or file is a scenario; a file that cannot be read as TOML goes to the machine check."""
     import hydrocrane as hc
 
-    if source in hc.bundled_scenarios():
-        return True
+    return source in hc.bundled_scenarios() or _holds(source, "scenario")
+
+
+def _holds(source: str, table: str) -> bool:
+    """Whether a file that can be read as TOML has a table."""
     try:
-        return "scenario" in tomllib.loads(Path(source).read_text(encoding="utf-8"))
+        return table in tomllib.loads(Path(source).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
         return False

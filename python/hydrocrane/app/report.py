@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 from rich.text import Text
 
+from hydrocrane.capacity import Height, at_height
 from hydrocrane.machine import PROVENANCE_CLASSES
 
 if TYPE_CHECKING:
-    from hydrocrane.linear import LoadChart, Modes
+    from hydrocrane.capacity import LoadChart
+    from hydrocrane.linear import Modes
     from hydrocrane.machine import Machine
+    from hydrocrane.result_warning import ResultWarning
     from hydrocrane.scenario import Scenario
 
 _SHOWN = {"rad": ("deg", 180 / math.pi), "m": ("mm", 1e3)}
@@ -39,6 +43,14 @@ def machine_report(crane: Machine) -> list[Text | Table]:
         f" {len(crane.state_names)} states, supply {crane.supply_pressure * 1e-5:.0f} bar"
     )
     return [head, size, _limits(crane), *_friction(crane), _errata(crane), _tally(crane)]
+
+
+def findings(warnings: Sequence[ResultWarning]) -> list[Text]:
+    """Each warning, and how many there are, under a file without errors."""
+    if not warnings:
+        return [Text("no errors found")]
+    count = f"{len(warnings)} warning{'s' if len(warnings) > 1 else ''}"
+    return [*(Text(f"warning: {warning}", style="yellow") for warning in warnings), Text(f"no errors, {count}")]
 
 
 def _limits(crane: Machine) -> Table:
@@ -123,20 +135,25 @@ def _start(plan: Scenario, crane: Machine) -> list[tuple[str, float, str]]:
 
 
 def modes_table(found: Modes) -> Table:
-    """Natural modes, slowest first."""
+    """Natural modes, slowest first, with the record interval that shows each well."""
     table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("frequency, Hz", "damping ratio", "mostly in"):
+    for heading in ("frequency, Hz", "damping ratio", "mostly in", "record every"):
         table.add_column(heading, justify="left" if heading == "mostly in" else "right")
-    for frequency, damping, state in zip(found.frequency, found.damping, found.state, strict=True):
-        table.add_row(f"{frequency:.3g}", f"{damping:.3g}", state)
+    rows = zip(found.frequency, found.damping, found.state, found.record_interval, strict=True)
+    for frequency, damping, state, interval in rows:
+        table.add_row(f"{frequency:.3g}", f"{damping:.3g}", state, f"{interval * 1e3:.2g} ms")
     return table
 
 
-def load_table(chart: LoadChart, rows: int = 10) -> Table:
-    """Payload against reach, in few lines."""
+def load_table(chart: LoadChart, height: Height | None = None, rows: int = 10) -> Table:
+    """Payload against reach, in few lines: at the best and the worst height, or at `height` alone."""
+    shown: tuple[Height, ...] = ("best", "worst") if height is None else (height,)
     table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("reach, m", "largest payload, kg"):
+    for heading in ("reach, m", *(f"kg {at_height(which)}" for which in shown)):
         table.add_column(heading, justify="right")
-    for reach, payload in zip(*chart.against_reach(rows), strict=True):
-        table.add_row(f"{reach:.2f}", f"{payload:.0f}")
+    reach = chart.against_reach(shown[0])[0]
+    columns = [chart.against_reach(which)[1] for which in shown]
+    picked = sorted({round(i * (reach.size - 1) / max(rows - 1, 1)) for i in range(rows)})
+    for i in picked:
+        table.add_row(f"{reach[i]:.2f}", *("-" if column[i] != column[i] else f"{column[i]:.0f}" for column in columns))
     return table

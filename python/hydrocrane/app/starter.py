@@ -9,6 +9,7 @@ from hydrocrane import _core
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.machine import bundled_machines
 from hydrocrane.scenario import bundled_scenarios, load_scenario
+from hydrocrane.whole_file import write_text
 
 
 def write_starter(folder: Path, machine: str) -> tuple[Path, Path]:
@@ -25,10 +26,7 @@ def write_starter(folder: Path, machine: str) -> tuple[Path, Path]:
     )
     if not count:
         raise InputError(f"the bundled scenario of {machine} does not name its machine on a line of its own")
-    folder.mkdir(parents=True, exist_ok=True)
-    machine_file.write_text(_core.bundled_text("machine", machine), encoding="utf-8")
-    scenario_file.write_text(own, encoding="utf-8")
-    return machine_file, scenario_file
+    return write_text(machine_file, _core.bundled_text("machine", machine)), write_text(scenario_file, own)
 
 
 def _scenario_of(machine: str) -> str:

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from rich.table import Table
 
+    from hydrocrane.studies import Study
+
 # Messages of failed cases that are printed.
 SHOWN_FAILURES = 5
 
@@ -34,7 +36,7 @@ def sweep(
     file = load_study(study)
     folder = store or file.store
     # A picture that cannot be drawn shall not cost the runs.
-    drawn = file.study.pictured(measure) if picture is not None else None
+    drawn = _pictured(file.study, measure, picture) if picture is not None else None
     try:
         data = file.study.run(folder, overwrite=overwrite, workers=workers, scheduler=scheduler)
     except StudyInterrupted as stopped:
@@ -45,6 +47,14 @@ def sweep(
     if picture is not None and drawn is not None:
         written.append(_draw(data, drawn, picture))
     say("written:", *(f"  {path}" for path in written))
+
+
+def _pictured(study: Study, measure: str | None, picture: Path) -> str:
+    """The figure to draw, once it is known that its picture can be written."""
+    from hydrocrane.plots.style import checked_suffix
+
+    checked_suffix(picture)
+    return study.pictured(measure)
 
 
 def outcome_table(data: xr.Dataset) -> Table:

@@ -48,7 +48,7 @@ def recording(run: Run) -> tuple[dict[str, Any], Array]:
         "source": data.attrs["source"],
         "outcome": f"{outcome.kind} at {outcome.time:g} s",
         "columns": list(columns),
-        "events": [[event.time, event.text] for event in run.events],
+        "events": [[event.time, event.text, event.warning] for event in run.events],
     }
     return {**request, "recording": about}, np.column_stack(list(columns.values()))
 
@@ -62,9 +62,9 @@ def _shown(name: str) -> str:
 
 def viewer_server(run: Run, port: int = 0) -> Server:
     """A server for the page and the run."""
-    from hydrocrane.app.live_server import CHOSEN, RECORDED, Server, page_files
+    from hydrocrane.app.live_server import CHOSEN, RECORDED, Server, own_page
 
-    files = page_files()
+    files = own_page()
     request, table = recording(run)
     files[CHOSEN] = ("application/json", json.dumps(request).encode())
     files[RECORDED] = ("application/octet-stream", table.astype("<f8").tobytes())

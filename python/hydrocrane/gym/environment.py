@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrocrane.gym.task import Numbers, TipTask
-from hydrocrane.machine import Machine
+from hydrocrane.machine import MachineLike
 
 
 class CraneTipEnv(gymnasium.Env[Numbers, NDArray[np.floating]]):
@@ -26,7 +26,7 @@ class CraneTipEnv(gymnasium.Env[Numbers, NDArray[np.floating]]):
 
     def __init__(
         self,
-        crane: Machine | str = "rottne-f9-lab",
+        crane: MachineLike = "rottne-f9-lab",
         sample_time: float = 0.05,
         duration: float = 10.0,
         payload: float | None = None,

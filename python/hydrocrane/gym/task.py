@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hydrocrane.arrays import Array
 from hydrocrane.batch import BatchObservation, BatchSimulator
-from hydrocrane.machine import Machine, load_machine
+from hydrocrane.machine import Machine, MachineLike, as_machine
 
 Numbers = NDArray[np.float32]
 
@@ -49,10 +49,9 @@ class TipTask:
     payload: float | None = None
 
     @classmethod
-    def of(cls, crane: Machine | str, **settings: float | None) -> TipTask:
+    def of(cls, crane: MachineLike, **settings: float | None) -> TipTask:
         """The task for a machine or the name of one."""
-        machine = load_machine(crane) if isinstance(crane, str) else crane
-        return cls(machine, **settings)  # type: ignore[arg-type]
+        return cls(as_machine(crane), **settings)  # type: ignore[arg-type]
 
     @property
     def samples(self) -> int:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hydrocrane.arrays import Array
 from hydrocrane.gym.task import Numbers, TipTask
-from hydrocrane.machine import Machine
+from hydrocrane.machine import MachineLike
 
 
 class CraneTipVectorEnv(VectorEnv[Numbers, NDArray[np.floating], NDArray[np.bool_]]):
@@ -34,7 +34,7 @@ class CraneTipVectorEnv(VectorEnv[Numbers, NDArray[np.floating], NDArray[np.bool
     def __init__(
         self,
         num_envs: int = 1,
-        crane: Machine | str = "rottne-f9-lab",
+        crane: MachineLike = "rottne-f9-lab",
         sample_time: float = 0.05,
         duration: float = 10.0,
         payload: float | None = None,

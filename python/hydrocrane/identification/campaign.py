@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable
-from os import PathLike
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -20,7 +19,7 @@ from hydrocrane.identification.records import RAMP, STEADY, STEP, Reading, Recor
 from hydrocrane.identification.sensors import PRESSURES, bias_without_zero, bow, largest_error, span_error
 from hydrocrane.identification.setup import Exponents
 from hydrocrane.identification.static_stage import StaticIdentification, identify_static
-from hydrocrane.machine import Machine, load_machine
+from hydrocrane.machine import MachineLike, as_machine
 from hydrocrane.signals import RigParameters, SteadyWindows, steady_windows
 
 if TYPE_CHECKING:
@@ -42,7 +41,7 @@ CLEAR = 3.0
 
 def identify_friction(
     logs: Any = (),
-    rig: str | PathLike[str] | Machine = "rig-rottne",
+    rig: MachineLike = "rig-rottne",
     *,
     ramps: Any = (),
     steps: Any = (),
@@ -60,7 +59,7 @@ def identify_friction(
     ----------
     logs : path, Log, RigLog, or several
         Logs of constant velocities; those that name their experiment may also be ramps and steps.
-    rig : str, path or Machine
+    rig : Machine, str or path
         With one cylinder that moves its load along a straight line.
     ramps, steps : as `logs`
         Logs from rest of a slowly opening valve and of small steps within the bristles' reach.
@@ -90,7 +89,7 @@ def identify_friction(
     HydrocraneError
         Where a file cannot be read or an argument cannot be right. What is wrong with the readings fails a stage.
     """
-    crane = rig if isinstance(rig, Machine) else load_machine(rig)
+    crane = as_machine(rig)
     RigParameters.of(crane, payload=payload)
     tell = progress or (lambda _: None)
     tell("reading the logs")

@@ -14,6 +14,7 @@ from hydrocrane.identification.records import Record
 from hydrocrane.identification.static_stage import StaticIdentification
 from hydrocrane.machine import Machine
 from hydrocrane.signals import SteadyWindows
+from hydrocrane.whole_file import write_text
 
 if TYPE_CHECKING:
     from hydrocrane.identification.report import Report
@@ -98,10 +99,7 @@ class Identification:
         target = Path(path)
         if target.suffix != ".toml":
             raise ResultFileError(f"a part of a machine file ends in .toml, unlike `{target.name}`")
-        text = self.toml(cylinder, file_name=target.name)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(text, encoding="utf-8")
-        return target
+        return write_text(target, self.toml(cylinder, file_name=target.name))
 
     def report(self) -> Report:
         """Everything in one page."""

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hydrocrane.errors import ResultFileError
+from hydrocrane.whole_file import write_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -125,12 +126,7 @@ class Report:
         target = Path(path)
         if target.suffix.lower() not in (".html", ".htm"):
             raise ResultFileError(f"a report is written as HTML: `{target.name}` should end in .html")
-        try:
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_text(self.html(), encoding="utf-8")
-        except OSError as error:
-            raise ResultFileError(f"cannot write `{target}`: {error.strerror}") from None
-        return target
+        return write_text(target, self.html())
 
 
 def _entry(number: int, section: Section) -> str:

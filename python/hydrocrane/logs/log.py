@@ -13,6 +13,7 @@ import xarray as xr
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, nearest
 from hydrocrane.logs.checks import checked, readings
+from hydrocrane.logs.clock import epoch_unit
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.mapping import LogMapping, Source, log_mapping, si_values
 from hydrocrane.logs.readers import read_table, table_of_dataset
@@ -143,12 +144,12 @@ def read_log(path: str | PathLike[str], mapping: Any = None) -> Log:
 def _log(table: Table, mapping: LogMapping | None, source: str) -> Log:
     time, consumed = _time(table, mapping, source)
     notes, assumed = list(table.notes), []
-    data = xr.Dataset(coords={"time": ("time", time, {"units": "s", "long_name": "time"})})
+    variables = {"time": ("time", time, {"units": "s", "long_name": "time"})}
     for name, entry in _wanted(table, mapping, consumed).items():
         column = table.find(entry.column)
         if column is None:
             where = mapping.origin if mapping else source
-            raise InputError(f"{where}: {source} has no column `{entry.column}`{_nearest_column(table, entry.column)}")
+            raise InputError(f"{where}: {source} {_no_column(table, entry.column)}")
         values = table.columns[column]
         if values.size != time.size:
             raise InputError(f"{source}: column `{column}` has {values.size} values for {time.size} times")
@@ -162,8 +163,9 @@ def _log(table: Table, mapping: LogMapping | None, source: str) -> Log:
             if name in SIGNALS and not stated and entry.unit is None:
                 assumed.append(name)
         about = SIGNALS[name].long_name if name in SIGNALS else column
-        data[name] = ("time", si, {"units": stated_unit, "long_name": about})
-    data.attrs = {**table.about, "source": source}
+        variables[name] = ("time", si, {"units": stated_unit, "long_name": about})
+    # All at once: a dataset checks all that it has with each one that it is given.
+    data = xr.Dataset(variables, attrs={**table.about, "source": source})
     if assumed and not table.in_memory:
         notes.append(_assumed(assumed, time))
     return Log(data, checked(data, notes), source)
@@ -188,21 +190,29 @@ def _time(table: Table, mapping: LogMapping | None, source: str) -> tuple[Array,
     entry = mapping.time if mapping is not None and mapping.time is not None else None
     column = table.find(entry.column) if entry else table.time_column()
     if column is None and entry is not None:
-        raise InputError(f"{source} has no column `{entry.column}`{_nearest_column(table, entry.column)}")
+        raise InputError(f"{source} {_no_column(table, entry.column)}")
     if column is None:
         raise InputError(
             f"{source} has no time column; name it `time`, or say which it is, or the sample rate, under [time] of a "
-            f"mapping. It has {', '.join(table.columns)}"
+            f"mapping. It has {', '.join([*table.columns, *table.words])}"
         )
     stated = table.unit_of(column)
     where = f"{source}: time column `{column}`"
+    seems = epoch_unit(table.columns[column])
+    if seems and not stated and (entry is None or entry.unit is None):
+        raise InputError(f'{where} cannot be in seconds, it seems to count {seems}; say [time] unit = "{seems}"')
     return si_values(table.columns[column], entry or Source(column), stated, "time", where)[0], column
 
 
-def _nearest_column(table: Table, wanted: str | int) -> str:
+def _no_column(table: Table, wanted: str | int) -> str:
     if isinstance(wanted, int):
-        return f"; columns count from 1 to {len(table.columns)}"
-    return nearest(wanted, table.columns)
+        return f"has no column `{wanted}`; columns count from 1 to {len(table.columns)}"
+    if wanted in table.words:
+        return (
+            f"has no numbers in its column `{wanted}`, which begins with `{table.words[wanted]}`; times are written "
+            "as seconds or as ISO 8601, 2024-05-01T12:30:00.25"
+        )
+    return f"has no column `{wanted}`{nearest(wanted, table.columns)}"
 
 
 def _assumed(names: list[str], time: Array) -> Flag:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from os import PathLike
@@ -13,7 +12,8 @@ from hydrocrane import _core
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, nearest
 from hydrocrane.logs.signals import SIGNALS
-from hydrocrane.logs.table import known_unit, scaled
+from hydrocrane.logs.table import LEAST_UNIT, known_unit, scaled
+from hydrocrane.toml_file import read_toml
 
 _SIGNAL_KEYS = ("column", "unit", "sign", "offset")
 _TIME_KEYS = ("column", "unit", "sample-rate")
@@ -62,13 +62,7 @@ def log_mapping(given: Any) -> LogMapping | None:
     if not isinstance(given, str | PathLike):
         raise InputError(f"a mapping is a path to a TOML file or a dict with `time` and `signal`; got {given!r}")
     path = Path(given)
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError:
-        raise InputError(f"cannot read the mapping file {path}; check the path") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path} is not valid TOML: {error}") from None
-    return _from_content(content, str(path))
+    return _from_content(read_toml(path, "mapping file"), str(path))
 
 
 def _from_content(content: Mapping[str, Any], origin: str) -> LogMapping:
@@ -129,6 +123,9 @@ def factor_of(unit: str, name: str, where: str) -> float:
     # "1" alone is the unit of a ratio, "40 bar" a scale; a bare unit is one of itself.
     factor, dimension = _quantity(unit if starts_with_number else f"1 {unit}", where)
     _check_dimension(dimension, name, unit, where)
+    if not LEAST_UNIT <= abs(factor) <= 1 / LEAST_UNIT:
+        bounds = f"{LEAST_UNIT:g} to {1 / LEAST_UNIT:g}"
+        raise InputError(f"{where}: one `{unit}` is {factor:g} in SI; give a unit of {bounds} in SI")
     return factor
 
 

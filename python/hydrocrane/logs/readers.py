@@ -11,7 +11,7 @@ import xarray as xr
 
 from hydrocrane.errors import ResultFileError, nearest
 from hydrocrane.logs.flags import Flag
-from hydrocrane.logs.table import Table, as_column, plain_facts
+from hydrocrane.logs.table import Table, as_column, check_width, plain_facts, tidy_unit
 
 
 def read_table(path: Path) -> Table:
@@ -32,6 +32,7 @@ def read_table(path: Path) -> Table:
     if not path.stat().st_size:
         raise ResultFileError(f"{path} is empty; copy it again from the logger")
     table = _READERS[suffix](path)
+    check_width(path, len(table.columns))
     if not table.columns:
         raise ResultFileError(
             f"{path} holds no column of numbers; objects of MATLAB classes must be saved as structures or arrays"
@@ -46,7 +47,7 @@ def table_of_dataset(data: xr.Dataset) -> Table:
         column = as_column(data[name].values)
         if column is not None and column.ndim == 1:
             table.columns[str(name)] = column
-            table.units[str(name)] = str(data[name].attrs.get("units", ""))
+            table.units[str(name)] = tidy_unit(str(data[name].attrs.get("units", "")))
     table.about = plain_facts(data.attrs)
     return table
 

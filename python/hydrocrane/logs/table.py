@@ -5,19 +5,39 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from hydrocrane import _core
 from hydrocrane.arrays import Array
+from hydrocrane.errors import ResultFileError
+from hydrocrane.logs.clock import seconds_of_dates
 from hydrocrane.logs.flags import Flag
 
-TIME_NAMES = ("time", "t", "time [s]", "time_s")
+TIME_NAMES = (
+    "time", "t", "time [s]", "time_s", "timestamp", "time stamp", "time_stamp", "datetime", "date time", "date_time",
+)  # fmt: skip
 # A name with its unit after it: "x [mm]", "p1 (bar)".
 _NAME_AND_UNIT = re.compile(r"^(?P<name>.*\S)\s*[\[(](?P<unit>[^\])]*)[\])]$")
+# SI units that one unit of a log is at least; its inverse is the most. Beyond that its numbers are lost.
+LEAST_UNIT = 1e-30
+# Columns of a log: checks and summaries look at each of them.
+MOST_COLUMNS = 2000
 # How loggers write units that the machine file writes otherwise.
-_SPELLINGS = {"sec": "s", "°": "deg", "μm": "um", "Nm": "N m", "-": "", "counts": ""}
+_SPELLINGS = {
+    "sec": "s",
+    "seconds": "s",
+    "milliseconds": "ms",
+    "microseconds": "1e-6 s",
+    "nanoseconds": "1e-9 s",
+    "°": "deg",
+    "μm": "um",
+    "Nm": "N m",
+    "-": "",
+    "counts": "",
+}
 
 
 @dataclass
@@ -36,6 +56,10 @@ class Table:
         Whether a program made it, which hands over SI unless it says otherwise.
     about : dict
         What the file says about the whole log, for example ``payload``: texts and numbers.
+    clocks : list of str
+        Columns that hold dates or times of day; their values are seconds from the first.
+    words : dict of str
+        Columns that were left out since they hold no numbers, with their first text.
     """
 
     columns: dict[str, Array]
@@ -43,6 +67,8 @@ class Table:
     notes: list[Flag] = field(default_factory=list)
     in_memory: bool = False
     about: dict[str, str | float | int] = field(default_factory=dict)
+    clocks: list[str] = field(default_factory=list)
+    words: dict[str, str] = field(default_factory=dict)
 
     def find(self, wanted: str | int) -> str | None:
         """Full name of a column by its name, its name without the unit, or its number counted from 1."""
@@ -53,10 +79,11 @@ class Table:
         return next((name for name in self.columns if split_name(name)[0] == wanted), None)
 
     def time_column(self) -> str | None:
-        """Full name of the time column, where one is named as such."""
+        """Full name of the time column: one that is named as such, or the only one of dates."""
         names = {name.lower(): name for name in reversed(self.columns)}
         plain = {split_name(name)[0].lower(): name for name in reversed(self.columns)}
-        return next((found[known] for known in TIME_NAMES for found in (names, plain) if known in found), None)
+        named = next((found[known] for known in TIME_NAMES for found in (names, plain) if known in found), None)
+        return named or (self.clocks[0] if len(self.clocks) == 1 else None)
 
     def unit_of(self, column: str) -> str:
         """The unit that the file states for a column; empty where it states none."""
@@ -67,6 +94,21 @@ class Table:
         return {name: converted(values, self.unit_of(name)) for name, values in self.columns.items()}
 
 
+def check_width(path: Path, columns: int) -> None:
+    """Refuse a file of more than `MOST_COLUMNS` columns.
+
+    Raises
+    ------
+    ResultFileError
+        With both numbers and the cure.
+    """
+    if columns > MOST_COLUMNS:
+        raise ResultFileError(
+            f"{path} has {columns} columns, more than {MOST_COLUMNS}; keep those that are needed, or turn a table that "
+            "has its signals in rows"
+        )
+
+
 def split_name(text: str) -> tuple[str, str]:
     """``"x [mm]"`` as name and unit; the unit is empty where there is none."""
     found = _NAME_AND_UNIT.match(text.strip())
@@ -75,7 +117,8 @@ def split_name(text: str) -> tuple[str, str]:
 
 def tidy_unit(text: str) -> str:
     """A logger's unit as this package writes it: without brackets, with the usual spelling."""
-    bare = text.strip().strip("[]()").strip()
+    # NetCDF counts times as "seconds since 2024-05-01".
+    bare = text.strip().strip("[]()").strip().split(" since ")[0]
     return _SPELLINGS.get(bare, bare)
 
 
@@ -96,7 +139,7 @@ def converted(values: Array, unit: str) -> Array:
 
 def scaled(values: Array, factor: float) -> Array:
     """`values` times `factor`; by dividing where its inverse is whole, which rounds once, as for machine files."""
-    inverse = round(1.0 / factor) if 0.0 < factor < 1.0 else 0
+    inverse = round(1.0 / factor) if LEAST_UNIT <= factor < 1.0 else 0
     return values / inverse if inverse and 1.0 / inverse == factor else values * factor
 
 
@@ -119,6 +162,8 @@ def plain_facts(content: Mapping[Any, Any]) -> dict[str, str | float | int]:
 def as_column(values: object) -> Array | None:
     """Numbers of a file as a float64 column, or nothing where they are none."""
     array = np.asarray(values)
+    if array.dtype.kind == "M" and array.size:
+        return seconds_of_dates(array)
     if array.dtype.kind not in "buif" or not array.size:
         return None
     return array.astype(np.float64)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
-from hydrocrane.errors import ResultFileError
+from hydrocrane.errors import InputError, ResultFileError
+from hydrocrane.logs.clock import is_moment, seconds_of
 from hydrocrane.logs.flags import Flag
-from hydrocrane.logs.table import Table, plain_facts, split_name, tidy_unit
+from hydrocrane.logs.table import Table, check_width, plain_facts, split_name, tidy_unit
+from hydrocrane.toml_file import parsed
 
 DELIMITERS = ("\t", ";", ",")
 COMMENTS = ("#", "%", "//")
@@ -29,13 +30,18 @@ def read_text(path: Path) -> Table:
         raise ResultFileError(f"{path} is empty; a log is a table with a time column")
     delimiter = _delimiter(lines[:_LOOKED_AT])
     rows = [_cells(line, delimiter) for line in lines[:_LOOKED_AT]]
+    check_width(path, max(map(len, rows)))
     names, units, head = _head(rows)
     if len(lines) == head:
         raise ResultFileError(f"{path} holds {head} line(s) of text and no row of numbers; is it a CSV log?")
-    table, notes = _numbers(path, lines[head:], delimiter, names)
-    if not table:
+    table = _numbers(path, lines[head:], delimiter, names)
+    if not table.columns:
         raise ResultFileError(f"{path} is not a CSV table: no column of numbers in it")
-    return Table(table, {name: unit for name, unit in units.items() if name in table}, notes, about=about)
+    table.units = {name: unit for name, unit in units.items() if name in table.columns} | dict.fromkeys(
+        table.clocks, "s"
+    )
+    table.about = about
+    return table
 
 
 def _facts(comments: Iterable[str]) -> dict[str, str | float | int]:
@@ -43,8 +49,8 @@ def _facts(comments: Iterable[str]) -> dict[str, str | float | int]:
     facts = {}
     for line in comments:
         try:
-            facts |= tomllib.loads(line.lstrip("#%/"))
-        except tomllib.TOMLDecodeError:
+            facts |= parsed(line.lstrip("#%/"), "a comment")
+        except InputError:
             continue
     return plain_facts(facts)
 
@@ -102,42 +108,45 @@ def _is_unit_row(rows: list[list[str]]) -> bool:
     return bool(words) and all(cell in ("", "1") or cell in words for cell in cells)
 
 
-def _numbers(
-    path: Path, lines: list[str], delimiter: str, names: list[str]
-) -> tuple[dict[str, np.ndarray], list[Flag]]:
+def _numbers(path: Path, lines: list[str], delimiter: str, names: list[str]) -> Table:
     """Columns of numbers by name, and what was odd about the rows."""
-    notes = []
+    found = Table({})
     cells = [line.count(delimiter) for line in lines]
     if len(lines) > 1 and cells[-1] < min(cells[:-1]):
         message = f"the last line of {path.name} is cut off and left out; was the file copied before it was complete?"
-        notes.append(Flag("truncated", "", np.nan, np.nan, message))
+        found.notes.append(Flag("truncated", "", np.nan, np.nan, message))
         lines = lines[:-1]
     comma = delimiter != "," and any(re.search(r"\d,\d|^,\d", line) for line in lines[:_LOOKED_AT])
     if comma:
         lines = [line.replace(",", ".") for line in lines]
-    return _columns(lines, delimiter, names, notes), notes
+    _fill(found, lines, delimiter, names)
+    return found
 
 
-def _columns(lines: list[str], delimiter: str, names: list[str], notes: list[Flag]) -> dict[str, np.ndarray]:
-    """Columns by name; those of words are left out, single words among numbers are noted."""
+def _fill(found: Table, lines: list[str], delimiter: str, names: list[str]) -> None:
+    """Put in columns by name; those of words are left out, single words among numbers are noted."""
     try:
         whole = np.loadtxt(lines, delimiter=delimiter, comments=None, ndmin=2)
-        return {name: column.copy() for name, column in zip(names, whole.T)}
+        found.columns |= {name: column.copy() for name, column in zip(names, whole.T)}
+        return
     except ValueError:
         rows = [_cells(line, delimiter) for line in lines]
-    table = {}
     for i, name in enumerate(names):
         cells = [row[i] if i < len(row) else "" for row in rows]
-        values = np.array([_value(cell) for cell in cells])
+        clock = seconds_of(cells) if any(map(is_moment, cells[:_LOOKED_AT])) else None
+        values = np.array([_value(cell) for cell in cells]) if clock is None else clock
         bad = [cell for cell, value in zip(cells, values) if np.isnan(value) and cell.lower() not in _MISSING]
+        if clock is not None:
+            found.clocks.append(name)
         # Delimiters at the ends of the lines make columns that nobody named.
         if len(bad) * 2 > len(cells) or (not any(cells) and name == f"column {i + 1}"):
+            if bad:
+                found.words[name] = bad[0]
             continue
         if bad:
             message = f"{len(bad)} cells of `{name}` are no numbers, the first is `{bad[0]}`; they count as missing"
-            notes.append(Flag("unreadable-cells", split_name(name)[0], np.nan, np.nan, message))
-        table[name] = values
-    return table
+            found.notes.append(Flag("unreadable-cells", split_name(name)[0], np.nan, np.nan, message))
+        found.columns[name] = values
 
 
 def _value(cell: str) -> float:

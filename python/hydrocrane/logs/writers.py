@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 from collections.abc import Callable
@@ -11,16 +12,17 @@ import h5py
 import xarray as xr
 
 from hydrocrane.errors import ResultFileError, nearest
-from hydrocrane.files import frame, save
+from hydrocrane.files import frame, write_matlab, write_netcdf
 from hydrocrane.logs.readers import mdf_reader
 from hydrocrane.logs.table import plain_facts
+from hydrocrane.whole_file import written_whole
 
 
 def write_log(data: xr.Dataset, path: Path) -> Path:
-    """Write a log's signals and attributes in the format of the suffix; missing folders are made."""
+    """Write a log's signals and attributes in the format of the suffix, whole or not at all; folders are made."""
     writer = _WRITERS[checked_suffix(path)]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    writer(data.assign_attrs(plain_facts(data.attrs)), path)
+    with written_whole(path) as beside:
+        writer(data.assign_attrs(plain_facts(data.attrs)), beside)
     return path
 
 
@@ -29,6 +31,8 @@ def checked_suffix(path: Path) -> str:
     suffix = path.suffix.lower()
     if suffix not in _WRITERS:
         raise ResultFileError(f"cannot write `{path.name}`: unknown suffix `{suffix}`{nearest(suffix, _WRITERS)}")
+    if suffix == ".mf4":
+        mdf_reader()
     return suffix
 
 
@@ -49,11 +53,14 @@ def _key(name: str) -> str:
 
 
 def _hdf5(data: xr.Dataset, path: Path) -> None:
-    with h5py.File(path, "w", track_order=True) as stored:
+    """Into memory first, as in ``hydrocrane.files``."""
+    content = io.BytesIO()
+    with h5py.File(content, "w", track_order=True) as stored:
         for name in ["time", *map(str, data.data_vars)]:
             column = stored.create_dataset(name, data=data[name].values)
             column.attrs["units"] = str(data[name].attrs.get("units", ""))
         stored.attrs.update(data.attrs)
+    path.write_bytes(content.getbuffer())
 
 
 def _mdf(data: xr.Dataset, path: Path) -> None:
@@ -75,8 +82,8 @@ def _mdf(data: xr.Dataset, path: Path) -> None:
 
 _WRITERS: dict[str, Callable[[xr.Dataset, Path], object]] = {
     ".csv": _csv,
-    ".mat": save,
-    ".nc": save,
+    ".mat": write_matlab,
+    ".nc": write_netcdf,
     ".h5": _hdf5,
     ".mf4": _mdf,
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,7 @@ from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, ResultFileError
 from hydrocrane.plots.style import ACCENT, CRANE_LINES, MUTED, RC, draw_crane
 from hydrocrane.plots.workspace import draw_keep_out, metres
+from hydrocrane.whole_file import written_whole
 
 if TYPE_CHECKING:
     from hydrocrane.machine import Machine
@@ -39,20 +41,24 @@ def film(run: Run, *, fps: int = 20, speed: float = 1.0) -> FuncAnimation:
 
 
 def write(run: Run, path: Path, *, fps: int = 20, speed: float = 1.0, progress: Progress = None) -> Path:
-    """Write the film of a run as ``.gif``, or as ``.mp4`` where ffmpeg is found."""
-    writers = {".gif": _write_gif, ".mp4": _write_mp4}
-    writer = writers.get(path.suffix.lower())
-    if writer is None:
-        raise ResultFileError(f"cannot write `{path.name}`: choose a suffix from {', '.join(writers)}")
-    if writer is _write_mp4 and shutil.which("ffmpeg") is None:
-        raise ResultFileError(f"cannot write `{path.name}`: ffmpeg is not on the path; a .gif needs no extra tool")
-    with mpl.rc_context(RC):
+    """Write the film of a run as ``.gif``, or as ``.mp4`` where ffmpeg is found; whole or not at all."""
+    writer = _WRITERS[checked_suffix(path)]
+    with mpl.rc_context(RC), written_whole(path) as beside:
         figure = Figure(dpi=_DPI, **_SIZE)
         FigureCanvasAgg(figure)
         scene = _Scene(run, fps, speed, figure)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        writer(scene, path, fps, progress)
+        writer(scene, beside, fps, progress)
     return path
+
+
+def checked_suffix(path: Path) -> str:
+    """The suffix of a film, or an error that says which can be written here."""
+    suffix = path.suffix.lower()
+    if suffix not in _WRITERS:
+        raise ResultFileError(f"cannot write `{path.name}`: choose a suffix from {', '.join(_WRITERS)}")
+    if suffix == ".mp4" and shutil.which("ffmpeg") is None:
+        raise ResultFileError(f"cannot write `{path.name}`: ffmpeg is not on the path; a .gif needs no extra tool")
+    return suffix
 
 
 class _Scene:
@@ -120,12 +126,18 @@ def _palette(picture: Image.Image) -> Image.Image:
 
 def _write_mp4(scene: _Scene, path: Path, fps: int, progress: Progress) -> None:
     writer = FFMpegWriter(fps=fps, bitrate=1800)
-    with writer.saving(scene.figure, str(path), _DPI):
-        for done, index in enumerate(scene.order):
-            scene.show(index)
-            writer.grab_frame()
-            if progress:
-                progress(done, len(scene.order))
+    try:
+        with writer.saving(scene.figure, str(path), _DPI):
+            for done, index in enumerate(scene.order):
+                scene.show(index)
+                writer.grab_frame()
+                if progress:
+                    progress(done, len(scene.order))
+    except (subprocess.CalledProcessError, BrokenPipeError):
+        raise OSError("ffmpeg could not finish the film; is the disk full?") from None
+
+
+_WRITERS = {".gif": _write_gif, ".mp4": _write_mp4}
 
 
 def _pictures(run: Run, fps: int, speed: float) -> tuple[Array, Array, Array]:

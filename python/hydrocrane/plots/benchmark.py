@@ -96,8 +96,7 @@ def _bars(axes: Axes, by_key: dict[tuple[str, str], Result], controllers: list[s
         style: dict[str, Any] = {"color": COLOURS[i % len(COLOURS)], "height": thickness, "label": controller}
         axes.barh(places + i * thickness, np.maximum(values - LEAST, 0.0) * 1e3, left=LEAST * 1e3, **style)
         for place, result, value in zip(places, results, values, strict=True):
-            early = result is not None and result.outcome != "completed"
-            note = "did not run" if result is None else significant(value * 1e3) + (" ended early" if early else "")
+            note = "did not run" if result is None else _note(result, value)
             axes.text(value * 1e3, place + i * thickness, f" {note}", va="center", fontsize=7, color=MUTED)
     axes.set_xscale("log")
     axes.set_yticks(places + 0.5 * (len(controllers) - 1) * thickness, cases, fontsize=8)
@@ -106,6 +105,12 @@ def _bars(axes: Axes, by_key: dict[tuple[str, str], Result], controllers: list[s
     axes.grid(visible=False, axis="y")
     axes.set_xlabel("largest distance of the tip from its path [mm]")
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=len(controllers))
+
+
+def _note(result: Result, value: float) -> str:
+    """What stands beside the bar of a deviation `value`, m."""
+    early = "ended early" if result.outcome != "completed" else ""
+    return ", ".join(part for part in (significant(value * 1e3), early, result.remark) if part)
 
 
 def _largest(result: Result | None) -> float:

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hydrocrane.errors import unknown
+from hydrocrane.machine import MachineLike, as_machine
 from hydrocrane.plots.style import FIELD, MUTED, figure, styled, title
 
 if TYPE_CHECKING:
@@ -18,8 +19,9 @@ OPENINGS = (0.25, 0.5, 0.75, 1.0)
 
 
 @styled
-def flow_law(crane: Machine, cylinder: str | None = None) -> Figure:
+def flow_law(crane: MachineLike, cylinder: str | None = None) -> Figure:
     """Flow over pressure drop at several openings: near zero, where the flow is laminar, and over the whole range."""
+    crane = as_machine(crane)
     name = crane.cylinder_names[0] if cylinder is None else cylinder
     if name not in crane.cylinder_names:
         raise unknown("cylinder", name, crane.cylinder_names)

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hydrocrane.errors import InputError, unknown
+from hydrocrane.machine import MachineLike, as_machine
 from hydrocrane.plots.style import COLOURS, MUTED, figure, styled, title
 
 if TYPE_CHECKING:
@@ -19,13 +20,14 @@ _FAST = 10.0
 
 
 @styled
-def friction_maps(crane: Machine, cylinder: str | None = None) -> Figure:
+def friction_maps(crane: MachineLike, cylinder: str | None = None) -> Figure:
     """Six charts of one cylinder's seal friction.
 
     Coulomb; with viscous friction; with stiction, which acts at rest only (dots); with the Stribeck effect; and the
     influence of the Stribeck velocity and of its exponent. Each one is the machine's own law with single keys
     overridden.
     """
+    crane = as_machine(crane)
     name = crane.cylinder_names[0] if cylinder is None else cylinder
     if name not in crane.cylinder_names:
         raise unknown("cylinder", name, crane.cylinder_names)

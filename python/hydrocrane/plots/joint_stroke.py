@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hydrocrane.errors import HydrocraneError, unknown
+from hydrocrane.machine import MachineLike, as_machine
 from hydrocrane.plots.style import COLOURS, MUTED, figure, shown, styled, title
 
 if TYPE_CHECKING:
@@ -16,8 +17,9 @@ if TYPE_CHECKING:
 
 
 @styled
-def joint_stroke(crane: Machine, joint: str | None = None) -> Figure:
+def joint_stroke(crane: MachineLike, joint: str | None = None) -> Figure:
     """Piston position over each revolute joint (or the one named), with limits and stroke ends."""
+    crane = as_machine(crane)
     if joint is not None and joint not in crane.joint_names:
         raise unknown("joint", joint, crane.joint_names)
     turning = [j for j, unit in zip(crane.joint_names, crane.joint_units, strict=True) if unit == "rad"]

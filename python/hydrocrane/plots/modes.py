@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from hydrocrane.linear import FRICTION_WORDS
+from hydrocrane.machine import MachineLike, as_machine
 from hydrocrane.plots.field import paint
-from hydrocrane.plots.style import INK, draw_crane, figure, styled, title
+from hydrocrane.plots.style import INK, MUTED, draw_crane, figure, styled, title
 from hydrocrane.plots.workspace import draw_boundary, metres
 
 if TYPE_CHECKING:
     from hydrocrane.linear import ModeMap
-    from hydrocrane.machine import Machine
 
 
 @styled
-def mode_map(crane: Machine, modes: ModeMap) -> Figure:
+def mode_map(crane: MachineLike, modes: ModeMap) -> Figure:
     """Slowest oscillation at each tip position (slowest over the poses that reach it), and the least damping."""
+    crane = as_machine(crane)
     fig, (left, right) = figure(12.0, 5.0, ncols=2)
     for panel, value, label in (
         (left, modes.frequency, "natural frequency [Hz]"),
@@ -33,4 +36,6 @@ def mode_map(crane: Machine, modes: ModeMap) -> Figure:
         metres(panel)
         panel.set_title(f"slowest mode: {label.split(' [')[0]}")
     title(fig, "Small motions about rest, valves closed", crane.name)
+    notes = [FRICTION_WORDS[modes.friction], *(warning.text for warning in modes.warnings)]
+    fig.supxlabel("\n".join(textwrap.fill(note, 170) for note in notes), fontsize=8, color=MUTED)
     return fig

@@ -12,9 +12,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 from cycler import cycler
 from matplotlib.axes import Axes
+from matplotlib.backend_bases import FigureCanvasBase
 from matplotlib.figure import Figure
 
 from hydrocrane.errors import ResultFileError
+from hydrocrane.whole_file import written_whole
 
 INK = "#22313f"
 MUTED = "#7b8794"
@@ -114,10 +116,16 @@ CRANE_LINES: dict[str, dict[str, Any]] = {
 
 
 def write(fig: Figure, path: Path) -> Path:
-    """Save a figure; missing folders are made."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    known = fig.canvas.get_supported_filetypes()
+    """Save a figure, whole or not at all; missing folders are made."""
+    checked_suffix(path)
+    with written_whole(path) as beside:
+        fig.savefig(beside)
+    return path
+
+
+def checked_suffix(path: Path) -> Path:
+    """The path of a picture, or an error that names the suffixes that can be written."""
+    known = FigureCanvasBase.get_supported_filetypes()
     if path.suffix.lower().lstrip(".") not in known:
         raise ResultFileError(f"cannot write `{path.name}`: choose a suffix from .{', .'.join(sorted(known))}")
-    fig.savefig(path)
     return path

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from hydrocrane.linear import pose_grid
+from hydrocrane.machine import MachineLike, as_machine
 from hydrocrane.plots.field import patches
 from hydrocrane.plots.style import COLOURS, GRID, MUTED, draw_crane, figure, styled, title
 
@@ -20,8 +21,9 @@ _AREA = "#dfebf0"
 
 
 @styled
-def workspace(crane: Machine) -> Figure:
+def workspace(crane: MachineLike) -> Figure:
     """Reach of the tip inside the joint limits, its boundary, and regions to keep out of; the crane amid its limits."""
+    crane = as_machine(crane)
     fig, axes = figure(7.5, 7.0)
     if len(crane.joint_names) > 1:
         poses = pose_grid(crane, 48)

@@ -5,14 +5,13 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Mapping, Sequence
-from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hydrocrane.arrays import real_array
 from hydrocrane.errors import InputError
-from hydrocrane.machine import Machine, load_machine, plain_overrides
+from hydrocrane.machine import Machine, MachineLike, as_machine, plain_overrides
 from hydrocrane.rig.log import COLUMNS, RigLog, Segment
 
 if TYPE_CHECKING:
@@ -20,14 +19,14 @@ if TYPE_CHECKING:
 
     from hydrocrane.result import Run
 
-Rig = str | PathLike[str] | Machine
+Rig = MachineLike
 
 
 def machine_of(
     rig: Rig, supply: float | str | None, overrides: Mapping[str, Any] | None, bits: int | None = None
 ) -> Machine:
     """The rig with everything that its file is to be changed in."""
-    given = rig if isinstance(rig, Machine) else load_machine(rig)
+    given = as_machine(rig)
     if len(given.joint_names) != 1 or given.joint_units[0] != "m":
         raise InputError(
             f"{given.name} is no friction rig: it takes one cylinder on one sliding joint, as rig-rottne has"

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrocrane.errors import InputError
-from hydrocrane.machine import Machine
+from hydrocrane.machine import Machine, plain_overrides
+from hydrocrane.precedence import check_equal
 from hydrocrane.rig.course import Course, seal_of
 from hydrocrane.rig.experiments import course_of, experiment
 from hydrocrane.rig.log import RigLog
@@ -82,12 +83,15 @@ def run(
     interval : float, optional
         Time between samples, s.
     overrides : mapping, optional
-        Machine keys to change.
+        Machine keys to change; `payload` and `supply` state two of them, and may not differ from these.
     **options
         Of the experiment: see :mod:`hydrocrane.rig.experiments`.
     """
     from hydrocrane.simulation import simulate
 
+    given = plain_overrides(overrides or {})
+    check_equal("payload", payload, "kg", "payload.mass", given)
+    check_equal("supply", supply, "Pa", "supply.pressure", given)
     crane = machine_of(rig, supply, overrides, bits)
     course = course_of(name, seal_of(crane), options)
     plan = _plan(crane, name, payload, interval, course)

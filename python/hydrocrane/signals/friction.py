@@ -12,7 +12,7 @@ from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
 from hydrocrane.logs.log import Log
 from hydrocrane.logs.noise import noise_of
-from hydrocrane.machine import Machine, load_machine
+from hydrocrane.machine import Machine, MachineLike, as_machine
 from hydrocrane.signals.derivative import derivative
 from hydrocrane.signals.resample import resample, unbroken
 
@@ -53,10 +53,9 @@ class RigParameters:
             raise InputError("gravity of a rig must be finite, and rod_mass finite and not negative")
 
     @classmethod
-    def of(cls, machine: Machine | str, *, payload: float | None = None, rod_mass: float = 0.0) -> RigParameters:
+    def of(cls, machine: MachineLike, *, payload: float | None = None, rod_mass: float = 0.0) -> RigParameters:
         """The parameters of a machine with one cylinder that moves its load along a straight line; or of its name."""
-        if not isinstance(machine, Machine):
-            machine = load_machine(machine)
+        machine = as_machine(machine)
         if len(machine.cylinder_names) != 1:
             raise InputError(
                 f"a friction rig has one cylinder; {machine.name} has {', '.join(machine.cylinder_names)}. "
@@ -100,7 +99,7 @@ def steady_friction(log: Log, rig: RigParameters, *, load_cell: bool = False) ->
     return pressure_force(log, rig) + rig.mass * rig.gravity
 
 
-def friction_force(log: Any, rig: RigParameters | Machine | str, *, load_cell: bool = False) -> xr.Dataset:
+def friction_force(log: Any, rig: RigParameters | MachineLike, *, load_cell: bool = False) -> xr.Dataset:
     """Friction force over time, N: F = p1 A1 - p2 A2 + m g - m x''   (118, with the sign of erratum E17).
 
     With `load_cell` the measured net force on the load holds the load's weight and inertia, so that only `rod_mass`

@@ -175,7 +175,8 @@ def _simulated(job: Job, values: Sequence[Any], should_stop: Callable[[], bool] 
 
 def _kept(job: Job, record: Record) -> CaseResult:
     outcome = record.outcome
-    message = "" if outcome.completed else outcome.message
+    doubts = "; ".join(f"warning: {warning.text}" for warning in record.warnings)
+    message = doubts if outcome.completed else outcome.message
     signals = _signals(job, record) if job.signals else None
     try:
         return CaseResult(outcome.kind, message, measured(job.measures, record), signals)

@@ -13,12 +13,9 @@ from hydrocrane.scenario import Command, Scenario
 from hydrocrane.studies.key import COMMAND_FIELDS, FIELDS, JOYSTICK, SOLVER, Key
 from hydrocrane.studies.values import si_numbers
 
-# A machine key -> field of the scenario that would hide it.
-HIDING = {"payload.mass": "payload", "control.period": "period"}
-
 
 def changed_plan(plan: Scenario, keys: Sequence[Key], values: Sequence[Any]) -> Scenario:
-    """`plan` with `values` of the `keys` in place of its own."""
+    """`plan` with `values` of the `keys` in place of its own; a key counts before what `plan` states."""
     fields: dict[str, Any] = {}
     machine: dict[str, Any] = {}
     for key, value in zip(keys, values, strict=True):
@@ -26,10 +23,9 @@ def changed_plan(plan: Scenario, keys: Sequence[Key], values: Sequence[Any]) -> 
             _change_scenario(fields, plan, key, value)
         else:
             _change_machine(machine, key, value)
-            _uncover(fields, plan, key)
     if machine:
-        fields["overrides"] = {**plan.overrides, **machine}
-    return dataclasses.replace(plan, **fields) if fields else plan
+        fields["overrides"] = machine
+    return plan.changed(**fields) if fields else plan
 
 
 def _change_machine(overrides: dict[str, Any], key: Key, value: Any) -> None:
@@ -40,15 +36,6 @@ def _change_machine(overrides: dict[str, Any], key: Key, value: Any) -> None:
     whole = list(overrides.get(name, key.whole))
     whole[int(index)] = value
     overrides[name] = whole if len(whole) > 1 else whole[0]
-
-
-def _uncover(fields: dict[str, Any], plan: Scenario, key: Key) -> None:
-    """A swept key of the machine counts, also where a field of the scenario would take its place."""
-    if key.name in HIDING:
-        fields[HIDING[key.name]] = None
-    elif key.name.startswith("control.") and key.name.endswith(".full-speed") and plan.joystick is not None:
-        joystick: Any = fields.get("joystick", plan.joystick)
-        fields["joystick"] = dataclasses.replace(joystick, full_speed=None)
 
 
 def _change_scenario(fields: dict[str, Any], plan: Scenario, key: Key, value: Any) -> None:

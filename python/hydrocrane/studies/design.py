@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,12 +13,14 @@ import numpy as np
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.studies.key import Key
-from hydrocrane.studies.ranges import drawn_values, grid_values
+from hydrocrane.studies.ranges import drawn_values, grid_size, grid_values
 from hydrocrane.studies.values import si_value
 
 METHODS = ("grid", "random", "latin", "list")
 DRAWN = ("random", "latin")
 CASE = "case"
+# What lists of cases still fit into memory, and more than anybody waits for.
+MOST_CASES = 10_000_000
 # Blocks that a study is cut into, where they do not become too small or too large.
 BLOCKS = 64
 LARGEST_BLOCK = 1024
@@ -53,7 +56,7 @@ class Cases:
 
     @property
     def count(self) -> int:
-        return int(np.prod(self.shape))
+        return math.prod(self.shape)
 
     def values(self, place: Place) -> list[tuple[Any, ...]]:
         """Values of the keys, one tuple per case of a block."""
@@ -86,11 +89,19 @@ def designed(keys: Sequence[Key], given: Mapping[str, Any], method: str, n: int 
         raise InputError(f"the method `{method}` {need}")
     if method in DRAWN:
         return Cases(tuple(keys), _drawn(keys, given, method, n, seed), grid=False)
+    sizes = [grid_size(spec) for spec in given.values()]
+    _bounded(math.prod(sizes) if method == "grid" else max(sizes), method)
     axes = tuple(grid_values(key.name, spec, _to_si(key)) for key, spec in zip(keys, given.values(), strict=True))
     if method == "list" and len({len(axis) for axis in axes}) > 1:
         counts = ", ".join(f"{key.name} {len(axis)}" for key, axis in zip(keys, axes, strict=True))
         raise InputError(f"a list of cases needs as many values of every key; got {counts}")
     return Cases(tuple(keys), axes, grid=method == "grid")
+
+
+def _bounded(count: int, method: str) -> None:
+    if count > MOST_CASES:
+        fewer = "draw fewer" if method in DRAWN else "give fewer values of some keys"
+        raise InputError(f"the study has {count:.3g} cases, at most {MOST_CASES:.3g} are possible; {fewer}")
 
 
 def _to_si(key: Key) -> Any:
@@ -100,6 +111,7 @@ def _to_si(key: Key) -> Any:
 def _drawn(keys: Sequence[Key], given: Mapping[str, Any], method: str, n: Any, seed: int) -> tuple[list[Any], ...]:
     if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
         raise InputError(f"n must be a whole number of cases, one or more; got {n!r}")
+    _bounded(int(n), method)
     shares = _shares(method, int(n), len(keys), seed)
     columns = zip(keys, given.values(), shares.T, strict=True)
     return tuple(drawn_values(key.name, spec, share, _to_si(key)) for key, spec, share in columns)

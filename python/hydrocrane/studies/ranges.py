@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -51,6 +51,15 @@ def samples_of(name: str, spec: Any) -> list[Any]:
     if hasattr(spec, "ppf"):
         return [float(spec.ppf(0.5))]
     return _listed(name, spec)
+
+
+def grid_size(spec: Any) -> int:
+    """How many values a key has on a grid, before any is made; one where that is still to be found wrong."""
+    if isinstance(spec, Mapping) and set(spec) != {"values"}:
+        count = spec.get("count")
+        return count if isinstance(count, int) and count > 0 else 1
+    values = spec["values"] if isinstance(spec, Mapping) else spec
+    return len(values) if isinstance(values, Sequence | np.ndarray) and len(values) else 1
 
 
 def grid_values(name: str, spec: Any, convert: Convert) -> list[Any]:

@@ -12,6 +12,7 @@ from hydrocrane.dataset import outputs_table, run_dataset
 from hydrocrane.errors import unknown
 from hydrocrane.machine import Machine
 from hydrocrane.result import Outcome, Run
+from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario import Scenario
 
 # Its tables take longer to make than a run of a few seconds.
@@ -26,6 +27,7 @@ class Record:
     crane : Machine
     plan : Scenario
     outcome : Outcome
+    warnings : tuple of ResultWarning
     time : (m,) array
         s.
     """
@@ -33,6 +35,7 @@ class Record:
     def __init__(self, crane: Machine, plan: Scenario, raw: dict[str, Any], payload: float) -> None:
         self.crane, self.plan, self._raw, self._payload = crane, plan, raw, payload
         self.outcome = Outcome(*raw["outcome"])
+        self.warnings: tuple[ResultWarning, ...] = raw["warnings"]
         self.time: Array = np.asarray(raw["t"])
 
     @property

@@ -7,6 +7,7 @@ import numpy as np
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError
 from hydrocrane.machine import Machine
+from hydrocrane.record_size import NUMBERS_PER_ROW, check_size, row_count
 from hydrocrane.scenario import Scenario
 from hydrocrane.studies.design import Cases
 from hydrocrane.studies.values import converted
@@ -31,7 +32,9 @@ def signal_times(plan: Scenario, cases: Cases, resample: float | str | None) -> 
         raise InputError("signals of runs with different record intervals need one of their own: resample=0.05")
     interval = plan.record_interval if resample is None else _interval(resample)
     longest = max([float(value) for value in cases.along("duration")] or [plan.duration])
-    return np.arange(int(np.floor(longest / interval * (1 + 1e-12))) + 1, dtype=np.float64) * interval
+    rows = row_count(longest, interval)
+    check_size("the signals of one case", rows, NUMBERS_PER_ROW, "a larger resample or record-interval")
+    return np.arange(int(rows), dtype=np.float64) * interval
 
 
 def _interval(given: float | str) -> float:

@@ -2,16 +2,18 @@
 
 A block's chunks are written one by one, each put in place by renaming a whole file; the chunk of `outcome` comes
 last. So a block is done exactly where its outcomes are, whenever the process may have been killed, and what was half
-written is written again.
+written is written again. A finished block has a chunk with a checksum in every array, also where nothing is to be told:
+what is missing or changed is found when the store is opened, and computed again when the study goes on.
 """
 
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import uuid
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+import warnings
+from collections.abc import Iterable
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -21,42 +23,29 @@ import xarray as xr
 import zarr
 from zarr.storage import MemoryStore
 
-from hydrocrane.arrays import Array
 from hydrocrane.errors import ResultFileError
 from hydrocrane.studies.case import BlockResult
-from hydrocrane.studies.design import CASE, Cases, Place, blocks
+from hydrocrane.studies.design import Place, blocks
 from hydrocrane.studies.identity import differences
-from hydrocrane.studies.values import axis_values
+from hydrocrane.studies.integrity import (
+    AXES,
+    BLOCK_ARRAYS,
+    CHECKSUM,
+    DESCRIPTION,
+    chunk_file,
+    description,
+    seal,
+    study_faults,
+)
+from hydrocrane.studies.layout import MESSAGE, OUTCOME, Layout, figure, makers
+from hydrocrane.whole_file import cannot_write
 
-OUTCOME, MESSAGE, TIME = "outcome", "message", "time"
 # Attribute that makes a Zarr group a study.
 IDENTITY = "study"
 
 
-@dataclass(frozen=True)
-class Layout:
-    """What a store is made from.
-
-    Attributes
-    ----------
-    cases : Cases
-    block : tuple of int
-        Cases of a block along each dimension.
-    times : (n_times,) array
-    signals, figures : dict
-        Name to (unit, meaning).
-    identity : dict
-    about : dict
-        Attributes for people.
-    """
-
-    cases: Cases
-    block: tuple[int, ...]
-    times: Array
-    signals: Mapping[str, tuple[str, str]]
-    figures: Mapping[str, tuple[str, str]]
-    identity: Mapping[str, Any]
-    about: Mapping[str, Any]
+class StudyRepaired(UserWarning):
+    """Some of a store was damaged; these cases are computed again."""
 
 
 class Store:
@@ -64,34 +53,36 @@ class Store:
 
     def __init__(self, group: zarr.Group, path: Path | None) -> None:
         self._group, self.path = group, path
-        self._outcome = _array(group, OUTCOME)
-        self._arrays = dict(group.arrays())
+        listed = group.attrs.get(BLOCK_ARRAYS)
+        names = sorted(group.array_keys()) if listed is None else json.loads(str(listed))
+        self._arrays = {name: _array(group, name) for name in names}
+        self._outcome = self._arrays[OUTCOME]
         self._dims = tuple(json.loads(str(group.attrs["dimensions"])))
+        self._signals = [str(name) for name in json.loads(str(group.attrs["signals"]))]
 
     @classmethod
     def at(cls, path: str | PathLike[str] | None, layout: Layout, *, overwrite: bool = False) -> Store:
         """The store at a path, made where it is not there; in memory without a path.
 
+        Only one process at a time may do so, see :func:`hydrocrane.studies.lock.written_by_one`.
+
         Raises
         ------
         ResultFileError
-            Where something else is there, or another study.
+            Where something else is there, or another study, or where nothing can be written.
         """
         if path is None:
             return cls(_created(MemoryStore(), layout), None)
         folder = Path(path)
-        if folder.exists() and not _is_empty(folder):
-            stored = _opened(folder)
-            if not overwrite:
-                return cls._continued(stored, folder, layout)
-            shutil.rmtree(folder)
-        elif folder.exists():
-            folder.rmdir()
-        # Made beside its place and renamed, so that a store is whole or not there.
-        beside = folder.with_name(f".{folder.name}.{uuid.uuid4().hex}")
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        _created(beside, layout)
-        beside.rename(folder)
+        try:
+            _sweep_remains(folder)
+            if folder.exists() and not _is_empty(folder):
+                stored = _opened(folder)
+                if not overwrite:
+                    return cls._continued(stored, folder, layout)
+            _put(folder, layout)
+        except OSError as error:
+            raise cannot_write(folder, error) from None
         return cls(_opened(folder), folder)
 
     @classmethod
@@ -102,9 +93,15 @@ class Store:
                 f"{folder} holds another study: {difference}. Choose another store, or overwrite=True (--overwrite) "
                 "to lose what is there"
             )
-        for left in folder.rglob("*.partial"):
+        if CHECKSUM not in stored.attrs:
+            raise ResultFileError(
+                f"{folder} was written without checksums, by an earlier version; choose another store, or "
+                "overwrite=True (--overwrite) to compute it again"
+            )
+        for left in folder.rglob("*.partial*"):
             left.unlink(missing_ok=True)
-        return cls(stored, folder)
+        _repair(folder, layout)
+        return cls(_opened(folder), folder)
 
     @property
     def total(self) -> int:
@@ -113,51 +110,102 @@ class Store:
 
     def pending(self) -> list[Place]:
         """Places of the blocks that are not done, in order."""
-        done = np.asarray(self._outcome[...]) != ""
-        return [place for place in blocks(self._outcome.shape, self._outcome.chunks) if not done[place].all()]
+        return [place for place in self._places() if not self._is_done(place)]
 
     def write(self, place: Place, result: BlockResult) -> None:
         """Keep the results of the block at `place`."""
         shape = tuple(part.stop - part.start for part in place)
-        for name, values in result.figures.items():
-            self._variable(name)[place] = values.reshape(shape)
-        if result.signals.size:
-            names = [str(name) for name in json.loads(str(self._group.attrs["signals"]))]
-            for name, values in zip(names, result.signals, strict=True):
-                self._arrays[name][place] = values.reshape(*shape, -1)
+        for name in result.figures:
+            self._make_sure_of(name)
+        for name, array in self._arrays.items():
+            if name in (OUTCOME, MESSAGE):
+                continue
+            if name in self._signals:
+                array[place] = result.signals[self._signals.index(name)].reshape(*shape, -1)
+            else:
+                array[place] = result.figures.get(name, np.full(shape, np.nan)).reshape(shape)
         self._arrays[MESSAGE][place] = _texts(result.messages, shape)
         self._outcome[place] = _texts(result.outcomes, shape)
 
     def dataset(self) -> xr.Dataset:
         """What is done, read from the store when it is used; cases that are not done have an empty outcome."""
-        data = xr.open_zarr(self._group.store, consolidated=False, chunks=None)
-        data = data[sorted(map(str, data.data_vars))]
-        # Texts as Python has them: many tools do not know the strings of Zarr. They are few beside the signals.
-        for name, entry in data.variables.items():
-            if entry.dtype.kind not in "biufO":
-                data[name] = entry.dims, entry.values.astype(object), entry.attrs
+        try:
+            data = xr.open_zarr(self._group.store, consolidated=False, chunks=None)
+            data = data[sorted(name for name in self._arrays if name in data.data_vars)]
+            # Texts as Python has them: many tools do not know the strings of Zarr. They are few beside the signals.
+            for name, entry in data.variables.items():
+                if entry.dtype.kind not in "biufO":
+                    data[name] = entry.dims, entry.values.astype(object), entry.attrs
+        except (OSError, ValueError, RuntimeError, KeyError) as error:
+            raise ResultFileError(f"{self.path} is damaged and cannot be read: {error}") from None
+        for attributes in (data.attrs, *(entry.attrs for entry in data.variables.values())):
+            attributes.pop(CHECKSUM, None)
         return data.load() if self.path is None else data
 
-    def _variable(self, name: str) -> zarr.Array:
-        """The array of a figure; functions of one's own tell their names as they go."""
-        if name not in self._arrays:
-            outcome = self._outcome
-            self._arrays[name] = _figure(self._group, name, self._dims, outcome.shape, outcome.chunks, "", "")
-        return self._arrays[name]
+    def _places(self) -> Iterable[Place]:
+        return blocks(self._outcome.shape, self._outcome.chunks)
+
+    def _is_done(self, place: Place) -> bool:
+        if self.path is None:
+            return bool((np.asarray(self._outcome[place]) != "").all())
+        index = tuple(part.start // step for part, step in zip(place, self._outcome.chunks, strict=True))
+        return chunk_file(self.path / OUTCOME, index).exists()
+
+    def _make_sure_of(self, name: str) -> None:
+        """The array of a figure is there; functions of one's own tell their names as they go."""
+        if name in self._arrays:
+            return
+        shape, block = self._outcome.shape, self._outcome.chunks
+        figure(self._group, name, self._dims, shape, block, "", "")
+        made = _array(self._group, name)
+        for place in self._places():
+            if self._is_done(place):
+                made[place] = np.full([part.stop - part.start for part in place], np.nan)
+        self._arrays[name] = made
+        listed = json.dumps(list(self._arrays))
+        if self.path is None:
+            self._group.attrs[BLOCK_ARRAYS] = listed
+        else:
+            # Listed once it is complete: an array that no list names is none.
+            seal(self.path / name)
+            seal(self.path, **{BLOCK_ARRAYS: listed})
 
 
 def open_study(path: str | PathLike[str]) -> xr.Dataset:
-    """Open the results of a study, also of one that is not done."""
+    """Open the results of a study, also of one that is not done.
+
+    Every finished block is checked first.
+
+    Raises
+    ------
+    ResultFileError
+        Where there is no study, or where some of it is missing or changed, with what it is.
+
+    Warns
+    -----
+    UserWarning
+        Where the store has no checksums, since an earlier version wrote it: damage cannot be found then.
+    """
     folder = Path(path)
     if not folder.exists():
         raise ResultFileError(f"no such store: {folder}")
-    return Store(_opened(folder), folder).dataset()
+    stored = _opened(folder)
+    if CHECKSUM not in stored.attrs:
+        text = f"{folder} has no checksums, since an earlier version wrote it: whether it is damaged cannot be told; "
+        warnings.warn(f"{text}run the study again with overwrite=True (--overwrite) to have them", stacklevel=2)
+    elif faults := study_faults(folder, OUTCOME):
+        raise ResultFileError(
+            f"{folder} is damaged: {faults}. Run the same study with this store again: it computes the damaged blocks "
+            "anew and keeps the others"
+        )
+    return Store(stored, folder).dataset()
 
 
 def _array(group: zarr.Group, name: str) -> zarr.Array:
+    """An array that writes every chunk, so that a chunk that is not there is known to be lost."""
     array = group[name]
     assert isinstance(array, zarr.Array)
-    return array
+    return array.with_config({"write_empty_chunks": True})
 
 
 def _is_empty(folder: Path) -> bool:
@@ -166,6 +214,11 @@ def _is_empty(folder: Path) -> bool:
 
 def _opened(folder: Path) -> zarr.Group:
     """The study at a path; anything else there is left alone."""
+    if (folder / DESCRIPTION).exists() and description(folder) is None:
+        raise ResultFileError(
+            f"{folder} is damaged: its {DESCRIPTION} was cut off or changed, so that nothing says which study it "
+            "holds. Copy it back from elsewhere, or delete the folder and run the study again"
+        )
     try:
         group = zarr.open_group(folder, mode="r+")
     except (OSError, ValueError, KeyError):
@@ -175,55 +228,70 @@ def _opened(folder: Path) -> zarr.Group:
     return group
 
 
+def _beside(folder: Path) -> Path:
+    return folder.with_name(f".{folder.name}.{uuid.uuid4().hex}")
+
+
+def _sweep_remains(folder: Path) -> None:
+    """Remove what a killed process left while it made or replaced this store."""
+    pattern = re.compile(rf"\.{re.escape(folder.name)}\.[0-9a-f]{{32}}")
+    if folder.parent.is_dir():
+        for left in folder.parent.iterdir():
+            if pattern.fullmatch(left.name):
+                shutil.rmtree(left, ignore_errors=True)
+
+
+def _put(folder: Path, layout: Layout) -> None:
+    """Make a store beside its place and rename it, so that a store is whole or not there."""
+    made, old = _beside(folder), _beside(folder)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        _created(made, layout)
+        for name in makers(layout):
+            seal(made / name)
+        seal(made)
+        if folder.exists():
+            folder.rename(old)
+        made.rename(folder)
+    finally:
+        shutil.rmtree(made, ignore_errors=True)
+        shutil.rmtree(old, ignore_errors=True)
+
+
+def _repair(folder: Path, layout: Layout) -> None:
+    """Make damaged arrays anew, and let damaged blocks count as not done."""
+    faults = study_faults(folder, OUTCOME)
+    if not faults:
+        return
+    group, known, listed = _opened(folder), makers(layout), json.loads(str(_opened(folder).attrs[BLOCK_ARRAYS]))
+    for place in faults.blocks:
+        chunk_file(folder / OUTCOME, place).unlink(missing_ok=True)
+    if any(name in listed for name in faults.arrays):
+        # What one of them held of each block is lost.
+        shutil.rmtree(folder / OUTCOME / "c", ignore_errors=True)
+    seal(folder, **{BLOCK_ARRAYS: json.dumps([n for n in listed if n in known or n not in faults.arrays])})
+    for name in faults.arrays:
+        shutil.rmtree(folder / name, ignore_errors=True)
+        if name in known:
+            known[name](group)
+            seal(folder / name)
+    warnings.warn(StudyRepaired(f"{folder}: {faults}; the cases concerned are computed again"), stacklevel=2)
+
+
 def _created(where: Any, layout: Layout) -> zarr.Group:
     group = zarr.open_group(where, mode="w")
-    cases = layout.cases
-    for key, axis in zip(cases.keys, cases.axes, strict=True):
-        about = {"long_name": f"key {key.name}"} | ({} if key.unit is None else {"units": key.unit or "1"})
-        _coordinate(group, key.name, axis_values(axis), key.name if cases.grid else CASE, about)
-    if not cases.grid:
-        _coordinate(group, CASE, np.arange(cases.count), CASE, {"long_name": "number of the case"})
-    for name, (unit, meaning) in layout.figures.items():
-        _figure(group, name, cases.dims, cases.shape, layout.block, unit, meaning)
-    if layout.signals:
-        _coordinate(group, TIME, layout.times, TIME, {"units": "s", "long_name": "time"})
-        shape, block = (*cases.shape, layout.times.size), (*layout.block, layout.times.size)
-        for name, (unit, meaning) in layout.signals.items():
-            _figure(group, name, (*cases.dims, TIME), shape, block, unit, meaning)
-    for name, meaning in ((MESSAGE, "what went wrong"), (OUTCOME, "how the run ended; empty: not run yet")):
-        group.create_array(
-            name, shape=cases.shape, chunks=layout.block, dtype=str, fill_value="", dimension_names=cases.dims,
-            attributes={"long_name": meaning},
-        )  # fmt: skip
+    known, cases = makers(layout), layout.cases
+    for make in known.values():
+        make(group)
+    kept = [*layout.figures, *layout.signals, MESSAGE, OUTCOME]
     names = {} if cases.grid else {"coordinates": " ".join(key.name for key in cases.keys)}
-    lists = {"dimensions": json.dumps(cases.dims), "signals": json.dumps(list(layout.signals))}
-    group.attrs.update({**layout.about, **names, **lists, IDENTITY: json.dumps(layout.identity)})
+    lists = {
+        "dimensions": cases.dims, "signals": list(layout.signals),
+        BLOCK_ARRAYS: kept, AXES: [name for name in known if name not in kept],
+    }  # fmt: skip
+    plain = {name: json.dumps(value) for name, value in lists.items()}
+    group.attrs.update({**layout.about, **names, **plain, IDENTITY: json.dumps(layout.identity)})
     return group
-
-
-def _coordinate(group: zarr.Group, name: str, values: Any, dim: str, about: dict[str, Any]) -> None:
-    array = np.asarray(values)
-    if array.dtype.kind == "U":
-        made = group.create_array(name, shape=array.shape, dtype=str, dimension_names=(dim,), attributes=about)
-        made[:] = array.astype(object)
-    else:
-        group.create_array(name, data=array, dimension_names=(dim,), attributes=about)
-
-
-def _figure(
-    group: zarr.Group,
-    name: str,
-    dims: Iterable[str],
-    shape: Sequence[int],
-    block: Sequence[int],
-    unit: str,
-    meaning: str,
-) -> zarr.Array:
-    about: dict[str, Any] = {key: text for key, text in (("units", unit), ("long_name", meaning)) if text}
-    return group.create_array(
-        name, shape=tuple(shape), chunks=tuple(block), dtype="f8", fill_value=np.nan, dimension_names=tuple(dims),
-        attributes=about,
-    )  # fmt: skip
 
 
 def _texts(values: list[str], shape: tuple[int, ...]) -> np.ndarray:

@@ -8,25 +8,29 @@ from contextlib import closing
 from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from hydrocrane.arrays import seed_number
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, ResultFileError, unknown
 from hydrocrane.machine import Machine
 from hydrocrane.scenario import Scenario, load_scenario
 from hydrocrane.studies import local
-from hydrocrane.studies.case import Job, digest_of
-from hydrocrane.studies.design import Cases, block_shape, designed
+from hydrocrane.studies.case import BlockResult, Job, digest_of
+from hydrocrane.studies.design import Cases, Place, block_shape, designed
 from hydrocrane.studies.identity import identity
 from hydrocrane.studies.keys import resolved_key
+from hydrocrane.studies.layout import MESSAGE, OUTCOME, TIME, Layout
+from hydrocrane.studies.lock import written_by_one
 from hydrocrane.studies.measures import DEFAULT, OF_ANY_RUN, checked_measures
 from hydrocrane.studies.progress import Progress, telling
 from hydrocrane.studies.ranges import samples_of
 from hydrocrane.studies.signals import known_signals, signal_times
-from hydrocrane.studies.store import MESSAGE, OUTCOME, TIME, Layout, Store
+from hydrocrane.studies.store import Store
+from hydrocrane.whole_file import cannot_write
 
 RESERVED = (OUTCOME, MESSAGE, TIME, "case")
 
@@ -140,7 +144,13 @@ class Study:
         progress: Progress | bool | None = None,
     ) -> xr.Dataset:
         """Run what is not done yet; parameters and result as of :func:`sweep`."""
-        kept = Store.at(store, self._layout(block), overwrite=overwrite)
+        with written_by_one(None if store is None else Path(store)):
+            kept = Store.at(store, self._layout(block), overwrite=overwrite)
+            self._fill(kept, workers, scheduler, progress)
+            return kept.dataset()
+
+    def _fill(self, kept: Store, workers: int | None, scheduler: Any, progress: Progress | bool | None) -> None:
+        """Run what is not done yet."""
         places, total = kept.pending(), kept.total
         done = total - _sizes(places)
         if scheduler is None:
@@ -153,13 +163,12 @@ class Study:
             with telling(progress, self.plan.name) as tell, closing(results):
                 tell(done, total)
                 for place, result in results:
-                    kept.write(place, result)
+                    _write(kept, place, result)
                     done += _size(place)
                     tell(done, total)
         except KeyboardInterrupt:
             # Ctrl-C may have come between a block's writing and its counting: the store knows.
             raise StudyInterrupted(_stopped(total - _sizes(kept.pending()), total, kept)) from None
-        return kept.dataset()
 
     def pictured(self, measure: str | None) -> str:
         """The figure to draw: `measure`, which must be one of the study's, or the first beside the end time."""
@@ -266,6 +275,15 @@ def _size(place: tuple[slice, ...]) -> int:
 
 def _sizes(places: Iterable[tuple[slice, ...]]) -> int:
     return sum(map(_size, places))
+
+
+def _write(kept: Store, place: Place, result: BlockResult) -> None:
+    try:
+        kept.write(place, result)
+    except OSError as error:
+        done = kept.total - _sizes(kept.pending())
+        told = cannot_write(Path(str(kept.path)), error)
+        raise ResultFileError(f"{told}. {_stopped(done, kept.total, kept)}") from None
 
 
 def _block(given: int | None) -> int | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
@@ -12,6 +11,7 @@ from typing import Any
 from hydrocrane.errors import InputError, nearest
 from hydrocrane.scenario import bundled_scenarios
 from hydrocrane.studies.study import Study
+from hydrocrane.toml_file import read_toml
 
 TABLES = ("study", "keys", "overrides")
 STUDY_KEYS = (
@@ -43,7 +43,7 @@ def load_study(path: str | PathLike[str]) -> StudyFile:
         With the file and the key.
     """
     file = Path(path)
-    content = _parsed(file)
+    content = read_toml(file, "study file")
     _known(file, "", content, TABLES)
     for table in ("study", "keys"):
         if not isinstance(content.get(table), dict):
@@ -63,17 +63,6 @@ def load_study(path: str | PathLike[str]) -> StudyFile:
     changes = {"overrides": overrides} if overrides else {}
     study = Study(keys=_flat(content["keys"]), changes=changes, **given)
     return StudyFile(name, study, Path(about.get("store", f"{name}.zarr")))
-
-
-def _parsed(file: Path) -> dict[str, Any]:
-    try:
-        return tomllib.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{file} cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{file} is no UTF-8 text; is it a study file?") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{file}: {error}") from None
 
 
 def _known(file: Path, path: str, table: Mapping[str, Any], known: tuple[str, ...]) -> None:
@@ -97,4 +86,7 @@ def _flat(table: Mapping[str, Any], path: str = "") -> dict[str, Any]:
 def _beside(file: Path, name: str) -> str:
     """A path is taken from the study file's folder; a bundled name stays."""
     there = file.resolve().parent / name
-    return str(there) if there.is_file() else name
+    try:
+        return str(there) if there.is_file() else name
+    except (OSError, ValueError):  # No path can be that long, or hold that character.
+        return name

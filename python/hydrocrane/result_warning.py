@@ -1,0 +1,46 @@
+"""What makes a result doubtful, with its cause and its cure."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+
+
+class DoubtfulResult(UserWarning):
+    """The category of Python warnings about results that carry no ``warnings`` of their own."""
+
+
+@dataclass(frozen=True)
+class ResultWarning:
+    """Why a result may be wrong.
+
+    Attributes
+    ----------
+    kind : str
+        Short stable name, one of those in ``docs/reference/warnings.md``.
+    text : str
+        What was found, with its numbers and units.
+    cure : str
+        What helps.
+    time : float
+        When it began, s; 0 where the result has no time.
+    """
+
+    kind: str
+    text: str
+    cure: str
+    time: float = 0.0
+
+    def __str__(self) -> str:
+        return f"{self.text}; {self.cure}"
+
+
+def to_json(warnings: Iterable[ResultWarning]) -> str:
+    """The warnings as one text, for the attributes of a file."""
+    return json.dumps([asdict(warning) for warning in warnings])
+
+
+def from_json(text: str) -> tuple[ResultWarning, ...]:
+    """The warnings that :func:`to_json` wrote."""
+    return tuple(ResultWarning(**entry) for entry in json.loads(text))

@@ -1,0 +1,159 @@
+"""Whether a store on disk still holds what was written: checksums of its chunks and of its descriptions.
+
+The chunks carry a CRC-32C behind their bytes, by the codec `crc32c` of Zarr, so that other programs check them too.
+Zarr has none for ``zarr.json``: each holds a digest of the rest of itself among its attributes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import google_crc32c
+from zarr.codecs import Crc32cCodec, ZstdCodec
+
+from hydrocrane.whole_file import write_text
+
+# Attribute with the digest of a description.
+CHECKSUM = "checksum"
+# Attributes of the group: the arrays with a chunk per block, and those that every block shares.
+BLOCK_ARRAYS, AXES = "block_arrays", "axes"
+DESCRIPTION = "zarr.json"
+_CRC_BYTES = 4
+_MISSING, _CHANGED = "is missing", "was cut off or changed"
+# Damaged files that a message names.
+_SHOWN = 5
+
+
+def compressors() -> tuple[ZstdCodec, Crc32cCodec]:
+    """The codecs of every array: the checksum comes last, so that it covers the bytes of the file."""
+    return ZstdCodec(), Crc32cCodec()
+
+
+def seal(node: Path, **attributes: Any) -> None:
+    """Set attributes of a group's or an array's description and put the digest of the whole into it, in one step."""
+    file = node / DESCRIPTION
+    content = json.loads(file.read_text(encoding="utf-8"))
+    content["attributes"] |= attributes
+    content["attributes"][CHECKSUM] = _digest(content)
+    write_text(file, json.dumps(content, indent=2))
+
+
+def description(node: Path) -> dict[str, Any] | None:
+    """The description of a group or array; None where it cannot be read or is not as it was sealed."""
+    try:
+        content = json.loads((node / DESCRIPTION).read_text(encoding="utf-8"))
+        stated = content["attributes"].get(CHECKSUM)
+        return content if stated is None or stated == _digest(content) else None
+    except (OSError, ValueError, TypeError, KeyError, AttributeError):
+        return None
+
+
+@dataclass(frozen=True)
+class Faults:
+    """What is damaged in a store.
+
+    Attributes
+    ----------
+    arrays : dict
+        Arrays whose description, or whose values outside all blocks, are damaged, with what was found.
+    blocks : dict
+        Place of a damaged block among the blocks, with what was found in its chunks.
+    count : int
+        Blocks that there are.
+    """
+
+    arrays: dict[str, str]
+    blocks: dict[tuple[int, ...], list[str]]
+    count: int
+
+    def __bool__(self) -> bool:
+        return bool(self.arrays or self.blocks)
+
+    def __str__(self) -> str:
+        found = [*self.arrays.values(), *itertools.chain(*self.blocks.values())]
+        more = [f"and {len(found) - _SHOWN} more"] if len(found) > _SHOWN else []
+        head = f"{len(self.blocks)} of {self.count} blocks damaged: " if self.blocks else ""
+        return head + ", ".join([*found[:_SHOWN], *more])
+
+
+def study_faults(folder: Path, outcome: str) -> Faults:
+    """Check every finished block of a study, and all its descriptions.
+
+    Parameters
+    ----------
+    folder : Path
+        A store whose own description is sealed and sound.
+    outcome : str
+        The array whose chunk is written last: where it has none, a block is not finished.
+    """
+    about = (description(folder) or {})["attributes"]
+    names, axes = json.loads(about[BLOCK_ARRAYS]), json.loads(about[AXES])
+    read = {name: description(folder / name) for name in [*names, *axes]}
+    arrays = {name: _description_fault(folder / name) for name, content in read.items() if content is None}
+    known = {name: content for name, content in read.items() if content is not None}
+    for name in axes:
+        faults = _chunk_faults(folder / name, _grid(known[name])) if name in known else []
+        arrays |= {name: ", ".join(faults)} if faults else {}
+    if outcome not in known:
+        return Faults(arrays, {}, 0)
+    places = _grid(known[outcome])
+    blocks: dict[tuple[int, ...], list[str]] = {}
+    for place in places:
+        if chunk_file(folder / outcome, place).exists():
+            # Signals have a dimension more, which no block divides.
+            indices = {name: place + (0,) * (len(known[name]["shape"]) - len(place)) for name in names if name in known}
+            faults = [fault for name, index in indices.items() for fault in _chunk_faults(folder / name, [index])]
+            blocks |= {place: faults} if faults else {}
+    return Faults(arrays, blocks, len(places))
+
+
+def chunk_file(array: Path, place: tuple[int, ...]) -> Path:
+    """The file of a chunk."""
+    return array.joinpath(*_chunk(place))
+
+
+def _chunk(index: tuple[int, ...]) -> list[str]:
+    return ["c", *map(str, index)]
+
+
+def _grid(content: dict[str, Any]) -> list[tuple[int, ...]]:
+    chunk = content["chunk_grid"]["configuration"]["chunk_shape"]
+    counts = [range(-(-length // step)) for length, step in zip(content["shape"], chunk, strict=True)]
+    return list(itertools.product(*counts))
+
+
+def _description_fault(array: Path) -> str:
+    file = array / DESCRIPTION
+    return f"{array.name}/{DESCRIPTION} {_CHANGED if file.exists() else _MISSING}"
+
+
+def _chunk_faults(array: Path, indices: list[tuple[int, ...]]) -> list[str]:
+    """What is wrong with chunks of the array in a folder, each with its name."""
+    faults = []
+    for index in indices:
+        try:
+            raw = chunk_file(array, index).read_bytes()
+            sound = len(raw) > _CRC_BYTES and _crc(raw[:-_CRC_BYTES]) == raw[-_CRC_BYTES:]
+            reason = "" if sound else _CHANGED
+        except FileNotFoundError:
+            reason = _MISSING
+        except OSError as error:
+            reason = f"cannot be read ({error.strerror})"
+        if reason:
+            faults.append(f"{'/'.join([array.name, *_chunk(index)])} {reason}")
+    return faults
+
+
+def _crc(raw: bytes) -> bytes:
+    return int(google_crc32c.value(raw)).to_bytes(_CRC_BYTES, "little")
+
+
+def _digest(content: dict[str, Any]) -> str:
+    attributes = {name: value for name, value in content["attributes"].items() if name != CHECKSUM}
+    text = json.dumps({**content, "attributes": attributes}, sort_keys=True)
+    return f"sha256 {hashlib.sha256(text.encode()).hexdigest()}"

@@ -1,0 +1,79 @@
+"""Files are written whole: beside their place first, then renamed. A name that exists never holds half a file."""
+
+from __future__ import annotations
+
+import errno
+import os
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from hydrocrane.errors import ResultFileError
+
+# What helps against the usual failures.
+_CURES = {
+    errno.ENOSPC: "free some space or choose another folder",
+    errno.EDQUOT: "free some of your quota or choose another folder",
+    errno.EFBIG: "choose a file system that takes larger files, or write less",
+    errno.EACCES: "choose a folder that you may write to",
+    errno.EPERM: "choose a folder that you may write to",
+    errno.EROFS: "choose a folder that you may write to",
+    errno.EISDIR: "choose a name that is no folder",
+    errno.ENOTDIR: "a part of this path is a file; choose another folder",
+    errno.EEXIST: "a part of this path is a file; choose another folder",
+    errno.ENAMETOOLONG: "choose a shorter name",
+}
+
+
+@contextmanager
+def written_whole(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """The path to write to in place of `path`, in the same folder and with the same suffix; missing folders are made.
+
+    When the block ends well, the file there takes the place of `path` in one step. When it does not, the file is
+    removed, and `path` is as it was before. A device or a pipe is written to directly.
+
+    Raises
+    ------
+    ResultFileError
+        In place of an ``OSError``: which file, why, and what helps.
+    """
+    target = Path(path)
+    try:
+        if target.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(target))
+        target.parent.mkdir(parents=True, exist_ok=True)
+        # The file that a link points to is written, not the link.
+        place = target.resolve() if target.is_symlink() else target
+        if place.exists() and not place.is_file():
+            yield place
+            return
+        beside = place.with_name(f".{place.stem[:60]}.{uuid.uuid4().hex}.partial{place.suffix}")
+        try:
+            yield beside
+            _settle(beside)
+            beside.replace(place)
+        finally:
+            beside.unlink(missing_ok=True)
+    except OSError as error:
+        raise cannot_write(target, error) from None
+
+
+def write_text(path: str | os.PathLike[str], text: str) -> Path:
+    """Write `text` as UTF-8, line ends as they are, whole or not at all. Returns the path."""
+    with written_whole(path) as beside:
+        beside.write_text(text, encoding="utf-8", newline="")
+    return Path(path)
+
+
+def cannot_write(path: Path, error: OSError) -> ResultFileError:
+    """The one message for a file that the system did not let us write."""
+    cure = _CURES.get(error.errno or 0, "")
+    reason = error.strerror or str(error)
+    return ResultFileError(f"cannot write `{path}`: {reason}{cure and f'; {cure}'}")
+
+
+def _settle(path: Path) -> None:
+    """Wait until the file is on the disk: some systems tell only then that it is full."""
+    with path.open("r+b") as stream:
+        os.fsync(stream.fileno())

@@ -1,0 +1,174 @@
+"""A file under its final name is whole, also where the disk is full; the process ends with one message."""
+
+import errno
+import os
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import hydrocrane as hc
+from hydrocrane.whole_file import write_text, written_whole
+
+posix = pytest.mark.skipif(sys.platform == "win32", reason="a limit on the size of files needs POSIX")
+
+
+def limited(code, most, folder):
+    """Run Python in a process whose files cannot grow beyond `most` bytes: writing fails as on a full disk."""
+    head = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({most}, {most}))\n"
+    # Nothing but what is under test shall be written.
+    environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
+    return subprocess.run(
+        [sys.executable, "-c", head + code], capture_output=True, text=True, cwd=folder, timeout=300, env=environment
+    )
+
+
+def command(*arguments):
+    return f"from hydrocrane.app.cli import main\nmain({list(map(str, arguments))!r})"
+
+
+def refused(done, name):
+    """Exit status 2 (no signal), one message that names the file, no traceback."""
+    assert done.returncode == 2, (done.returncode, done.stderr)
+    assert "Traceback" not in done.stderr and done.stderr.count("error:") == 1, done.stderr
+    assert f"cannot write `{name}`" in done.stderr.replace("\n", ""), done.stderr
+
+
+@pytest.fixture(scope="module")
+def run():
+    return hc.simulate("vertical-lift-open-loop", duration=0.5)
+
+
+@posix
+def test_simulate_on_a_full_disk_leaves_nothing_broken(tmp_path):
+    done = limited(command("simulate", "vertical-lift-open-loop", "--duration", 0.5, "-o", "out"), 50_000, tmp_path)
+    refused(done, "out/vertical-lift-open-loop.nc")
+    assert not list((tmp_path / "out").iterdir())
+
+
+@posix
+@pytest.mark.parametrize("name", ["run.nc", "run.mat", "run.csv", "run.parquet", "run.png", "run.gif"])
+def test_no_writer_of_runs_leaves_half_a_file(run, name, tmp_path):
+    run.save(tmp_path / "whole.nc")
+    how = {".png": "plot(path=%r)", ".gif": "animate(%r, fps=5)"}.get(Path(name).suffix, "save(%r)") % name
+    code = f"""
+import matplotlib; matplotlib.use("Agg")
+import hydrocrane as hc
+run = hc.load_run("whole.nc")
+try:
+    run.{how}
+except hc.ResultFileError as error:
+    raise SystemExit(f"refused: {{error}}")
+"""
+    for before in (None, b"what was there"):
+        if before:
+            (tmp_path / name).write_bytes(before)
+        done = limited(code, 5_000, tmp_path)
+        assert done.returncode == 1 and f"refused: cannot write `{name}`" in done.stderr, done.stderr
+        assert {path.name for path in tmp_path.iterdir()} == {"whole.nc", *([name] if before else [])}
+        if before:
+            assert (tmp_path / name).read_bytes() == before
+
+
+@posix
+@pytest.mark.parametrize("name", ["log.csv", "log.mat", "log.nc", "log.h5"])
+def test_no_writer_of_logs_leaves_half_a_file(name, tmp_path):
+    code = f"""
+import numpy as np, hydrocrane as hc
+log = hc.Log.of({{"time": np.arange(5000) * 0.01, "x": np.random.default_rng(0).normal(size=5000)}}, source="test")
+try:
+    log.save({name!r})
+except hc.ResultFileError as error:
+    raise SystemExit(f"refused: {{error}}")
+"""
+    done = limited(code, 5_000, tmp_path)
+    assert done.returncode == 1 and f"refused: cannot write `{name}`" in done.stderr, done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+@posix
+def test_texts_and_starters_are_whole_too(tmp_path):
+    refused(limited(command("new", "mine"), 2_000, tmp_path), "mine/machine.toml")
+    assert not list((tmp_path / "mine").iterdir())
+
+
+@pytest.mark.skipif(
+    sys.platform != "linux" or os.geteuid() != 0, reason="a disk of its own that can be filled needs Linux and root"
+)
+def test_simulate_on_a_disk_that_is_really_full(tmp_path):
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(disk)], capture_output=True).returncode:
+        pytest.skip("no file system can be mounted here")
+    try:
+        code = command("simulate", "vertical-lift-open-loop", "--duration", 0.5, "-o", disk)
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
+        refused(done, f"{disk}/vertical-lift-open-loop.nc")
+        assert "free some space" in done.stderr.replace("\n", " ") and not list(disk.iterdir())
+    finally:
+        subprocess.run(["umount", str(disk)], check=True)
+
+
+def test_a_film_that_cannot_be_written_is_told_before_the_run(tmp_path, monkeypatch, capsys):
+    from hydrocrane.app.cli import main
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setattr(hc.simulation, "simulate", None)
+    monkeypatch.setattr(hc, "simulate", None)
+    for options, words in (
+        (["--film", "mp4"], "ffmpeg"),
+        (["--also", "xlsx"], ".csv"),
+        (["--also", "nc,xlsx"], "unknown suffix `.xlsx`"),
+    ):
+        with pytest.raises(SystemExit) as ended:
+            main(["simulate", "vertical-lift-open-loop", *options])
+        assert ended.value.code == 2 and words in capsys.readouterr().err
+    for arguments in (["animate", "vertical-lift-open-loop", "-o", "x.mp4"], ["plot", "tip-circle", "-o", "x.xlsx"]):
+        with pytest.raises(SystemExit) as ended:
+            main(arguments)
+        assert ended.value.code == 2 and "cannot write" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_was_there_stays_until_the_new_file_is_whole(tmp_path):
+    target = tmp_path / "folder" / "a.txt"
+    assert write_text(target, "first\n") == target and target.read_bytes() == b"first\n"
+    with pytest.raises(RuntimeError), written_whole(target) as beside:
+        beside.write_text("half")
+        assert beside.suffix == ".txt" and beside.parent == target.parent and target.read_text() == "first\n"
+        raise RuntimeError
+    with pytest.raises(KeyboardInterrupt), written_whole(target) as beside:
+        beside.write_text("half")
+        raise KeyboardInterrupt
+    assert target.read_text() == "first\n" and list(target.parent.iterdir()) == [target]
+
+
+def test_links_devices_and_folders(tmp_path):
+    (tmp_path / "real.txt").write_text("old")
+    (tmp_path / "link.txt").symlink_to("real.txt")
+    write_text(tmp_path / "link.txt", "new")
+    assert (tmp_path / "link.txt").is_symlink() and (tmp_path / "real.txt").read_text() == "new"
+    write_text(os.devnull, "nothing")
+    assert not stat.S_ISREG(os.stat(os.devnull).st_mode)
+    with pytest.raises(hc.ResultFileError, match="folder"):
+        write_text(tmp_path, "text")
+    with pytest.raises(hc.ResultFileError, match="a part of this path is a file"):
+        write_text(tmp_path / "real.txt" / "x.txt", "text")
+
+
+def test_the_systems_reason_and_a_cure_are_told(tmp_path):
+    words = f"{os.strerror(errno.ENOSPC)}; free some space"
+    with pytest.raises(hc.ResultFileError, match=words), written_whole(tmp_path / "x.nc"):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def test_a_run_reads_back_as_it_was_written(run, tmp_path):
+    run.save(tmp_path / "run.nc")
+    again = hc.load_run(tmp_path / "run.nc")
+    xr.testing.assert_identical(again.data.drop_attrs(), run.data.drop_attrs())
+    assert again.outcome == run.outcome and np.array_equal(again.data.time, run.data.time)
