@@ -19,7 +19,11 @@ function offline() {
       const files = all.filter((file) => statSync(join(PAGE, file)).isFile() && file !== SERVICE_WORKER).sort();
       const version = createHash("sha256").update(source);
       files.forEach((file) => version.update(file).update(readFileSync(join(PAGE, file))));
-      const facts = { FILES: files.filter((file) => !ON_DEMAND.test(file)), VERSION: version.digest("hex").slice(0, 16) };
+      const facts = {
+        FILES: files.filter((file) => !ON_DEMAND.test(file)),
+        LATER: files.filter((file) => ON_DEMAND.test(file)),
+        VERSION: version.digest("hex").slice(0, 16),
+      };
       const head = Object.entries(facts).map(([name, value]) => `const ${name} = ${JSON.stringify(value)};\n`);
       writeFileSync(join(PAGE, SERVICE_WORKER), head.join("") + source);
     },

@@ -9,9 +9,30 @@ const MARK = "drive=";
 /** Longest address that browsers and mail programs can be trusted with. */
 const LONGEST = 60_000;
 
-async function through(bytes: Uint8Array<ArrayBuffer>, stream: CompressionStream | DecompressionStream): Promise<Uint8Array> {
-  const flow = new Blob([bytes]).stream().pipeThrough(stream);
-  return new Uint8Array(await new Response(flow).arrayBuffer());
+/** Longest address that is read, letters, and longest text that one unpacks to, bytes: hours of driving. */
+const LONGEST_READ = 400_000;
+const MOST_TEXT = 8_000_000;
+
+class TooLong extends Error {}
+
+/** What comes out of a stream, at most so many bytes: a little text can unpack to a thousand times its size. */
+async function through(
+  bytes: Uint8Array<ArrayBuffer>,
+  stream: CompressionStream | DecompressionStream,
+  most = Infinity,
+): Promise<Uint8Array> {
+  const reader = new Blob([bytes]).stream().pipeThrough(stream).getReader();
+  const parts: Uint8Array<ArrayBuffer>[] = [];
+  let length = 0;
+  for (let part = await reader.read(); !part.done; part = await reader.read()) {
+    length += part.value.length;
+    if (length > most) {
+      await reader.cancel();
+      throw new TooLong();
+    }
+    parts.push(part.value);
+  }
+  return new Uint8Array(await new Blob(parts).arrayBuffer());
 }
 
 /** The address for a scenario and the text of its machine; an error where it would be too long. */
@@ -33,14 +54,17 @@ export async function linkOf(scenario: string, machine: string | null): Promise<
 export async function requestOf(hash: string): Promise<Request | null> {
   const text = hash.replace(/^#/, "");
   if (!text.startsWith(MARK)) return null;
+  const tooLong = "The link is longer than any drive that can be shared: ask for the scenario file and open it with Replay …";
+  if (text.length > LONGEST_READ) throw new Error(tooLong);
   try {
     const letters = atob(text.slice(MARK.length).replaceAll("-", "+").replaceAll("_", "/"));
     const packed = Uint8Array.from(letters, (letter) => letter.charCodeAt(0));
-    const whole = new TextDecoder("utf-8", { fatal: true }).decode(await through(packed, new DecompressionStream("deflate-raw")));
+    const whole = new TextDecoder("utf-8", { fatal: true }).decode(await through(packed, new DecompressionStream("deflate-raw"), MOST_TEXT));
     if (!whole.startsWith("{")) return { scenario: whole };
     const both = JSON.parse(whole) as Record<string, unknown>;
     return { scenario: String(both["scenario"]), text: String(both["text"]) };
-  } catch {
+  } catch (error) {
+    if (error instanceof TooLong) throw new Error(tooLong);
     throw new Error("The link holds no drive that can be read; was it cut short?");
   }
 }

@@ -1,9 +1,9 @@
-/** Logs to be moved from the ground into a bunk: where they lie, what the grapple holds, how well it was done. */
+/** Logs and what carries them: where they lie on the ground, what the grapple holds, the bunk, and how well a task was done. */
 
 import type { Description, Point } from "./messages";
 import type { Score } from "./tasks";
 
-/** Mass of a log, kg. */
+/** Mass of a log of the task, kg. */
 export const LOG = 40;
 /** Distance from a log at which the grapple reaches it, m. */
 const GRIP = 0.15;
@@ -13,78 +13,148 @@ const OFF = 0.01;
 const OUTERMOST = 0.86;
 const BUNKS = [0.44, 0.36, 0.5, 0.3];
 const COUNT = 3;
+/** Places that are tried for them at most. */
+const TRIALS = 40;
+/** Where the log of a free drive may lie. */
+const FREE = [0.62, 0.7, 0.54, 0.78, 0.46, 0.86];
 /** Height of the bunk's floor above the ground, its half width, and the room for letting go above it, m. */
 const FLOOR = 0.35;
 export const HALF = 0.3;
 const ROOM = 0.5;
-/** Fineness of the search for room, m. */
-const FINE = 0.05;
 
 /** Length of the line between tip and load, and radius of a load, m. */
 export const LINE = 0.12;
 export const radius = (mass: number): number => 0.1 + 0.022 * Math.sqrt(mass);
-/** From the tip to the lowest point of a log that hangs. */
-const HANGING = LINE + 2 * radius(LOG);
+/** Logs that lie about at most; the first ones are taken away. */
+const MOST = 20;
+/** From the tip to the lowest point of a load that hangs. */
+const hanging = (mass: number): number => LINE + 2 * radius(mass);
 /** From log to log. */
 const APART = 2.2 * radius(LOG);
 
-export class LogTask {
-  readonly name = "logs";
-  /** Places of the tip where it grips the logs that lie on the ground. */
-  lying: Point[];
+export interface Lying {
+  /** Place of the tip that grips it. */
+  at: Point;
+  mass: number;
+}
+
+/** Logs that lie, one that hangs, and a bunk where there is one. */
+export class Logs {
+  readonly ground: Ground;
+  lying: Lying[] = [];
+  /** What the grapple holds, kg. */
+  holds: number;
   /** How far the logs in the bunk lie from its middle, m, outward positive. */
   readonly placed: number[] = [];
-  holds = false;
+  /** Place of the tip where a log touches the floor of the bunk. */
+  readonly bunk: Point | null = null;
+
+  constructor(description: Description) {
+    this.ground = new Ground(description);
+    this.holds = description.payload;
+  }
+
+  /** One log on the ground within reach, unless something hangs already; none where there is no ground. */
+  static free(description: Description, mass: number): Logs {
+    const logs = new Logs(description);
+    const at = logs.somewhere(mass);
+    if (at && !logs.holds) logs.lying = [{ at, mass }];
+    return logs;
+  }
+
+  /** Where a log can lie on the ground for the tip to grip it, null where it can nowhere. */
+  somewhere(mass: number): Point | null {
+    const places = FREE.map((share) => this.ground.place(share * this.ground.reach, 0, mass));
+    return places.find((place) => place !== null) ?? null;
+  }
+
+  /** The log that lies alone has another mass. */
+  weigh(mass: number): void {
+    this.lying = this.lying.map((log) => this.onGround(log.at[0], mass));
+  }
+
+  /** The grapple closes or opens at `tip`: the payload after that, kg, or why nothing happens. */
+  grip(tip: Point): number | string {
+    if (this.holds) return this.letGo(tip);
+    if (!this.lying.length) return "There is no log to be picked up.";
+    const away = ({ at: [x, z] }: Lying): number => Math.hypot(tip[0] - x, tip[1] - z);
+    const nearest = this.lying.reduce((a, b) => (away(b) < away(a) ? b : a));
+    if (away(nearest) > GRIP) return "No log within reach of the grapple: bring the tip to a ring.";
+    this.take(nearest);
+    return nearest.mass;
+  }
+
+  private take(log: Lying): void {
+    this.lying = this.lying.filter((other) => other !== log);
+    this.holds = log.mass;
+  }
+
+  /** A log that is let go falls to the ground, where there is some. */
+  protected letGo([x]: Point): number | string {
+    if (this.ground.top(x) !== null) this.lying = [...this.lying.slice(1 - MOST), this.onGround(x, this.holds)];
+    this.holds = 0;
+    return 0;
+  }
+
+  private onGround(x: number, mass: number): Lying {
+    return { at: [x, (this.ground.top(x) ?? 0) + hanging(mass)], mass };
+  }
+
+  /** What the tip carries in a replay, where nobody here grips. */
+  see(payload: number, tip: Point): void {
+    if (payload === this.holds) return;
+    if (this.holds) this.letGo(tip);
+    const [first] = this.lying;
+    if (payload && first) this.take(first);
+    this.holds = payload;
+  }
+
+  /** Height of what a log at `x` lies on, null where there is nothing under it. */
+  support(x: number): number | null {
+    if (this.bunk && Math.abs(x - this.bunk[0]) <= HALF) return this.bunk[1] - hanging(LOG);
+    return this.ground.top(x);
+  }
+}
+
+export class LogTask extends Logs {
+  readonly name = "logs";
   over = false;
   private began: { time: number; work: number } | null = null;
   private readonly modes = new Set<string>();
   private readonly count: number;
 
   private constructor(
-    private readonly ground: Ground,
+    description: Description,
     private readonly start: Point,
-    logs: Point[],
-    /** Place of the tip where a log touches the floor of the bunk. */
-    readonly bunk: Point,
+    places: Point[],
+    override readonly bunk: Point,
   ) {
-    this.lying = logs;
-    this.count = logs.length;
+    super(description);
+    this.holds = 0;
+    this.lying = places.map((at) => ({ at, mass: LOG }));
+    this.count = places.length;
   }
 
   /** Logs and bunk where the tip, which is at `start`, can reach them; null where there is no room. */
   static within(description: Description, start: Point): LogTask | null {
     const ground = new Ground(description);
-    const bunk = BUNKS.map((share) => ground.place(share * ground.reach, FLOOR)).find((place) => place !== null);
+    const bunk = BUNKS.map((share) => ground.place(share * ground.reach, FLOOR, LOG)).find((place) => place !== null);
     if (!bunk) return null;
-    const logs: Point[] = [];
-    for (let x = OUTERMOST * ground.reach; x > bunk[0] + 2 * HALF && logs.length < COUNT; x -= APART) {
-      const place = ground.place(x, 0);
-      if (place) logs.push(place);
-    }
-    return logs.length ? new LogTask(ground, start, logs, bunk) : null;
+    const trials = Array.from({ length: TRIALS }, (_, i) => OUTERMOST * ground.reach - i * APART);
+    const clear = trials.filter((x) => x > bunk[0] + 2 * HALF).map((x) => ground.place(x, 0, LOG));
+    const logs = clear.filter((place) => place !== null).slice(0, COUNT);
+    return logs.length ? new LogTask(description, start, logs, bunk) : null;
   }
 
-  /** The grapple closes or opens at `tip`: the payload after that, kg, or why nothing happens. */
-  grip(tip: Point): number | string {
-    if (this.holds) return this.letGo(tip);
-    const away = ([x, z]: Point): number => Math.hypot(tip[0] - x, tip[1] - z);
-    const nearest = [...this.lying].sort((a, b) => away(a) - away(b))[0];
-    if (!nearest || away(nearest) > GRIP) return "No log within reach of the grapple: bring the tip to a ring.";
-    this.lying = this.lying.filter((log) => log !== nearest);
-    this.holds = true;
-    return LOG;
-  }
-
-  private letGo([x, z]: Point): number | string {
+  protected override letGo([x, z]: Point): number | string {
     const [middle, floor] = this.bunk;
-    if (Math.abs(x - middle) <= HALF && z >= floor - GRIP && z <= floor + ROOM) this.placed.push(x - middle);
-    else {
-      const place = this.ground.place(x, 0);
-      if (!place) return "The log would be lost here: let it go over the ground or in the bunk.";
-      this.lying.push(place);
+    if (Math.abs(x - middle) <= HALF && z >= floor - GRIP && z <= floor + ROOM) {
+      this.placed.push(x - middle);
+      this.holds = 0;
+      return 0;
     }
-    this.holds = false;
-    return 0;
+    if (!this.ground.place(x, 0, LOG)) return "The log would be lost here: let it go over the ground or in the bunk.";
+    return super.letGo([x, z]);
   }
 
   /** The tip at a time (s), with the pump's work so far (J): the score once all logs lie in the bunk. */
@@ -108,34 +178,45 @@ export class LogTask {
   }
 }
 
-/** Where the tip can be with a log that hangs clear of the ground. */
-class Ground {
+/** Where the ground is, and where the tip can be with a log that hangs clear of it. */
+export class Ground {
   readonly reach: number;
-  private readonly curves: Path2D;
+  private readonly curves = new Path2D();
   private readonly context = document.createElement("canvas").getContext("2d")!;
-  private readonly heights: [number, number];
+  private readonly regions: { name: string; path: Path2D; left: number; right: number; top: number }[];
 
-  constructor(private readonly description: Description) {
-    const corners = description.workspace.flat();
-    this.reach = Math.max(...corners.map(([x]) => x));
-    this.heights = [Math.min(...corners.map(([, z]) => z)), Math.max(...corners.map(([, z]) => z))];
-    this.curves = new Path2D();
+  constructor(description: Description) {
+    this.reach = description.workspace.flat().reduce((most, [x]) => Math.max(most, x), 0);
     for (const curve of description.workspace) {
       curve.forEach(([x, z], i) => (i ? this.curves.lineTo(x, z) : this.curves.moveTo(x, z)));
       this.curves.closePath();
     }
+    this.regions = description["keep-out"].map(({ name, corners }) => {
+      const path = new Path2D();
+      corners.forEach(([x, z], i) => (i ? path.lineTo(x, z) : path.moveTo(x, z)));
+      const over = (pick: (a: number, b: number) => number, axis: 0 | 1): number =>
+        corners.reduce((so, corner) => pick(so, corner[axis]), corners[0]?.[axis] ?? NaN);
+      return { name, path, left: over(Math.min, 0), right: over(Math.max, 0), top: over(Math.max, 1) };
+    });
   }
 
-  /** Place of the tip whose log touches what lies `above` (m) the ground at `x`, or, where there is no ground, above the
-   * lowest place within reach; null where the tip cannot get there. */
-  place(x: number, above: number): Point | null {
-    const tops = this.description["keep-out"]
-      .filter(({ corners }) => Math.min(...corners.map((p) => p[0])) < x && x < Math.max(...corners.map((p) => p[0])))
-      .map(({ corners }) => Math.max(...corners.map((p) => p[1])));
-    const least = Math.max(this.heights[0], ...tops) + HANGING + above;
-    const most = tops.length ? least : this.heights[1];
+  /** Height of the ground at `x`, or of what else is in the way there; null where there is none. */
+  top(x: number): number | null {
+    const tops = this.regions.filter(({ left, right }) => left < x && x < right).map(({ top }) => top);
+    return tops.length ? tops.reduce((a, b) => Math.max(a, b)) : null;
+  }
+
+  /** Name of what a place lies in, null where it is free. */
+  within([x, z]: Point): string | null {
+    return this.regions.find(({ path }) => this.context.isPointInPath(path, x, z))?.name ?? null;
+  }
+
+  /** Place of the tip whose load touches what lies `above` (m) the ground at `x`; null where the tip cannot get there. */
+  place(x: number, above: number, mass: number): Point | null {
+    const top = this.top(x);
+    if (top === null) return null;
+    const z = top + hanging(mass) + above;
     const reached = (z: number): boolean => this.context.isPointInPath(this.curves, x, z);
-    for (let z = least; z <= most; z += FINE) if (reached(z) && reached(z + ROOM)) return [x, z];
-    return null;
+    return reached(z) && reached(z + ROOM) ? [x, z] : null;
   }
 }

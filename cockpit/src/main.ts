@@ -1,17 +1,22 @@
-/** The cockpit: joins worker, picture, sticks, charts and knobs. */
+/** The cockpit: joins simulation, picture, sticks, charts and knobs. */
 
 import "./style.css";
+import { addViewButtons, Bar, showLegend, type Clock } from "./bar";
+import { drawable } from "./bounds";
 import { Charts } from "./charts";
-import { button, download, make } from "./elements";
+import { download } from "./elements";
 import { Hint } from "./hint";
 import { History } from "./history";
 import { linkOf, requestOf } from "./link";
-import { LogTask } from "./logs";
+import { Logs, LogTask } from "./logs";
 import type { Description, Ended, FromWorker, Occurrence, Pace, Point, Recording, Request, ToWorker } from "./messages";
-import { keepOffline } from "./offline";
-import { dark, palette, scaleColour } from "./palette";
-import { Panel } from "./panel";
-import { limitOf, Picture } from "./picture";
+import { Notices } from "./notices";
+import { keepOffline, servedLive } from "./offline";
+import { dark } from "./palette";
+import { Panel, type Place } from "./panel";
+import { Picture } from "./picture";
+import { groundNote, showReadout } from "./readout";
+import { Simulation } from "./simulation";
 import { Sticks } from "./sticks";
 import { Task, type TaskName } from "./tasks";
 import { aboutRun, Timeline } from "./timeline";
@@ -23,35 +28,41 @@ const CHARTS = 100;
 const TRAIL = 4;
 /** Size of tasks as a share of the reach. */
 const TASK_SIZE = 0.15;
-/** Speeds of the clock. */
-const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
-/** Further ones of a run that is only looked at. */
-const FASTER = [5, 10];
 /** Where a drive begins unless the address says otherwise: comfortable sticks. */
-const COMFORT: Partial<Request> = { "full-speed": 0.3, "dead-zone": 0.02, ramp: 0.15 };
+const COMFORT: Partial<Request> = { "dead-zone": 0.02, ramp: 0.15 };
 const USUAL: Request = { machine: "rottne-f9-lab", controller: "tip", ...COMFORT };
 
 const part = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
 
 class CockpitPage {
-  private readonly worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
+  private readonly simulation = new Simulation((message) => this.hear(message), (reason) => this.stopped(reason));
+  private readonly notices = new Notices(part("notices"));
   private readonly history = new History();
   private readonly canvas = part<HTMLCanvasElement>("picture");
   private readonly picture = new Picture(this.canvas);
   private readonly sticks = new Sticks(part("sticks"));
   private readonly hint = new Hint(part("stage"));
   private readonly charts = new Charts(part("charts"), this.history);
+  private readonly bar: Bar;
   private readonly panel: Panel;
   private description: Description | null = null;
   private request: Request = USUAL;
+  /** What was asked for last. */
+  private asked: Request = USUAL;
   private row: Float64Array | null = null;
+  private pace: Pace = { factor: null, slow: false, load: 0, lost: 0 };
   private speed = 1;
   private paused = false;
+  private over = false;
   private replaying = false;
   private task: TaskName | null = null;
-  /** A task was chosen, and the fresh start that it begins with has not come yet. */
+  /** What there is to do, once a fresh start has come that it begins with. */
+  private todo: Task | LogTask | null = null;
   private taskWaits = false;
+  private logs: Logs | null = null;
   private timeline: Timeline | null = null;
+  /** Whether readout and charts show less than is known. */
+  private fresh = false;
   private drawnCharts = 0;
   private sinceTrail = 0;
   private sentSticks = "";
@@ -61,25 +72,11 @@ class CockpitPage {
     first: Request,
     private readonly run: Run | null = null,
   ) {
-    this.panel = new Panel(part("panel"), {
-      change: (changes) => this.change(changes),
-      open: (request) => this.open({ ...COMFORT, controller: this.request.controller ?? "tip", ...request }),
-      carry: (mass) => (this.logs ? this.grip(this.logs) : this.send({ do: "carry", mass })),
-      drop: () => (this.logs ? this.grip(this.logs) : this.send({ do: "carry", mass: 0 })),
-      save: () => this.send({ do: "save", share: false }),
-      share: () => this.send({ do: "save", share: true }),
-      replay: (scenario, machine) => this.open({ scenario, text: machine ?? this.request.text ?? null }),
-      task: (task) => this.setTask(task),
-      data: () => this.data(),
-    });
-    this.worker.onmessage = (event: MessageEvent<FromWorker>) => this.hear(event.data);
-    this.worker.onerror = (event) => this.notice(`The simulation cannot run here: ${event.message}`, "error", 0);
-    steerView(this.canvas, this.picture.view);
-    this.addViewButtons();
-    this.addBar();
-    this.addLegend();
-    window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recolour());
-    window.addEventListener("keydown", (event) => this.shortcut(event));
+    this.panel = this.newPanel();
+    this.bar = this.newBar(run !== null);
+    addViewButtons(part("view-buttons"), this.picture.view);
+    showLegend(part("legend"));
+    this.listen();
     if (this.run) this.view(first, this.run);
     else this.open(first);
     const frame = (now: number): void => {
@@ -89,90 +86,173 @@ class CockpitPage {
     requestAnimationFrame(frame);
   }
 
+  private newPanel(): Panel {
+    return new Panel(part("panel"), {
+      change: (changes) => this.change(changes),
+      open: (request) => this.open({ ...COMFORT, controller: this.asked.controller ?? this.request.controller ?? "tip", ...request }),
+      grip: (hold) => this.grip(hold),
+      weigh: (mass) => this.weigh(mass),
+      load: (mass) => this.load(mass),
+      save: () => this.send({ do: "save", share: false }),
+      share: () => this.send({ do: "save", share: true }),
+      replay: (scenario, machine) => this.open({ scenario, text: machine ?? this.request.text ?? null }),
+      task: (task) => this.setTask(task),
+      data: () => this.data(),
+      refuse: (message) => this.refuse(message),
+    });
+  }
+
+  private newBar(looks: boolean): Bar {
+    const act = {
+      mode: (controller: string) => this.change({ controller }),
+      pause: () => this.pause(!this.paused),
+      reset: () => this.reset(),
+      speed: (speed: number) => this.keepTime(speed, this.paused),
+      theme: () => this.switchTheme(),
+    };
+    return new Bar(part("bar"), act, looks);
+  }
+
+  private listen(): void {
+    steerView(this.canvas, this.picture.view);
+    window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recolour());
+    window.addEventListener("keydown", (event) => this.shortcut(event));
+    window.addEventListener("hashchange", () => void this.follow());
+    for (const change of ["gamepadconnected", "gamepaddisconnected"]) {
+      window.addEventListener(change, () => this.run || this.panel.plugged());
+    }
+  }
+
   private send(message: ToWorker): void {
-    this.worker.postMessage(message);
+    this.simulation.send(message);
   }
 
   /** A run in place of a drive. */
   private view(request: Request, { about, table }: Run): void {
     document.body.classList.add("viewing");
-    this.worker.postMessage({ do: "view", request, columns: about.columns, table } satisfies ToWorker, [table.buffer]);
+    this.simulation.send({ do: "view", request, columns: about.columns, table }, [table.buffer]);
   }
 
   private seek(time: number): void {
     this.send({ do: "seek", time });
   }
 
+  /** A fresh start, with the clock running. */
   private open(request: Request): void {
+    this.asked = request;
+    if (this.paused) this.keepTime(this.speed, false);
     this.send({ do: "open", request: { ...request, "keep-state": false } });
+  }
+
+  /** A fresh start with a load at the tip, kg, in place of what the machine's own would be. */
+  private load(payload: number): void {
+    const { "payload.mass": _, ...overrides } = this.request.overrides ?? {};
+    this.open({ ...this.request, overrides, payload });
   }
 
   /** Other settings for the crane as it moves. */
   private change(changes: Partial<Request>): void {
-    this.send({ do: "open", request: { ...this.request, ...changes, "keep-state": true } });
+    this.asked = { ...this.request, ...changes };
+    this.send({ do: "open", request: { ...this.asked, "keep-state": true } });
+  }
+
+  /** A drive that somebody has pasted into the address of the page. */
+  private async follow(): Promise<void> {
+    try {
+      const request = await requestOf(location.hash);
+      if (request && !this.run) this.open(request);
+    } catch (error) {
+      this.refuse((error as Error).message);
+    }
   }
 
   private reset(): void {
-    if (this.paused) this.pause(false);
-    if (this.run) return this.seek(0);
-    this.open(this.request);
+    if (!this.run) return this.open(this.request);
+    if (this.paused) this.keepTime(this.speed, false);
+    this.seek(0);
   }
 
   private pause(paused: boolean): void {
-    this.paused = paused;
-    this.send({ do: "pace", speed: this.speed, paused });
-    const pauseButton = part("pause");
-    pauseButton.textContent = paused ? "▶ Go on" : "❚❚ Pause";
-    document.body.classList.toggle("paused", paused);
+    if (!this.over) this.keepTime(this.speed, paused);
   }
 
-  private hear(message: FromWorker): void {
+  private keepTime(speed: number, paused: boolean): void {
+    [this.speed, this.paused] = [speed, paused];
+    this.send({ do: "pace", speed, paused });
+    this.showClock();
+  }
+
+  private showClock(): void {
+    const state: Clock = this.over ? "ended" : this.paused ? "paused" : "runs";
+    const until = this.description?.["replay-until"]?.toFixed(1);
+    this.bar.clock(state);
+    this.bar.pace(this.pace, state, this.replaying ? `replay until ${until} s, any stick takes over · ` : "");
+  }
+
+  private hear(message: Exclude<FromWorker, { tell: "alive" | "broken" }>): void {
     switch (message.tell) {
       case "opened":
-        return this.begin(message.description, message.fresh);
+        return this.begin(drawable(message.description), message.fresh);
       case "rows":
         this.replaying = message.replaying;
         if (message.anew) this.clearWay();
         return this.take(message.latest, message.history, message.width, message.pace);
       case "refused":
-        this.notice(message.problem.message, "error", 0);
+        this.refuse(message.problem.message);
         // Where the very first wish fails, the usual crane takes its place.
-        if (this.description) this.panel.show(this.description, this.request);
+        if (this.description) this.showPanel(this.description);
         else if (!this.run) this.open(USUAL);
         return;
       case "happened":
         return this.happened(message.events, message.ended);
       case "saved":
         return message.share ? void this.shared(message.text) : this.saved(message.text);
-      case "broken":
-        return this.notice(`The simulation has stopped: ${message.message}. Reload the page to begin anew.`, "error", 0);
-      case "ready":
-        return;
     }
   }
 
+  /** The simulation was ended: the usual crane takes the place of what it could not do, unless it is that. */
+  private stopped(reason: string): void {
+    const usual = this.asked === USUAL || this.run !== null;
+    const cure = usual ? "Reset tries again." : "The usual crane has taken its place; Reset begins anew with it.";
+    this.refuse(`The simulation was ended: ${reason}. ${cure}`);
+    this.keepTime(this.speed, false);
+    if (!usual) this.open(USUAL);
+  }
+
+  refuse(message: string): void {
+    this.notices.tell(message, "error", 0);
+  }
+
+  private tell(text: string, life = 8000): void {
+    this.notices.tell(text, "info", life);
+  }
+
   private begin(description: Description, fresh: boolean): void {
-    const hadOne = this.description !== null;
     const axes = this.description?.axes.join();
+    // What stands in keeps the message why.
+    if (this.description && this.asked !== USUAL) this.notices.clear(fresh);
     this.description = description;
     const { scenario: _, ...request } = description.request;
     this.request = request;
-    if (hadOne) part("notices").replaceChildren();
-    this.warnOfVersion(description);
+    this.warnOfDifferences(description);
     this.history.begin(description.signals, !fresh);
     this.picture.show(description, !fresh);
-    if (fresh) {
-      this.picture.task = null;
-      this.taskWaits = false;
-    }
+    if (fresh) this.beginAnew(description);
     if (this.run) this.showRun(this.run.about, description);
     else this.showControls(description, axes);
     this.charts.rebuild();
-    document.querySelectorAll<HTMLButtonElement>("#modes button").forEach((made) => {
-      made.setAttribute("aria-pressed", String(made.value === description.controller));
-    });
-    part("machine-name").textContent = description.machine.name;
-    document.title = `${description.machine.name} · hydrocrane cockpit`;
+    this.bar.machine(description);
+    this.showClock();
+  }
+
+  private beginAnew(description: Description): void {
+    this.over = this.taskWaits = false;
+    this.todo = this.picture.task = null;
+    this.setLogs(this.run ? new Logs(description) : Logs.free(description, this.panel.mass));
+  }
+
+  private setLogs(logs: Logs): void {
+    this.logs = this.picture.logs = logs;
   }
 
   private showControls(description: Description, axesBefore: string | undefined): void {
@@ -180,7 +260,17 @@ class CockpitPage {
     if (description["replay-until"] === null) this.hint.show(description.controller !== "lever");
     else this.hint.hide();
     this.sentSticks = "";
-    this.panel.show(description, this.request);
+    this.showPanel(description);
+  }
+
+  private showPanel(description: Description): void {
+    const plane = description.controllers.includes("tip");
+    const logs: TaskName[] = LogTask.within(description, [0, 0]) ? ["logs"] : [];
+    const place: Place = {
+      ground: this.logs?.somewhere(this.panel.mass) != null,
+      tasks: plane ? ["line", "square", "circle", ...logs] : [],
+    };
+    this.panel.show(description, this.request, place);
   }
 
   private showRun(about: Recording, description: Description): void {
@@ -198,9 +288,13 @@ class CockpitPage {
 
   private setTask(task: TaskName | null): void {
     this.task = task;
-    this.picture.task = null;
+    this.todo = this.picture.task = null;
     this.taskWaits = task !== null;
-    if (task) this.reset();
+    // The logs of the task lie on the ground when it begins.
+    if (task === "logs") this.load(0);
+    else if (task) this.open(this.request);
+    else if (this.description && this.logs instanceof LogTask) this.open(this.request);
+    this.picture.stale = true;
   }
 
   /** The path begins where the tip is at rest after a fresh start. */
@@ -208,40 +302,53 @@ class CockpitPage {
     if (!this.task || this.taskWaits || !this.description) return;
     const read = (name: string): number => row[this.history.at(name)]!;
     const tip: Point = [read("tip.x"), read("tip.z")];
-    const task = (this.picture.task ??= this.newTask(this.task, tip, this.description));
+    const task = (this.todo ??= this.newTask(this.task, tip, this.description));
     if (!task) return this.setTask(null);
     const mode = this.description.controller;
     const score = task.over ? null : task.follow(read("time"), tip, read("ledger.supply"), mode);
     if (score) {
       this.panel.score(score);
-      this.notice("Done. Reset begins the task again, key 2 first tries it with levers.", "info", 8000);
+      this.tell("Done. Reset begins the task again, key 2 first tries it with levers.");
     }
   }
 
   private newTask(name: TaskName, tip: Point, description: Description): Task | LogTask | null {
-    if (name !== "logs") return new Task(name, tip, TASK_SIZE * Math.max(...description.workspace.flat().map(([x]) => x)));
+    if (name !== "logs") {
+      const reach = this.logs?.ground.reach ?? 0;
+      return (this.picture.task = new Task(name, tip, TASK_SIZE * reach));
+    }
     const task = LogTask.within(description, tip);
-    if (task) this.notice("Bring the tip to a ring, Space grips; bring the log over the bunk, Space lets go.", "info", 10000);
-    else this.notice("This crane has no room for logs and a bunk.", "error", 0);
+    if (task) {
+      this.setLogs(task);
+      this.tell("Bring the tip to a ring, Space grips; bring the log over the bunk, Space lets go.", 10000);
+    } else this.refuse("This crane has no room for logs and a bunk.");
     return task;
   }
 
-  private get logs(): LogTask | null {
-    return this.picture.task instanceof LogTask ? this.picture.task : null;
-  }
-
-  /** The grapple closes or opens where the tip is. */
-  private grip(task: LogTask): void {
-    if (!this.row) return;
-    const done = task.grip([this.row[this.history.at("tip.x")]!, this.row[this.history.at("tip.z")]!]);
+  /** The grapple closes or opens where the tip is; `hold`: only if it then holds a log, or none. */
+  private grip(hold?: boolean): void {
+    if (!this.row || !this.logs || this.over) return;
+    if (hold !== undefined && hold === this.logs.holds > 0) {
+      return this.tell(hold ? "The tip holds a log already." : "The tip holds nothing.", 4000);
+    }
+    const done = this.logs.grip([this.row[this.history.at("tip.x")]!, this.row[this.history.at("tip.z")]!]);
     if (typeof done === "number") this.send({ do: "carry", mass: done });
-    else this.notice(done, "info", 4000);
+    else this.tell(done, 4000);
+    this.picture.stale = true;
   }
 
-  private warnOfVersion(description: Description): void {
+  private weigh(mass: number): void {
+    if (!this.logs || this.logs instanceof LogTask) return;
+    this.logs.weigh(mass);
+    this.picture.stale = true;
+  }
+
+  private warnOfDifferences({ version, controller, ...description }: Description): void {
     const from = description["recorded-by"];
-    if (from && from !== description.version) {
-      this.notice(`Recorded with version ${from}, replayed with ${description.version}: the drive may differ.`, "info", 0);
+    if (from && from !== version) this.tell(`Recorded with version ${from}, replayed with ${version}: the drive may differ.`, 0);
+    const wanted = this.asked.scenario ? undefined : this.asked.controller;
+    if (wanted && wanted !== USUAL.controller && wanted !== controller && !description.controllers.includes(wanted) && !this.run) {
+      this.tell(`${description.machine.name} cannot be driven in mode ${wanted}: it has ${description.controllers.join(", ")}.`);
     }
   }
 
@@ -249,31 +356,24 @@ class CockpitPage {
     // Rows of the drive before, still on their way.
     if (!this.description || width < this.description.signals.length) return;
     this.row = latest;
+    this.fresh = this.picture.stale = true;
     this.history.add(history, width);
     const [x, z] = [this.history.at("tip.x"), this.history.at("tip.z")];
     for (let at = 0; at < history.length; at += width) {
       this.followTask(history.subarray(at, at + width));
       if (this.sinceTrail++ % TRAIL === 0) this.picture.follow([history[at + x]!, history[at + z]!]);
     }
-    this.showPace(pace);
-  }
-
-  private showPace(pace: Pace): void {
-    const slow = !this.paused && !this.run && pace.factor < 0.95 * this.speed && (this.row?.[0] ?? 0) > 2;
-    const until = this.description?.["replay-until"]?.toFixed(1);
-    const doing = this.replaying ? `replay until ${until} s, any stick takes over · ` : "";
-    const rate = `${slow ? "too slow a computer: " : ""}${pace.factor.toFixed(2)} × real time`;
-    const text = doing + (this.paused ? "paused" : rate);
-    const lost = pace.lost >= 0.1 ? ` · ${pace.lost.toFixed(1)} s given up` : "";
-    const badge = part("pace");
-    badge.textContent = text + lost;
-    badge.classList.toggle("slow", slow);
-    badge.title = `Computing takes ${(100 * pace.load).toFixed(0)} % of the time. Time is given up where the computer is too slow or the page asleep.`;
+    if (this.replaying || this.run) this.logs?.see(latest[this.history.at("payload")]!, [latest[x]!, latest[z]!]);
+    this.pace = pace;
+    this.showClock();
   }
 
   private happened(events: Occurrence[], ended: Ended | null): void {
-    for (const { time, text } of events) this.notice(`${time.toFixed(2)} s: ${text}`, "info", 6000);
-    if (ended) this.notice(`The drive ended at ${ended.time.toFixed(2)} s (${ended.kind}): ${ended.message}. Reset begins anew.`, "error", 0);
+    this.notices.happened(events);
+    if (!ended) return;
+    this.over = true;
+    this.refuse(`The drive ended at ${ended.time.toFixed(2)} s (${ended.kind}): ${ended.message}. Reset begins anew.`);
+    this.showClock();
   }
 
   private data(): void {
@@ -283,7 +383,7 @@ class CockpitPage {
   private saved(text: string): void {
     download("drive.toml", text, "application/toml");
     const own = this.request.text ? ` Keep it beside ${this.request.machine}.` : "";
-    this.notice(`Saved. \`hydrocrane simulate drive.toml\` repeats the drive.${own}`, "info", 8000);
+    this.tell(`Saved. \`hydrocrane simulate drive.toml\` repeats the drive.${own}`);
   }
 
   private async shared(text: string): Promise<void> {
@@ -291,23 +391,17 @@ class CockpitPage {
     try {
       address = await linkOf(text, this.request.text ?? null);
     } catch (error) {
-      return this.notice((error as Error).message, "error", 0);
+      return this.refuse((error as Error).message);
     }
     const copied = await navigator.clipboard?.writeText(address).then(
       () => true,
       () => false,
     );
     history.replaceState(null, "", address);
-    this.notice(`${copied ? "Copied" : "In the address bar"}: an address that replays the drive.`, "info", 8000);
-  }
-
-  notice(text: string, kind: "info" | "error", life: number): void {
-    const room = part("notices");
-    const box = make("div", { className: `notice ${kind}` }, make("pre", {}, text));
-    box.append(button("×", "Close this message", () => box.remove()));
-    room.append(box);
-    while (room.childElementCount > 4) room.firstElementChild?.remove();
-    if (life) setTimeout(() => box.remove(), life);
+    const where = servedLive()
+      ? " It works on this computer, while this program runs; for later or for others, save the scenario."
+      : "";
+    this.tell(`${copied ? "Copied" : "In the address bar"}: an address that replays the drive.${where}`, where ? 15000 : 8000);
   }
 
   private frame(now: number): void {
@@ -320,102 +414,18 @@ class CockpitPage {
       this.sentSticks = text;
       this.sentAt = now;
     }
-    if (!this.row) return;
+    if (!this.row || !this.description) return;
     const row = this.row;
     const read = (name: string): number => row[this.history.at(name)] ?? NaN;
-    this.picture.draw(row, read);
+    if (this.picture.stale) this.picture.draw(row, read);
+    if (!this.fresh || now - this.drawnCharts < CHARTS) return;
+    this.fresh = false;
+    this.drawnCharts = now;
     this.timeline?.show(read("time"));
-    if (now - this.drawnCharts > CHARTS) {
-      this.drawnCharts = now;
-      this.charts.draw(!this.paused);
-      this.showReadout(read);
-    }
-  }
-
-  private showReadout(read: (name: string) => number): void {
-    const speed = Math.hypot(read("tip.vx"), read("tip.vz"));
-    const entries: [string, string][] = [
-      ["time", `${read("time").toFixed(1)} s`],
-      ["tip", `${read("tip.x").toFixed(3)}, ${read("tip.z").toFixed(3)} m`],
-      ["speed", `${speed.toFixed(2)} m/s`],
-      ["pump", `${(read("supply.power") / 1000).toFixed(2)} kW`],
-      ["work", `${(read("ledger.supply") / 1000).toFixed(1)} kJ`],
-    ];
-    for (const joint of this.description?.joints ?? []) {
-      const limit = limitOf(joint, read(`joint.${joint.name}.q`));
-      if (limit) entries.push([`${joint.name} at its limit`, limit]);
-    }
-    const pad = this.sticks.pad;
-    if (pad) entries.push(["gamepad", pad.id.slice(0, 24)]);
-    part("readout").replaceChildren(
-      ...entries.map(([name, value]) => make("span", {}, make("small", {}, name), make("b", {}, value))),
-    );
-  }
-
-  private addBar(): void {
-    const modes = make("div", { id: "modes" });
-    modes.setAttribute("role", "group");
-    modes.setAttribute("aria-label", "Mode");
-    for (const [mode, title] of [
-      ["tip", "One stick moves the tip (key 1)"],
-      ["lever", "One lever per cylinder (key 2)"],
-    ] as const) {
-      const made = button(mode, title, () => this.change({ controller: mode }));
-      made.value = mode;
-      modes.append(made);
-    }
-    const speed = make("select", { id: "speed", title: "Speed of the clock" });
-    [...SPEEDS, ...(this.run ? FASTER : [])].forEach((s) => speed.add(new Option(`clock ${s} ×`, String(s), s === 1, s === 1)));
-    speed.addEventListener("change", () => {
-      speed.blur();
-      this.speed = Number(speed.value);
-      this.pause(this.paused);
-    });
-    const pauseButton = button("❚❚ Pause", "Stop the clock (key P)", () => this.pause(!this.paused));
-    pauseButton.id = "pause";
-    const resetButton = button("↺ Reset", "Back to the start, at rest (key 0)", () => this.reset());
-    resetButton.id = "reset";
-    part("bar").append(
-      make("h1", {}, "hydrocrane", make("small", { id: "machine-name" })),
-      modes,
-      pauseButton,
-      resetButton,
-      speed,
-      make("span", { id: "pace" }),
-      button("◐", "Light or dark", () => this.switchTheme(), "theme"),
-    );
-  }
-
-  private addViewButtons(): void {
-    const view = this.picture.view;
-    part("view-buttons").append(
-      button("+", "Zoom in", () => view.zoom(1.25)),
-      button("−", "Zoom out", () => view.zoom(0.8)),
-      button("⤢", "Show everything", () => view.fit()),
-    );
-  }
-
-  private addLegend(): void {
-    const colours = palette();
-    const bar = make("span", { className: "scale" });
-    for (let i = 0; i <= 10; i++) {
-      const step = make("i");
-      step.style.background = scaleColour(i / 10);
-      bar.append(step);
-    }
-    const key = (colour: string, text: string): HTMLElement => {
-      const mark = make("i", { className: "mark" });
-      mark.style.background = colour;
-      return make("span", {}, mark, text);
-    };
-    part("legend").replaceChildren(
-      make("span", {}, "oil pressure 0", bar, "supply"),
-      key(colours.actual, "velocity of the tip"),
-      key(colours.wanted, "asked by the stick"),
-      key(colours.limit, "limit reached"),
-      key(colours.reachEdge, "within reach"),
-      key(colours.forbiddenEdge, "keep out"),
-    );
+    this.charts.draw(!this.paused);
+    showReadout(part("readout"), this.description, read, this.sticks.pads.map(({ name }) => name));
+    const note = this.logs ? groundNote(this.logs, read) : "";
+    if (part("stage-note").textContent !== note) part("stage-note").textContent = note;
   }
 
   private switchTheme(): void {
@@ -425,20 +435,22 @@ class CockpitPage {
 
   private recolour(): void {
     this.charts.rebuild();
-    this.addLegend();
+    this.picture.stale = true;
+    showLegend(part("legend"));
   }
 
   private shortcut(event: KeyboardEvent): void {
     const target = event.target as HTMLElement;
     if (event.repeat || event.ctrlKey || event.metaKey || event.altKey || /^(INPUT|SELECT|TEXTAREA)$/.test(target.tagName)) return;
-    if (this.run && event.code.startsWith("Digit") && event.code !== "Digit0") return;
-    if (event.code === "Digit1") this.change({ controller: "tip" });
-    else if (event.code === "Digit2") this.change({ controller: "lever" });
-    else if (event.code === "Space" && this.logs && target.tagName !== "BUTTON") {
-      event.preventDefault();
-      this.grip(this.logs);
-    } else if (event.code === "KeyP") this.pause(!this.paused);
+    const mode = { Digit1: "tip", Digit2: "lever" }[event.code];
+    if (event.code === "KeyP") this.pause(!this.paused);
     else if (event.code === "Digit0") this.reset();
+    else if (this.run) return;
+    else if (mode) this.description?.controllers.includes(mode) && this.change({ controller: mode });
+    else if (event.code === "Space" && !/^(BUTTON|SUMMARY)$/.test(target.tagName)) {
+      event.preventDefault();
+      this.grip();
+    }
   }
 }
 
@@ -477,5 +489,5 @@ async function chosen({ recording, ...request }: Request & { recording?: Recordi
 keepOffline();
 void firstRequest().then(
   ({ request, run }) => new CockpitPage(request, run ?? null),
-  (error: Error) => new CockpitPage(USUAL).notice(error.message, "error", 0),
+  (error: Error) => new CockpitPage(USUAL).refuse(error.message),
 );

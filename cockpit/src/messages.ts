@@ -100,7 +100,8 @@ export interface Recording {
   outcome: string;
   /** Names of the columns of its table, time first. */
   columns: string[];
-  events: [number, string][];
+  /** Time, s, text, and the kind of warning where it is one. */
+  events: [number, string, string?][];
 }
 
 export interface Problem {
@@ -113,6 +114,9 @@ export interface Problem {
 export interface Occurrence {
   time: number;
   text: string;
+  /** Kind of doubt, where what happened makes the result doubtful, and what helps. */
+  warning?: string;
+  cure?: string;
 }
 
 /** What has happened since it was last asked for. */
@@ -143,8 +147,10 @@ export type ToWorker =
 
 /** How the simulation keeps up with the clock on the wall. */
 export interface Pace {
-  /** Simulated seconds per second of the wall, over the last while. */
-  factor: number;
+  /** Simulated seconds per second of the wall, over the last while; null until it is measured. */
+  factor: number | null;
+  /** Whether computing is what keeps the clock from its speed. */
+  slow: boolean;
   /** Time given up since the start because the computer was too slow or the page asleep, s. */
   lost: number;
   /** Share of the time that computing takes. */
@@ -152,7 +158,8 @@ export interface Pace {
 }
 
 export type FromWorker =
-  | { tell: "ready" }
+  /** Told all the time, so that a worker that hangs is noticed. */
+  | { tell: "alive" }
   | { tell: "opened"; description: Description; fresh: boolean }
   | { tell: "refused"; problem: Problem }
   | { tell: "rows"; latest: Float64Array; history: Float64Array; width: number; pace: Pace; replaying: boolean; anew: boolean }

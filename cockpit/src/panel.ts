@@ -1,17 +1,26 @@
 /** The knobs beside the picture: load, pressure, friction, sensors, controller, machine, files. */
 
-import { button, choice, make, slider } from "./elements";
-import { device, keepMapping, mapping } from "./gamepad";
+import { button, choice, make, number, slider, type Knob, type Range } from "./elements";
+import { devices, keepMapping, mapping } from "./gamepad";
 import type { Description, Request } from "./messages";
 import { TASKS, type Score, type TaskName } from "./tasks";
+
+/** Largest file that is read, bytes. */
+const LARGEST = 8_000_000;
 
 export interface Actions {
   /** Changes the drive at hand, which goes on from its state. */
   change: (changes: Partial<Request>) => void;
   /** Another machine. */
   open: (request: Request) => void;
-  carry: (mass: number) => void;
-  drop: () => void;
+  /** Picks up or lets go. */
+  grip: (hold: boolean) => void;
+  /** The log that lies there has this mass, kg. */
+  weigh: (mass: number) => void;
+  /** Back to the start with a load at the tip, kg. */
+  load: (mass: number) => void;
+  /** What cannot be done, and why. */
+  refuse: (message: string) => void;
   save: () => void;
   share: () => void;
   /** `machine`: text of the machine file that the scenario names, where it was chosen with it. */
@@ -27,40 +36,96 @@ const MODES: Record<string, string> = {
   lever: "lever: one axis per cylinder",
 };
 
+/** What the page knows of the place that the panel does not: what there is to be done there. */
+export interface Place {
+  /** Whether a log lies, or could lie, on the ground. */
+  ground: boolean;
+  tasks: TaskName[];
+}
+
 export class Panel {
-  /** Load that the button picks up, kg. */
-  private load = 80;
+  /** Mass of the log, kg. */
+  mass = 80;
   private task = "";
   private readonly scores: Score[] = [];
   private readonly board = make("div", { id: "scores" });
+  private description!: Description;
+  private request!: Request;
+  private place!: Place;
+  /** What the knobs at hand are for: they stay while it is the same, and only show other values. */
+  private shape = "";
+  private showing: (() => void)[] = [];
 
   constructor(
     private readonly room: HTMLElement,
     private readonly act: Actions,
   ) {}
 
-  show(description: Description, request: Request): void {
-    const open = new Set([...this.room.querySelectorAll("details[open]")].map((d) => d.getAttribute("data-name")));
-    this.room.replaceChildren(
-      this.machine(description, request),
-      this.cargo(),
-      this.tasks(),
-      this.plant(description, request),
-      this.control(description, request, open),
-      this.device(description, open),
-      this.files(),
-    );
+  show(description: Description, request: Request, place: Place): void {
+    [this.description, this.request, this.place] = [description, request, place];
+    const { machine, controller, controllers, axes, gains, sensors } = description;
+    const names = gains.map(({ key }) => key);
+    const shape = JSON.stringify([machine, controller, controllers, axes, names, sensors, place, devices().map(({ name }) => name)]);
+    if (shape === this.shape) return this.showing.forEach((show) => show());
+    this.shape = shape;
+    this.build();
   }
 
-  private machine(description: Description, request: Request): HTMLElement {
-    const bundled = description.machines.map(({ name }): [string, string] => [name, name]);
-    const name = description.machine.source;
-    const own: [string, string][] = request.text ? [[name, name]] : [];
-    const file = fileInput("machine-file", ([chosen]) => chosen && this.act.open({ machine: chosen.name, text: chosen.text }));
+  /** Other devices are there. */
+  plugged(): void {
+    if (this.shape) this.show(this.description, this.request, this.place);
+  }
+
+  /** Knobs for what is at hand; whichever of them somebody is at is so afterwards too. */
+  private build(): void {
+    const open = new Set([...this.room.querySelectorAll("details[open]")].map((d) => d.getAttribute("data-name")));
+    const at = this.room.contains(document.activeElement) ? (document.activeElement as HTMLElement).dataset["key"] : undefined;
+    this.showing = [];
+    const parts = [
+      this.machine(),
+      this.cargo(),
+      ...(this.place.tasks.length ? [this.tasks()] : []),
+      this.plant(),
+      this.control(open),
+      this.device(open),
+      this.files(),
+    ];
+    this.room.replaceChildren(...parts);
+    [...this.room.querySelectorAll<HTMLElement>("[data-key]")].find((knob) => knob.dataset["key"] === at)?.focus();
+  }
+
+  /** A knob that shows what is in force. */
+  private knob<T>(knob: Knob<T>, value: () => T): HTMLElement {
+    this.showing.push(() => knob.set(value()));
+    return knob.room;
+  }
+
+  private slider(label: string, range: Omit<Range, "value">, value: () => number, act: (value: number) => void): HTMLElement {
+    const now = value();
+    const most = now > range.most ? now : range.most;
+    return this.knob(slider(label, { ...range, most, value: now }, act), value);
+  }
+
+  private override(key: string, value: number): void {
+    this.act.change({ overrides: { ...this.request.overrides, [key]: value } });
+  }
+
+  private machine(): HTMLElement {
+    const { machine, machines } = this.description;
+    const bundled = machines.map(({ name }): [string, string] => [name, name]);
+    const name = machine.source;
+    const own: [string, string][] = this.request.text ? [[name, name]] : [];
+    const open = ([chosen]: { name: string; text: string }[]): void => {
+      if (chosen) this.act.open({ machine: chosen.name, text: chosen.text });
+    };
+    const file = fileInput("machine-file", open, this.act.refuse);
     return section(
       "Machine",
-      choice("Crane", [...own, ...bundled], name, (machine) => this.act.open({ machine })),
-      make("p", { className: "hint" }, description.machine.title),
+      this.knob(
+        choice("Crane", [...own, ...bundled], name, (machine) => this.act.open({ machine })),
+        () => this.description.machine.source,
+      ),
+      make("p", { className: "hint" }, machine.title),
       button("Open a machine file …", "Open a machine file from this computer", () => file.click()),
       file,
     );
@@ -68,26 +133,33 @@ export class Panel {
 
   private cargo(): HTMLElement {
     const show = (mass: number): string => `${mass.toFixed(0)} kg`;
+    const weigh = (mass: number): void => {
+      this.mass = mass;
+      this.act.weigh(mass);
+    };
+    const row = (...buttons: HTMLElement[]): HTMLElement => make("div", { className: "row" }, ...buttons);
+    const drop = button("Drop", "The load falls off the tip (Space)", () => this.act.grip(false));
+    const pick = button("Pick up", "The tip takes up the log that lies at the ring (Space)", () => this.act.grip(true));
     return section(
       "Load",
-      slider("Log", { least: 5, most: 300, step: 5, value: this.load, show }, (mass) => (this.load = mass)),
-      make(
-        "div",
-        { className: "row" },
-        button("Pick up", "The tip takes up the log, which lies still", () => this.act.carry(this.load)),
-        button("Drop", "The tip lets the log go", () => this.act.drop()),
+      slider(this.place.ground ? "Log" : "Mass", { least: 5, most: 300, step: 5, value: this.mass, show }, weigh).room,
+      row(...(this.place.ground ? [pick] : []), drop),
+      row(
+        button("Start loaded", "Back to the start, with the load at the tip", () => this.act.load(this.mass)),
+        button("Start empty", "Back to the start, with nothing at the tip", () => this.act.load(0)),
       ),
     );
   }
 
   private tasks(): HTMLElement {
-    const tasks: [string, string][] = [["", "none"], ...Object.entries(TASKS)];
+    const offered = this.place.tasks.map((task): [string, string] => [task, TASKS[task]]);
+    if (!this.place.tasks.some((task) => task === this.task)) this.task = "";
     return section(
       "Task",
-      choice("To be done", tasks, this.task, (task) => {
+      choice("To be done", [["", "none"], ...offered], this.task, (task) => {
         this.task = task;
         this.act.task(task ? (task as TaskName) : null);
-      }),
+      }).room,
       this.board,
     );
   }
@@ -113,85 +185,83 @@ export class Panel {
     this.board.replaceChildren(make("table", {}, head, ...rows), make("p", { className: "hint" }, about));
   }
 
-  private plant(description: Description, request: Request): HTMLElement {
+  private plant(): HTMLElement {
     const bar = (pascal: number): string => `${(pascal / 1e5).toFixed(0)} bar`;
     const percent = (share: number): string => `${(100 * share).toFixed(0)} %`;
-    const supply = { least: 40e5, most: 250e5, step: 5e5, value: description.supply, show: bar };
-    const friction = { least: 0, most: 3, step: 0.1, value: request.friction ?? 1, show: percent };
     const sensors: [string, string][] = [
       ["ideal", "ideal: exact"],
       ["real", "real: data sheets, noise, steps"],
     ];
+    const supply = { least: 40e5, most: 250e5, step: 5e5, show: bar };
+    const friction = { least: 0, most: 3, step: 0.1, show: percent };
+    const chosen = (): string => (this.request["real-sensors"] ? "real" : "ideal");
     const parts = [
-      slider("Supply pressure", supply, (value) =>
-        this.act.change({ overrides: { ...request.overrides, "supply.pressure": value } }),
-      ),
-      slider("Friction", friction, (value) => this.act.change({ friction: value })),
+      this.slider("Supply pressure", supply, () => this.description.supply, (value) => this.override("supply.pressure", value)),
+      this.slider("Friction", friction, () => this.request.friction ?? 1, (value) => this.act.change({ friction: value })),
     ];
-    if (description.sensors) {
-      const chosen = request["real-sensors"] ? "real" : "ideal";
-      parts.push(choice("Sensors", sensors, chosen, (value) => this.act.change({ "real-sensors": value === "real" })));
+    if (this.description.sensors) {
+      const act = (value: string): void => this.act.change({ "real-sensors": value === "real" });
+      parts.push(this.knob(choice("Sensors", sensors, chosen(), act), chosen));
     }
     return section("Hydraulics and sensors", ...parts);
   }
 
-  private control(description: Description, request: Request, open: Set<string | null>): HTMLElement {
-    const modes = description.controllers.map((name): [string, string] => [name, MODES[name] ?? name]);
-    const parts = [choice("Mode", modes, description.controller, (controller) => this.act.change({ controller }))];
-    if (description.controller !== "lever") {
-      const show = (speed: number): string => `${speed.toFixed(2)} m/s`;
-      const value = description["full-speed"] ?? 0.3;
-      parts.push(
-        slider("Full stick", { least: 0.05, most: 1, step: 0.05, value, show }, (speed) =>
-          this.act.change({ "full-speed": speed }),
-        ),
-      );
+  private control(open: Set<string | null>): HTMLElement {
+    const { controllers, controller, gains } = this.description;
+    const modes = controllers.map((name): [string, string] => [name, MODES[name] ?? name]);
+    const mode = choice("Mode", modes, controller, (mode) => this.act.change({ controller: mode }));
+    const parts = [this.knob(mode, () => this.description.controller)];
+    if (controller !== "lever") {
+      // A replay need not state a speed; the controller then takes its own.
+      const speed = (): number => this.description["full-speed"] ?? NaN;
+      const show = (value: number): string => (Number.isNaN(value) ? "the controller's own" : `${value.toFixed(2)} m/s`);
+      const range = { least: 0.05, most: 1, step: 0.05, show };
+      parts.push(this.slider("Full stick", range, speed, (value) => this.act.change({ "full-speed": value })));
     }
-    if (description.gains.length) parts.push(this.gains(description, request, open.has("gains")));
+    if (gains.length) {
+      const rows = gains.map(({ name, key, unit, value }, i) =>
+        this.knob(number(name, unit, value, (now) => this.override(key, now)), () => this.description.gains[i]?.value ?? value),
+      );
+      parts.push(folded("gains", "Gains", open.has("gains"), ...rows));
+    }
     return section("Control", ...parts);
   }
 
-  private gains(description: Description, request: Request, open: boolean): HTMLElement {
-    const rows = description.gains.map(({ name, key, unit, value }) => {
-      const input = make("input", { type: "number", step: "any", value: String(Number(value.toPrecision(6))) });
-      input.addEventListener("change", () => {
-        if (Number.isFinite(input.valueAsNumber)) {
-          this.act.change({ overrides: { ...request.overrides, [key]: input.valueAsNumber } });
-        }
-      });
-      return make("label", { className: "gain" }, make("span", {}, name), input, make("small", {}, unit));
-    });
-    return folded("gains", "Gains", open, ...rows);
-  }
-
-  private device(description: Description, open: Set<string | null>): HTMLElement {
-    const rows = description.axes.map((name, index) => {
-      const kept = mapping(name, index);
-      const count = Math.max(device()?.axes.length ?? 4, kept.axis + 1);
-      const options: [string, string][] = [["-1", "none"]];
-      for (let axis = 0; axis < count; axis++) options.push([String(axis), `axis ${axis + 1}`]);
-      const inverted = make("input", { type: "checkbox", checked: kept.inverted });
-      const chosen = { ...kept };
+  private device(open: Set<string | null>): HTMLElement {
+    const found = devices();
+    const rows = this.description.axes.map((name, index) => {
+      const chosen = mapping(name, index);
+      const value = (device: string, axis: number): string => JSON.stringify([device, axis]);
+      const options: [string, string][] = [[value("", -1), "none"]];
+      const add = (device: string, axes: number, text: string): void => {
+        for (let axis = 0; axis < axes; axis++) options.push([value(device, axis), `${text}axis ${axis + 1}`]);
+      };
+      add("", Math.max(4, ...found.map(({ axes }) => axes.length), chosen.axis + 1), "");
+      if (found.length > 1) found.forEach((one) => add(one.name, one.axes.length, `${one.name.slice(0, 24)}: `));
+      const now = value(chosen.device, chosen.axis);
+      if (!options.some(([value]) => value === now)) options.push([now, `${chosen.device.slice(0, 24)}: axis ${chosen.axis + 1}`]);
+      const inverted = make("input", { type: "checkbox", checked: chosen.inverted });
       inverted.addEventListener("change", () => {
         chosen.inverted = inverted.checked;
         keepMapping(name, chosen);
       });
-      const select = choice(name, options, String(kept.axis), (value) => {
-        chosen.axis = Number(value);
+      const select = choice(name, options, now, (value) => {
+        [chosen.device, chosen.axis] = JSON.parse(value) as [string, number];
         keepMapping(name, chosen);
       });
-      return make("div", { className: "axis-row" }, select, make("label", {}, inverted, " reversed"));
+      return make("div", { className: "axis-row" }, select.room, make("label", {}, inverted, ` ${name} reversed`));
     });
-    const found = device()?.id ?? "None found yet: plug one in and press one of its buttons.";
-    return folded("gamepad", "Gamepad or joystick", open.has("gamepad"), make("p", { className: "hint" }, found), ...rows);
+    const names = found.map(({ name }) => name).join(", ") || "None found yet: plug one in and press one of its buttons.";
+    return folded("gamepad", "Gamepad or joystick", open.has("gamepad"), make("p", { className: "hint" }, names), ...rows);
   }
 
   private files(): HTMLElement {
-    const file = fileInput("drive-file", (files) => {
+    const replay = (files: { text: string }[]): void => {
       const scenario = files.find(({ text }) => /^\s*\[scenario\]/m.test(text)) ?? files[0];
       const machine = files.find((other) => other !== scenario);
       if (scenario) this.act.replay(scenario.text, machine?.text ?? null);
-    });
+    };
+    const file = fileInput("drive-file", replay, this.act.refuse);
     file.multiple = true;
     return section(
       "Keep this drive",
@@ -213,11 +283,17 @@ export class Panel {
 }
 
 /** A hidden input that hands on the names and texts of the files that somebody chooses. */
-function fileInput(id: string, act: (files: { name: string; text: string }[]) => void): HTMLInputElement {
+function fileInput(
+  id: string,
+  act: (files: { name: string; text: string }[]) => void,
+  refuse: (message: string) => void,
+): HTMLInputElement {
   const file = make("input", { type: "file", accept: ".toml", id, hidden: true });
   file.addEventListener("change", () => {
-    const chosen = [...(file.files ?? [])];
+    const chosen = [...(file.files ?? [])].slice(0, 2);
     file.value = "";
+    const large = chosen.find(({ size }) => size > LARGEST);
+    if (large) return refuse(`${large.name} has ${(large.size / 1e6).toFixed(0)} MB: a machine or scenario has ${LARGEST / 1e6} MB at most.`);
     void Promise.all(chosen.map(async (one) => ({ name: one.name, text: await one.text() }))).then(act);
   });
   return file;

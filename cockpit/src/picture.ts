@@ -1,6 +1,7 @@
 /** The crane to scale: ground, reach, links, cylinders with their oil, load, trail, velocities. */
 
-import { HALF, LINE, LOG, LogTask, radius } from "./logs";
+import { extent, multiples } from "./bounds";
+import { HALF, LINE, LOG, radius, type Logs } from "./logs";
 import type { Cylinder, Description, Joint, Point, Shape } from "./messages";
 import { palette, scaleColour, type Palette } from "./palette";
 import { reachOf, type Reach } from "./reach";
@@ -17,6 +18,11 @@ const BEAM = 0.13;
 const INNER = 0.08;
 /** Room around the foot of the crane and below what it reaches, m. */
 const ROOM = 0.5;
+/** Least distance of grid lines and of a hatch's strokes, pixels, and of the latter in the world, m; strokes at most. */
+const GRID = 50;
+const HATCH = 5;
+const HATCH_METRES = 0.14;
+const STROKES = 1000;
 /** Share of its range at which a joint counts as at its limit. */
 const NEAR = 0.01;
 
@@ -36,13 +42,17 @@ export function limitOf(joint: Joint, q: number): string | null {
 export type Reader = (name: string) => number;
 
 export class Picture {
-  readonly view = new View();
+  readonly view = new View(() => (this.stale = true));
+  /** Whether it must be drawn anew. */
+  stale = true;
   private readonly context: CanvasRenderingContext2D;
   private description: Description | null = null;
   private reach: Reach = reachOf([]);
   private trail: Point[] = [];
-  /** A path to be followed, or logs to be moved. */
-  task: Task | LogTask | null = null;
+  /** A path to be followed. */
+  task: Task | null = null;
+  /** Logs that lie about. */
+  logs: Logs | null = null;
 
   constructor(private readonly canvas: HTMLCanvasElement) {
     this.context = canvas.getContext("2d")!;
@@ -54,6 +64,7 @@ export class Picture {
     this.description = description;
     this.reach = reachOf(description.workspace);
     if (!keep) this.trail = [];
+    this.stale = true;
     if (other) this.view.frame(worthSeeing(description));
   }
 
@@ -73,6 +84,7 @@ export class Picture {
   draw(row: Float64Array, read: Reader): void {
     const description = this.description;
     if (!description) return;
+    this.stale = false;
     const colours = palette();
     const ratio = window.devicePixelRatio || 1;
     const c = this.context;
@@ -86,7 +98,8 @@ export class Picture {
     this.drawGrid(colours);
     this.drawForbidden(description, colours);
     const figures = figuresOf(description, row);
-    this.drawTask(colours);
+    if (this.task) this.drawTask(this.task, colours);
+    if (this.logs) this.drawLogs(this.logs, colours);
     this.drawTrail(colours);
     this.drawCrane(description, figures, read, colours);
     const tip = figures.find((figure) => figure.kind === "tip")?.line[0];
@@ -100,18 +113,18 @@ export class Picture {
 
   private drawGrid(colours: Palette): void {
     const c = this.context;
-    const [left, top] = [-this.view.x / this.view.scale, this.view.z / this.view.scale];
-    const right = left + this.canvas.clientWidth / this.view.scale;
-    const bottom = top - this.canvas.clientHeight / this.view.scale;
-    const step = this.view.scale > 300 ? 0.1 : this.view.scale > 60 ? 0.5 : 1;
+    const [[left, bottom], [right, top]] = this.view.shown;
+    const least = this.pixels(GRID);
+    const decade = 10 ** Math.floor(Math.log10(least));
+    const step = decade * ([1, 2, 5].find((times) => times * decade >= least) ?? 10);
     c.strokeStyle = colours.grid;
     c.lineWidth = this.pixels(1);
     c.beginPath();
-    for (let x = Math.ceil(left / step) * step; x <= right; x += step) {
+    for (const x of multiples(step, left, right, STROKES)) {
       c.moveTo(x, bottom);
       c.lineTo(x, top);
     }
-    for (let z = Math.ceil(bottom / step) * step; z <= top; z += step) {
+    for (const z of multiples(step, bottom, top, STROKES)) {
       c.moveTo(left, z);
       c.lineTo(right, z);
     }
@@ -144,18 +157,23 @@ export class Picture {
 
   private hatch(path: Path2D, corners: Point[], colour: string): void {
     const c = this.context;
-    const xs = corners.map((p) => p[0]);
-    const zs = corners.map((p) => p[1]);
-    const [x0, x1, z0, z1] = [Math.min(...xs), Math.max(...xs), Math.min(...zs), Math.max(...zs)];
+    const [[left, bottom], [right, top]] = extent(corners) ?? [
+      [0, 0],
+      [0, 0],
+    ];
+    // What is out of sight needs no strokes.
+    const [[x0, z0], [x1, z1]] = this.view.shown;
+    const [low, high] = [Math.max(bottom, z0), Math.min(top, z1)];
     c.save();
     c.clip(path);
     c.strokeStyle = colour;
     c.lineWidth = this.pixels(0.7);
     c.beginPath();
-    const height = z1 - z0;
-    for (let x = x0 - height; x < x1; x += 0.14) {
-      c.moveTo(x, z0);
-      c.lineTo(x + height, z1);
+    // Each stroke is where x - z has one value, so that strokes stay where they are while the view moves.
+    const step = Math.max(HATCH_METRES, this.pixels(HATCH));
+    for (const place of multiples(step, Math.max(left, x0) - high, Math.min(right, x1) - low, STROKES)) {
+      c.moveTo(place + low, low);
+      c.lineTo(place + high, high);
     }
     c.stroke();
     c.restore();
@@ -164,10 +182,7 @@ export class Picture {
     c.stroke(path);
   }
 
-  private drawTask(colours: Palette): void {
-    if (!this.task) return;
-    if (this.task instanceof LogTask) return this.drawLogs(this.task, colours);
-    const { path, done } = this.task;
+  private drawTask({ path, done }: Task, colours: Palette): void {
     const c = this.context;
     const line = (points: Point[], width: number, dash: number[]): void => {
       c.lineWidth = this.pixels(width);
@@ -192,31 +207,38 @@ export class Picture {
   }
 
   /** Logs on the ground with the place of the tip that grips them, and the bunk with those that are done. */
-  private drawLogs(task: LogTask, colours: Palette): void {
-    const c = this.context;
-    const below = LINE + radius(LOG);
-    for (const [x, z] of task.lying) {
-      this.log([x, z - below], colours);
-      c.strokeStyle = colours.task;
-      this.ring([x, z], 0.15);
+  private drawLogs(logs: Logs, colours: Palette): void {
+    for (const { at, mass } of logs.lying) {
+      this.log([at[0], at[1] - LINE - radius(mass)], radius(mass), colours);
+      this.context.strokeStyle = colours.task;
+      this.ring(at, 0.15);
     }
-    const [x, z] = task.bunk;
-    const floor = z - below - radius(LOG);
-    task.placed.forEach((off, i) => this.log([x + off, z - below + 1.6 * i * radius(LOG)], colours));
-    c.strokeStyle = task.holds ? colours.task : colours.steelEdge;
+    if (logs.bunk) this.drawBunk(logs, logs.bunk[0], colours);
+  }
+
+  private drawBunk(logs: Logs, x: number, colours: Palette): void {
+    const c = this.context;
+    const size = radius(LOG);
+    const floor = logs.support(x) ?? 0;
+    logs.placed.forEach((off, i) => this.log([x + off, floor + (1 + 1.6 * i) * size], size, colours));
+    c.strokeStyle = logs.holds ? colours.task : colours.steelEdge;
     c.lineWidth = this.pixels(5);
     c.beginPath();
     c.moveTo(x - HALF - 0.1, floor + 0.75);
     c.lineTo(x - HALF - 0.1, floor);
     c.lineTo(x + HALF + 0.1, floor);
     c.lineTo(x + HALF + 0.1, floor + 0.75);
+    for (const leg of [x - HALF, x + HALF]) {
+      c.moveTo(leg, floor);
+      c.lineTo(leg, logs.ground.top(x) ?? floor);
+    }
     c.stroke();
   }
 
-  private log([x, z]: Point, colours: Palette): void {
+  private log([x, z]: Point, size: number, colours: Palette): void {
     const c = this.context;
     c.beginPath();
-    c.arc(x, z, radius(LOG), 0, 2 * Math.PI);
+    c.arc(x, z, size, 0, 2 * Math.PI);
     c.fillStyle = colours.load;
     c.fill();
     c.strokeStyle = colours.ink;
@@ -326,18 +348,16 @@ export class Picture {
     const payload = read("payload");
     if (payload > 0) {
       const size = radius(payload);
+      const lowest = this.logs?.support(tip[0]) ?? -Infinity;
+      const middle: Point = [tip[0], Math.max(tip[1] - LINE - size, lowest + size)];
       c.strokeStyle = colours.ink;
       c.lineWidth = this.pixels(1.5);
       c.beginPath();
       c.moveTo(...tip);
-      c.lineTo(tip[0], tip[1] - LINE);
+      c.lineTo(tip[0], middle[1]);
       c.stroke();
-      c.beginPath();
-      c.arc(tip[0], tip[1] - LINE - size, size, 0, 2 * Math.PI);
-      c.fillStyle = colours.load;
-      c.fill();
-      c.stroke();
-      this.label(`${payload.toFixed(0)} kg`, [tip[0], tip[1] - LINE - size], "#fff", "center");
+      this.log(middle, size, colours);
+      this.label(`${payload.toFixed(0)} kg`, middle, "#fff", "center");
     }
     const velocity = (name: string): Point => [read(`${name}.vx`), read(`${name}.vz`)];
     this.arrow(tip, velocity("wanted"), colours.wanted, 7);
@@ -385,14 +405,14 @@ export class Picture {
 
 /** What the tip can reach outside of keep-out regions, and the foot of the crane. */
 function worthSeeing(description: Description): Point[] {
-  const boxes = description["keep-out"].map(({ corners }) => {
-    const [xs, zs] = [corners.map((p) => p[0]), corners.map((p) => p[1])];
-    return { x: [Math.min(...xs), Math.max(...xs)], z: [Math.min(...zs), Math.max(...zs)] } as const;
+  const boxes = description["keep-out"].flatMap(({ corners }) => {
+    const box = extent(corners);
+    return box ? [box] : [];
   });
   const inside = ([x, z]: Point): boolean =>
-    boxes.some((box) => x > box.x[0]! && x < box.x[1]! && z > box.z[0]! && z < box.z[1]!);
+    boxes.some(([low, high]) => x > low[0] && x < high[0] && z > low[1] && z < high[1]);
   const free = description.workspace.flat().filter((point) => !inside(point));
-  const depth = Math.min(...free.map((point) => point[1])) - ROOM;
+  const depth = (extent(free)?.[0][1] ?? 0) - ROOM;
   return [...free, [-ROOM, 0], [0, depth]];
 }
 

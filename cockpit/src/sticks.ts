@@ -1,16 +1,22 @@
 /** What steers the crane: on-screen sticks, keyboard, gamepad. Whatever is moved farthest on an axis counts. */
 
-import { readGamepad, type Pad } from "./gamepad";
+import { make } from "./elements";
+import { devices, readDevices, type Device } from "./gamepad";
+import { key, learnKeys } from "./keys";
 
-export interface Axis {
+interface Axis {
   name: string;
   /** Key of each end: towards -1, towards 1. */
   keys: [string, string];
 }
 
+/** Shows the deflections of all axes. */
+type Show = (values: number[]) => void;
+
 /** Keys for the stick that moves the tip, and for levers from the first cylinder on. */
 const TIP_KEYS: Record<string, [string, string]> = { x: ["ArrowLeft", "ArrowRight"], z: ["ArrowDown", "ArrowUp"] };
-const LEVER_KEYS: [string, string][] = [
+const TIP_NAMES: Record<string, string> = { x: "Stick, out and in", z: "Stick, up and down" };
+export const LEVER_KEYS: [string, string][] = [
   ["KeyA", "KeyQ"],
   ["KeyS", "KeyW"],
   ["KeyD", "KeyE"],
@@ -18,21 +24,23 @@ const LEVER_KEYS: [string, string][] = [
   ["KeyG", "KeyT"],
   ["KeyH", "KeyY"],
 ];
+/** End of a lever to which an arrow key moves it while it has the focus. */
+const ARROW_ENDS: Record<string, 0 | 1> = { ArrowDown: 0, ArrowLeft: 0, ArrowUp: 1, ArrowRight: 1 };
 /** Share of the deflection that a key gives with Shift held. */
 const FINE = 0.3;
-
-const SHOWN: Record<string, string> = { ArrowLeft: "←", ArrowRight: "→", ArrowUp: "↑", ArrowDown: "↓" };
-export const keyName = (code: string): string => SHOWN[code] ?? code.replace(/^Key/, "");
 
 export class Sticks {
   private axes: Axis[] = [];
   private touched: number[] = [];
-  private readonly keys = new Set<string>();
+  /** Key that is held, and what it stands for. */
+  private readonly keys = new Map<string, string>();
   private fine = false;
-  private knobs: { put: (values: number[]) => void }[] = [];
-  pad: Pad | null = null;
+  private shows: Show[] = [];
+  private shown = "";
+  pads: Device[] = [];
 
   constructor(private readonly room: HTMLElement) {
+    learnKeys(LEVER_KEYS.flat());
     window.addEventListener("keydown", (event) => this.press(event, true));
     window.addEventListener("keyup", (event) => this.press(event, false));
     // Whoever looks elsewhere does not hold a stick.
@@ -49,28 +57,23 @@ export class Sticks {
       keys: (tip ? TIP_KEYS[name] : undefined) ?? LEVER_KEYS[i % LEVER_KEYS.length]!,
     }));
     this.touched = names.map(() => 0);
+    this.shown = "";
     this.room.replaceChildren();
-    this.knobs = tip ? [this.addPad()] : names.map((_, i) => this.addLever(i));
+    this.shows = tip ? [this.addPad()] : names.map((_, i) => this.addLever(i));
     this.room.append(this.help(tip));
   }
 
   private help(tip: boolean): HTMLElement {
-    const ends = [1, 0].map((end) => this.axes.map(({ keys }) => keyName(keys[end]!)).join(" "));
-    const lines = [
-      [tip ? "Drag the stick: the tip goes where it points." : "Drag the levers: up moves a piston out.", ""],
-      ["Let go, and the valves close.", ""],
-      [`Keys: ${tip ? "the arrows" : `${ends[0]} out, ${ends[1]} in`}; with Shift a third as fast.`, "keys"],
-      ["1 tip, 2 lever, P pause, 0 reset.", "keys"],
-    ] as const;
-    const help = document.createElement("div");
-    help.className = "help";
-    lines.forEach(([line, kind]) => {
-      const row = document.createElement("p");
-      row.className = kind;
-      row.textContent = line;
-      help.append(row);
-    });
-    return help;
+    const line = (className: string, ...parts: (Node | string)[]): HTMLElement => make("p", { className }, ...parts);
+    const row = (end: 0 | 1): (Node | string)[] => this.axes.flatMap(({ keys }) => [key("span", keys[end]), " "]);
+    return make(
+      "div",
+      { className: "help" },
+      line("", tip ? "Drag the stick: the tip goes where it points." : "Drag the levers: up moves a piston out."),
+      line("", "Let go, and the valves close."),
+      line("keys", "Keys: ", ...(tip ? ["the arrows"] : [...row(1), "out, ", ...row(0), "in"]), "; with Shift a third as fast."),
+      line("keys", "1 tip, 2 lever, ", key("span", "KeyP"), " pause, 0 reset, Space grips a log."),
+    );
   }
 
   letGo(): void {
@@ -80,109 +83,121 @@ export class Sticks {
 
   /** Deflections now, -1 to 1. */
   read(): number[] {
-    const pad = readGamepad(this.axes.map((axis) => axis.name));
-    this.pad = pad;
+    this.pads = devices();
+    const pads = readDevices(this.axes.map((axis) => axis.name), this.pads);
+    const down = new Set(this.keys.values());
     const held = this.axes.map((axis, i) => {
       const [less, more] = axis.keys;
-      const key = (Number(this.keys.has(more)) - Number(this.keys.has(less))) * (this.fine ? FINE : 1);
-      const wishes = [this.touched[i] ?? 0, key, pad?.axes[i] ?? 0];
+      const byKey = (Number(down.has(more)) - Number(down.has(less))) * (this.fine ? FINE : 1);
+      const wishes = [this.touched[i] ?? 0, byKey, pads[i] ?? 0];
       return wishes.reduce((a, b) => (Math.abs(b) > Math.abs(a) ? b : a), 0);
     });
-    this.knobs.forEach((knob) => knob.put(held));
+    if (held.join() !== this.shown) this.shows.forEach((show) => show(held));
+    this.shown = held.join();
     return held;
   }
 
   private press(event: KeyboardEvent, down: boolean): void {
     this.fine = event.shiftKey;
+    if (!down) return void this.keys.delete(event.code);
     const target = event.target as HTMLElement;
-    if (event.ctrlKey || event.metaKey || event.altKey || /^(INPUT|SELECT|TEXTAREA)$/.test(target.tagName)) {
-      if (!down) this.keys.delete(event.code);
-      return;
-    }
-    if (!this.axes.some((axis) => axis.keys.includes(event.code))) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || /^(INPUT|SELECT|TEXTAREA)$/.test(target.tagName)) return;
+    const lever = this.axes[Number(target.dataset["axis"] ?? -1)];
+    const end = ARROW_ENDS[event.code];
+    const code = lever && end !== undefined ? lever.keys[end] : event.code;
+    if (!this.axes.some((axis) => axis.keys.includes(code))) return;
     event.preventDefault();
-    if (down) this.keys.add(event.code);
-    else this.keys.delete(event.code);
+    this.keys.set(event.code, code);
   }
 
   /** A pad with a knob: sideways is the first axis, up the second. */
-  private addPad(): { put: (values: number[]) => void } {
-    const [pad, knob] = this.frame("pad", "Stick: drag it, or use the arrow keys");
+  private addPad(): Show {
     const [x, z] = [this.axes[0]!, this.axes[1]!];
-    this.mark(pad, [
-      ["left", keyName(x.keys[0])],
-      ["right", keyName(x.keys[1])],
-      ["top", keyName(z.keys[1])],
-      ["bottom", keyName(z.keys[0])],
+    const body = make("div", { className: "pad", title: "Drag the stick, or use the arrow keys" });
+    const [across, up] = [this.end(x, "horizontal"), this.end(z, "vertical")];
+    body.append(across, up);
+    this.mark(body, [
+      ["left", x.keys[0]],
+      ["right", x.keys[1]],
+      ["top", z.keys[1]],
+      ["bottom", z.keys[0]],
     ]);
-    this.drag(pad, (across, up) => {
-      const length = Math.max(Math.hypot(across, up), 1);
-      this.touched = [across / length, up / length];
+    const knob = this.knob(body);
+    drag(body, (x, z) => {
+      const length = Math.max(Math.hypot(x, z), 1);
+      this.touched = [x / length, z / length];
     });
-    return { put: (values) => place(knob, values[0] ?? 0, values[1] ?? 0) };
+    return ([x, z]) => {
+      place(knob, x!, z!);
+      tell(across, x!);
+      tell(up, z!);
+    };
   }
 
-  private addLever(index: number): { put: (values: number[]) => void } {
+  private addLever(index: number): Show {
     const axis = this.axes[index]!;
-    const [lever, knob] = this.frame("lever", `Lever of ${axis.name}`);
-    const title = document.createElement("span");
-    title.className = "axis";
-    title.textContent = axis.name;
-    lever.after(title);
-    this.mark(lever, [
-      ["top", keyName(axis.keys[1])],
-      ["bottom", keyName(axis.keys[0])],
+    const body = this.end(axis, "vertical");
+    body.className = "lever";
+    body.dataset["axis"] = String(index);
+    this.mark(body, [
+      ["top", axis.keys[1]],
+      ["bottom", axis.keys[0]],
     ]);
-    this.drag(lever, (_, up) => {
+    const knob = this.knob(body);
+    knob.parentElement!.after(make("span", { className: "axis" }, axis.name));
+    drag(body, (_, up) => {
       this.touched[index] = up;
     });
-    return { put: (values) => place(knob, 0, values[index] ?? 0) };
+    return (values) => {
+      place(knob, 0, values[index]!);
+      tell(body, values[index]!);
+    };
   }
 
-  private frame(kind: string, label: string): [HTMLElement, HTMLElement] {
-    const holder = document.createElement("div");
-    holder.className = "stick";
-    const body = document.createElement("div");
-    body.className = kind;
-    body.setAttribute("role", "slider");
-    body.setAttribute("aria-label", label);
-    body.setAttribute("aria-valuenow", "0");
-    const knob = document.createElement("div");
-    knob.className = "knob";
+  /** One direction of a stick as assistive technology knows it. */
+  private end(axis: Axis, orientation: string): HTMLElement {
+    const made = make("div", { className: "end", tabIndex: 0 });
+    const facts = { role: "slider", "aria-label": TIP_NAMES[axis.name] ?? `Lever of ${axis.name}`, "aria-orientation": orientation };
+    Object.entries({ ...facts, "aria-valuemin": "-1", "aria-valuemax": "1" }).forEach(([name, value]) => made.setAttribute(name, value));
+    tell(made, 0);
+    return made;
+  }
+
+  private knob(body: HTMLElement): HTMLElement {
+    const knob = make("div", { className: "knob" });
     body.append(knob);
-    holder.append(body);
-    this.room.append(holder);
-    return [body, knob];
+    this.room.append(make("div", { className: "stick" }, body));
+    return knob;
   }
 
   private mark(body: HTMLElement, marks: [string, string][]): void {
-    for (const [side, text] of marks) {
-      const key = document.createElement("kbd");
-      key.className = side;
-      key.textContent = text;
-      body.append(key);
+    for (const [side, code] of marks) {
+      const shown = key("kbd", code);
+      shown.className = side;
+      shown.setAttribute("aria-hidden", "true");
+      body.append(shown);
     }
   }
+}
 
-  /** Shares from -1 to 1, across and up, while a finger or the mouse holds the body; centred when it lets go. */
-  private drag(body: HTMLElement, move: (across: number, up: number) => void): void {
-    const bounded = (value: number): number => Math.min(Math.max(value, -1), 1);
-    const follow = (event: PointerEvent): void => {
-      if (!body.hasPointerCapture(event.pointerId)) return;
-      const box = body.getBoundingClientRect();
-      const reach = 0.38;
-      const across = (event.clientX - box.left - box.width / 2) / (box.width * reach);
-      const up = -(event.clientY - box.top - box.height / 2) / (box.height * reach);
-      move(bounded(across), bounded(up));
-    };
-    body.addEventListener("pointerdown", (event) => {
-      body.setPointerCapture(event.pointerId);
-      follow(event);
-    });
-    body.addEventListener("pointermove", follow);
-    for (const end of ["pointerup", "pointercancel", "lostpointercapture"] as const) {
-      body.addEventListener(end, () => move(0, 0));
-    }
+/** Shares from -1 to 1, across and up, while a finger or the mouse holds the body; centred when it lets go. */
+function drag(body: HTMLElement, move: (across: number, up: number) => void): void {
+  const bounded = (value: number): number => Math.min(Math.max(value, -1), 1);
+  const follow = (event: PointerEvent): void => {
+    if (!body.hasPointerCapture(event.pointerId)) return;
+    const box = body.getBoundingClientRect();
+    const reach = 0.38;
+    const across = (event.clientX - box.left - box.width / 2) / (box.width * reach);
+    const up = -(event.clientY - box.top - box.height / 2) / (box.height * reach);
+    move(bounded(across), bounded(up));
+  };
+  body.addEventListener("pointerdown", (event) => {
+    body.setPointerCapture(event.pointerId);
+    follow(event);
+  });
+  body.addEventListener("pointermove", follow);
+  for (const end of ["pointerup", "pointercancel", "lostpointercapture"] as const) {
+    body.addEventListener(end, () => move(0, 0));
   }
 }
 
@@ -190,5 +205,9 @@ function place(knob: HTMLElement, across: number, up: number): void {
   knob.style.left = `${50 + 38 * across}%`;
   knob.style.top = `${50 - 38 * up}%`;
   knob.classList.toggle("held", across !== 0 || up !== 0);
-  knob.parentElement?.setAttribute("aria-valuenow", (up || across).toFixed(2));
+}
+
+function tell(slider: HTMLElement, deflection: number): void {
+  slider.setAttribute("aria-valuenow", deflection.toFixed(2));
+  slider.setAttribute("aria-valuetext", `${(100 * deflection).toFixed(0)} %`);
 }

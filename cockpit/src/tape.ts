@@ -45,11 +45,19 @@ export class Tape {
     return frame;
   }
 
-  /** Goes on to a time (s) and tells the rows on the way. */
-  play(until: number): Float64Array[] {
+  /** Goes on to a time (s) and tells the rows on the way, at most so many. */
+  play(until: number, most: number): Float64Array[] {
+    const first = this.at + 1;
+    while (this.at + 1 < this.length && this.time(this.at + 1) <= until) this.at++;
+    return this.between(first, most);
+  }
+
+  private between(first: number, most: number): Float64Array[] {
+    if (first > this.at) return [];
+    const stride = Math.max(1, Math.ceil((this.at - first) / most));
     const rows: Float64Array[] = [];
-    while (this.at + 1 < this.length && this.time(this.at + 1) <= until) rows.push(this.frame(++this.at));
-    return rows;
+    for (let row = first; row < this.at; row += stride) rows.push(this.frame(row));
+    return [...rows, this.frame()];
   }
 
   /** Goes to a time (s) and tells the rows of the `span` (s) before it, at most so many. */
@@ -58,9 +66,6 @@ export class Tape {
     while (this.at + 1 < this.length && this.time(this.at + 1) <= time) this.at++;
     let first = this.at;
     while (first > 0 && this.time(first - 1) >= time - span) first--;
-    const stride = Math.max(1, Math.ceil((this.at - first) / most));
-    const rows: Float64Array[] = [];
-    for (let row = first; row < this.at; row += stride) rows.push(this.frame(row));
-    return [...rows, this.frame()];
+    return this.between(first, most);
   }
 }

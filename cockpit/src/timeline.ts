@@ -39,8 +39,11 @@ export function aboutRun(run: Recording, machine: string, seek: (time: number) =
   const about = make("section", {}, make("h2", {}, "Run"), ...lines.map((line) => make("p", { className: "hint" }, line)));
   about.append(make("div", { className: "row" }, button("Data", "Save what the charts hold as CSV", data)));
   if (!run.events.length) return [about];
-  const events = run.events.slice(0, LISTED).map(([time, text]) =>
-    button(`${time.toFixed(2)} s: ${text}`, "Go there", () => seek(Math.max(time - 0.5, 0)), "event"),
-  );
+  // What makes the run doubtful is never left out for what merely happened.
+  const listed = [...run.events.filter(([, , warning]) => warning), ...run.events.filter(([, , warning]) => !warning)];
+  const events = listed.slice(0, LISTED).map(([time, text, warning]) => {
+    const shown = `${warning ? "⚠ " : ""}${time.toFixed(2)} s: ${text}`;
+    return button(shown, "Go there", () => seek(Math.max(time - 0.5, 0)), warning ? "event doubt" : "event");
+  });
   return [about, make("section", {}, make("h2", {}, "What happened"), ...events)];
 }

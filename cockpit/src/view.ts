@@ -1,5 +1,6 @@
 /** Which part of the world the picture shows: zoom about a point, pan, fit. Metres to pixels. */
 
+import { extent } from "./bounds";
 import type { Point } from "./messages";
 
 const MOST = 2000;
@@ -20,14 +21,11 @@ export class View {
   private size: Point = [1, 1];
   private moved = false;
 
+  constructor(private readonly changed: () => void) {}
+
   /** What is to be seen whole. */
   frame(points: Point[]): void {
-    const xs = points.map((p) => p[0]);
-    const zs = points.map((p) => p[1]);
-    this.box = [
-      [Math.min(...xs), Math.min(...zs)],
-      [Math.max(...xs), Math.max(...zs)],
-    ];
+    this.box = extent(points) ?? this.box;
     this.fit();
   }
 
@@ -39,6 +37,7 @@ export class View {
     this.x = this.size[0] / 2 - (this.scale * (low[0] + high[0])) / 2;
     this.z = TOP + room / 2 + (this.scale * (low[1] + high[1])) / 2;
     this.moved = false;
+    this.changed();
   }
 
   resize(width: number, height: number): void {
@@ -47,20 +46,29 @@ export class View {
     if (!this.moved) return this.fit();
     this.x += dx;
     this.z += dz;
+    this.changed();
   }
 
   zoom(factor: number, at: Point = [this.size[0] / 2, this.size[1] / 2]): void {
-    const scale = Math.min(Math.max(this.scale * factor, LEAST), MOST);
+    const scale = Math.min(Math.max(this.scale * factor, Math.min(LEAST, this.scale)), MOST);
     this.x = at[0] - ((at[0] - this.x) * scale) / this.scale;
     this.z = at[1] - ((at[1] - this.z) * scale) / this.scale;
     this.scale = scale;
     this.moved = true;
+    this.changed();
   }
 
   pan(dx: number, dz: number): void {
     this.x += dx;
     this.z += dz;
     this.moved = true;
+    this.changed();
+  }
+
+  /** The part of the world that is shown: least and largest x and z, m. */
+  get shown(): [Point, Point] {
+    const at = (x: number, z: number): Point => [(x - this.x) / this.scale, (this.z - z) / this.scale];
+    return [at(0, this.size[1]), at(this.size[0], 0)];
   }
 
   to([x, z]: Point): Point {

@@ -3,7 +3,7 @@
 import chainsUrl from "./chains.wasm?url";
 import coreUrl from "./core.wasm?url";
 import { Core } from "./core";
-import type { Description, FromWorker, Request, ToWorker } from "./messages";
+import type { Description, FromWorker, Pace, Request, ToWorker } from "./messages";
 import { Tape } from "./tape";
 
 /** Time between two turns, ms. */
@@ -19,6 +19,13 @@ const PATIENCE = 200;
 /** What is shown of a run before the place where somebody jumps to, s, and rows of it at most. */
 const BEFORE = 20;
 const BEFORE_ROWS = 2000;
+/** Time between two signs of life, ms. */
+const ALIVE = 500;
+/** Rows of a run in one turn at most: of more, some are left out. */
+const TURN_ROWS = 200;
+/** Share of its speed below which the clock is late, and share of the time above which computing is why. */
+const LATE = 0.95;
+const BUSY = 0.5;
 /** Silence of the page after which nobody holds the sticks, ms. */
 const SILENCE = 400;
 
@@ -33,6 +40,11 @@ class Clockwork {
   private anew = false;
   private speed = 1;
   private paused = false;
+  /** The drive has ended. */
+  private over = false;
+  private endTold = false;
+  /** Whether there is something that the page has not been told. */
+  private news = false;
   private clock = performance.now();
   private owed = 0;
   /** Ticks since the drive began. */
@@ -44,8 +56,7 @@ class Clockwork {
   private heard = 0;
   private held = false;
   private lost = 0;
-  private busy = 0;
-  private window = { began: performance.now(), ticks: 0, busy: 0, factor: 1, load: 0 };
+  private window = this.newWindow();
 
   constructor(private core: Core) {
     setInterval(() => this.guarded(() => this.turn()), TURN);
@@ -62,7 +73,8 @@ class Clockwork {
           this.tape = null;
           this.ticks = 0;
           if (description.continued) this.keepRow();
-          else [this.rows, this.lastRow] = [[], 0];
+          else [this.rows, this.lastRow, this.lost] = [[], 0, 0];
+          this.over = false;
           this.restartClock();
           post({ tell: "opened", description, fresh: !description.continued });
         });
@@ -124,6 +136,12 @@ class Clockwork {
   private restartClock(): void {
     this.clock = performance.now();
     this.owed = 0;
+    this.window = this.newWindow();
+    this.news = true;
+  }
+
+  private newWindow(): { began: number; ticks: number; busy: number; pace: Omit<Pace, "lost"> } {
+    return { began: performance.now(), ticks: 0, busy: 0, pace: { factor: null, slow: false, load: 0 } };
   }
 
   private turn(): void {
@@ -132,9 +150,10 @@ class Clockwork {
     this.clock = now;
     if (!this.open) return;
     if (this.held && now - this.heard > SILENCE) this.letGo();
-    if (!this.paused && this.tape) this.play(this.tape, passed * this.speed);
-    else if (!this.paused) this.catchUp(passed * this.speed, now);
-    if (now - this.posted >= FRAME) this.report(now);
+    const goes = !this.paused && !this.over;
+    if (goes && this.tape) this.play(this.tape, passed * this.speed);
+    else if (goes) this.catchUp(passed * this.speed, now);
+    if (this.news && now - this.posted >= FRAME) this.report(now);
   }
 
   /** Nobody holds the sticks any more: they spring back. */
@@ -146,7 +165,9 @@ class Clockwork {
   private play(tape: Tape, passed: number): void {
     const before = this.played;
     this.played = Math.min(before + passed / 1000, tape.end);
-    this.rows.push(...tape.play(this.played));
+    const rows = tape.play(this.played, TURN_ROWS);
+    this.rows.push(...rows);
+    this.news ||= this.played > before;
     this.window.ticks += 1000 * (this.played - before);
   }
 
@@ -158,46 +179,44 @@ class Clockwork {
     }
     while (this.owed >= 1 && performance.now() - now < BUDGET) {
       const ticks = Math.min(Math.floor(this.owed), ROW - (this.ticks % ROW));
-      if (!this.core.advance(ticks)) return this.end();
+      this.news = true;
+      this.over = !this.core.advance(ticks);
+      if (this.over) break;
       this.ticks += ticks;
       this.owed -= ticks;
       this.window.ticks += ticks;
       if (this.ticks % ROW === 0) this.keepRow();
     }
-    this.busy += performance.now() - now;
-  }
-
-  private end(): void {
-    this.paused = true;
-    const { events, ended } = this.core.events();
-    this.report(performance.now());
-    post({ tell: "happened", events, ended });
+    this.window.busy += performance.now() - now;
   }
 
   private report(now: number): void {
     this.posted = now;
+    this.news = false;
     const latest = this.tape ? this.tape.frame() : this.core.frame();
     const width = latest.length;
     const history = new Float64Array(this.rows.length * width);
     this.rows.forEach((row, i) => history.set(row, i * width));
     this.rows = [];
-    const { factor, load } = this.measurePace(now);
-    const pace = { factor, load, lost: this.lost };
+    const pace = { ...this.measurePace(now), lost: this.lost };
     const { events, ended, replaying, changed } = this.core.events();
     if (changed) post({ tell: "opened", description: changed, fresh: false });
     const anew = this.anew;
     this.anew = false;
     post({ tell: "rows", latest, history, width, pace, replaying, anew }, [latest.buffer, history.buffer]);
-    if (events.length) post({ tell: "happened", events, ended });
+    const end = this.endTold ? null : ended;
+    this.endTold = ended !== null;
+    if (events.length || end) post({ tell: "happened", events, ended: end });
   }
 
-  private measurePace(now: number): { factor: number; load: number } {
+  private measurePace(now: number): Omit<Pace, "lost"> {
     const span = now - this.window.began;
     if (span > 1000) {
-      const factor = this.window.ticks / span;
-      this.window = { began: now, ticks: 0, busy: this.busy, factor, load: (this.busy - this.window.busy) / span };
+      const [factor, load] = [this.window.ticks / span, this.window.busy / span];
+      const slow = factor < LATE * this.speed && load > BUSY;
+      this.window = { ...this.newWindow(), pace: { factor, slow, load } };
     }
-    return this.window;
+    return this.window.pace;
   }
 
   /** A trap of the core is a message too. */
@@ -212,6 +231,7 @@ class Clockwork {
   }
 }
 
+setInterval(() => post({ tell: "alive" }), ALIVE);
 const waiting: ToWorker[] = [];
 let clockwork: Clockwork | null = null;
 self.onmessage = (event: MessageEvent<ToWorker>) => (clockwork ? clockwork.receive(event.data) : waiting.push(event.data));
@@ -220,7 +240,6 @@ Core.load(coreUrl).then(
   (core) => {
     clockwork = new Clockwork(core);
     waiting.forEach((message) => clockwork?.receive(message));
-    post({ tell: "ready" });
   },
   (error: unknown) => post({ tell: "broken", message: error instanceof Error ? error.message : String(error) }),
 );

@@ -2,6 +2,8 @@
 
 use crate::description;
 use crate::frame::Frame;
+use crate::friction;
+use crate::offered;
 use crate::problem::Problem;
 use crate::replay::{self, Replay, Stage};
 use crate::request::Request;
@@ -10,7 +12,8 @@ use hydrocrane_machine::{Machine, OverrideValue};
 use hydrocrane_sim::controller::Controller;
 use hydrocrane_sim::integrator::Tolerances;
 use hydrocrane_sim::{
-    build, BuildError, EquilibriumMode, Live, Model, RunOptions, SampledPlan, SensorMode, Sensors, StickKind, Sticks,
+    build, implausible, moved_starts, BuildError, EquilibriumMode, Live, Model, RunOptions, SampledPlan, SensorMode,
+    Sensors, StickKind, Sticks, Warning,
 };
 use serde_json::{json, Value};
 use std::sync::Arc;
@@ -40,6 +43,8 @@ pub struct Drive {
     changed: bool,
     /// Why the next phase of a replay cannot begin.
     stuck: Option<Problem>,
+    /// What makes the start doubtful, until it is told.
+    doubts: Vec<Warning>,
 }
 
 /// What is in force from a time on.
@@ -81,7 +86,7 @@ impl Drive {
     /// The next phase of a replay begins.
     fn next_stage(&mut self) -> Result<(), Problem> {
         let Some(stage) = self.replay.as_mut().and_then(|replay| replay.stages.pop_front()) else { return Ok(()) };
-        let (setting, _) = setting(stage.request.clone(), &self.now.overrides)?;
+        let (setting, _) = setting(friction::settled(stage.request.clone()), &self.now.overrides)?;
         self.go_on(Setting { from: stage.from, ..setting }, Some(&stage))?;
         self.live.end_phase_at(self.next_phase());
         self.changed = true;
@@ -113,7 +118,8 @@ impl Drive {
             return Ok(false);
         }
         let request = Request { seed: own.seed, ..request.clone() };
-        let (setting, _) = setting(request, &self.now.overrides)?;
+        let (setting, machine) = setting(request, &self.now.overrides)?;
+        offered::check(&machine, &setting.request.controller)?;
         if setting.model.layout().names != self.now.model.layout().names {
             return Ok(false);
         }
@@ -137,10 +143,10 @@ impl Cockpit {
             self.drive = Some(match replay {
                 Some(mut replay) => {
                     let first = replay.stages.pop_front();
-                    let request = first.as_ref().map_or(request, |stage| stage.request.clone());
+                    let request = first.as_ref().map_or(request, |stage| friction::settled(stage.request.clone()));
                     begin(request, first, Some(replay))?
                 }
-                None => begin(request, None, None)?,
+                None => begin(offered::comfortable(request)?, None, None)?,
             });
         }
         let Some(drive) = &self.drive else { return Err(Problem::plain("there is no drive")) };
@@ -204,6 +210,10 @@ impl Cockpit {
             events.push(json!({ "time": load.time, "text": text }));
         }
         drive.loads_told = loads.len();
+        for warning in std::mem::take(&mut drive.doubts).into_iter().chain(drive.live.warnings()) {
+            let Warning { time, kind, text, cure } = warning;
+            events.push(json!({ "time": time, "text": text, "warning": kind, "cure": cure }));
+        }
         let changed = std::mem::take(&mut drive.changed).then(|| description::of(drive));
         let ended =
             drive.ended().map(|(kind, time, message)| json!({ "kind": kind, "time": time, "message": message }));
@@ -226,6 +236,7 @@ fn begin(request: Request, stage: Option<Stage>, replay: Option<Replay>) -> Resu
     let pose: Vec<f64> = stated.iter().zip(limits).map(|(q, l)| q.unwrap_or(0.5 * (l.lower + l.upper))).collect();
     let at_rest = now.model.equilibrium(&pose, EquilibriumMode::Hold, payload);
     let x0 = at_rest.map_err(|error| Problem::plain(error.to_string()))?;
+    let doubts = [implausible(&machine), moved_starts(now.model.as_ref(), &pose, &x0)].concat();
     let (controller, plan) = surroundings(&now, stage.as_ref())?;
     let options = RunOptions {
         method: "ros3l".into(),
@@ -236,15 +247,30 @@ fn begin(request: Request, stage: Option<Stage>, replay: Option<Replay>) -> Resu
         max_steps: u64::MAX,
     };
     let live = Live::new(now.model.clone(), controller, &x0, &plan, options).map_err(Problem::plain)?;
-    let mut drive =
-        Drive { now, earlier: Vec::new(), live, pose, replay, ticks: 0, loads_told: 0, changed: false, stuck: None };
+    let mut drive = Drive {
+        now,
+        earlier: Vec::new(),
+        live,
+        pose,
+        replay,
+        ticks: 0,
+        loads_told: 0,
+        changed: false,
+        stuck: None,
+        doubts,
+    };
     drive.live.end_phase_at(drive.next_phase());
     Ok(drive)
 }
 
 /// What a request puts in force from time zero on, after what was changed `before`.
 fn setting(request: Request, before: &[(String, OverrideValue)]) -> Result<(Setting, Machine), Problem> {
-    let (machine, overrides) = request.machine(before)?;
+    let (machine, mut overrides) = request.machine(before)?;
+    // A key that is changed twice has its last value.
+    let mut later = std::collections::HashSet::new();
+    overrides.reverse();
+    overrides.retain(|(key, _)| later.insert(key.clone()));
+    overrides.reverse();
     let model = build(&machine).map_err(|error| {
         let slug = if matches!(error, BuildError::Chain(_)) { "chain" } else { "cannot-build" };
         Problem::named(slug, format!("{}: [cannot-build] {error}", request.machine))

@@ -1,21 +1,21 @@
 //! What there is to see and to steer, told once per drive.
 
 use crate::cockpit::{Drive, TICK};
-use crate::frame::signals;
+use crate::frame::{corners, signals};
+use crate::offered;
 use hydrocrane_machine::bundled_machines;
-use hydrocrane_sim::controllers::{tip_gain, tip_gain_unit, CONTROLLERS, LEVER, TIP_GAINS};
+use hydrocrane_sim::controllers::{tip_gain, tip_gain_unit, CONTROLLERS, TIP_GAINS};
 use hydrocrane_sim::{LEDGER_TERMS, PAYLOAD_TERMS};
 use serde_json::{json, Value};
 
 pub fn of(drive: &Drive) -> Value {
     let (model, request) = (drive.now.model.as_ref(), &drive.now.request);
     let machine = model.machine();
-    let controllers: Vec<&str> = CONTROLLERS.into_iter().chain([LEVER]).collect();
     json!({
         "version": env!("CARGO_PKG_VERSION"),
         "machine": { "name": machine.name, "title": machine.title, "source": request.machine },
         "machines": machines(),
-        "controllers": controllers,
+        "controllers": offered::modes(machine),
         "controller": request.controller,
         "axes": if request.lever() { cylinder_names(drive) } else { vec!["x".to_string(), "z".to_string()] },
         "tick": TICK,
@@ -93,5 +93,8 @@ fn gains(drive: &Drive) -> Vec<Value> {
 
 fn shapes(drive: &Drive) -> Vec<Value> {
     let shapes = drive.now.model.drawing(&drive.pose);
-    shapes.iter().map(|s| json!({ "kind": s.kind.name(), "name": s.name, "points": s.line.len() })).collect()
+    shapes
+        .iter()
+        .map(|s| json!({ "kind": s.kind.name(), "name": s.name, "points": corners(&s.line).count() }))
+        .collect()
 }

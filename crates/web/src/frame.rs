@@ -16,6 +16,14 @@ pub const HEAD: [(&str, &str, &str); 8] = [
     ("wanted.vz", "m/s", "velocity of the tip that the stick asks for, up"),
 ];
 
+/// Corners of one line of the drawing at most: of a finer outline some are left out.
+const MOST_CORNERS: usize = 200;
+
+/// The corners of a line that a row holds.
+pub fn corners(line: &[[f64; 2]]) -> impl Iterator<Item = &[f64; 2]> {
+    line.iter().step_by(line.len().div_ceil(MOST_CORNERS).max(1))
+}
+
 /// Room for one row.
 #[derive(Default)]
 pub struct Frame {
@@ -100,7 +108,7 @@ impl Frame {
         self.row.extend_from_slice(now.commands);
         self.row.extend(ledger(now.energies, n));
         for shape in model.drawing(&now.state[..n]) {
-            self.row.extend(shape.line.iter().flatten());
+            self.row.extend(corners(&shape.line).flatten());
         }
         &self.row
     }

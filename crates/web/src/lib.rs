@@ -6,6 +6,8 @@ mod cockpit;
 mod description;
 pub mod face;
 mod frame;
+mod friction;
+mod offered;
 mod problem;
 mod replay;
 mod request;

@@ -1,6 +1,6 @@
 //! What went wrong, for people: one message, with the place in a file where there is one.
 
-use hydrocrane_machine::MachineError;
+use hydrocrane_machine::{shortened, MachineError};
 use serde_json::{json, Value};
 
 #[derive(Debug, Clone, PartialEq)]
@@ -8,12 +8,12 @@ pub struct Problem(Value);
 
 impl Problem {
     pub fn plain(message: impl Into<String>) -> Self {
-        Problem(json!({ "message": message.into() }))
+        Problem(json!({ "message": shortened(&message.into()) }))
     }
 
     /// Of a kind that the page knows by its name.
     pub fn named(slug: &str, message: impl Into<String>) -> Self {
-        Problem(json!({ "message": message.into(), "slug": slug }))
+        Problem(json!({ "message": shortened(&message.into()), "slug": slug }))
     }
 
     /// As the command line shows it, with its parts.

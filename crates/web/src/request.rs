@@ -1,7 +1,10 @@
 //! What a page asks for: machine, start, controller, sensors, as JSON.
 
+use crate::friction;
 use crate::problem::Problem;
-use hydrocrane_machine::{bundled_scenarios, load, parse, parse_scenario, Machine, OverrideValue, CONTROLLERS};
+use hydrocrane_machine::{
+    bundled_scenarios, load, parse, parse_scenario, quantity, Machine, OverrideValue, CONTROLLERS, MOST_SEED,
+};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
@@ -54,26 +57,62 @@ fn tip() -> String {
     "tip".into()
 }
 
-/// Friction keys that grow with the level of friction.
-const FRICTION_FORCES: [&str; 3] = ["coulomb", "breakaway", "viscous"];
+/// Longest request, bytes: one with a machine and a drive of an hour in it.
+const LONGEST_REQUEST: usize = 32 << 20;
+/// Share of the machine's friction, from which on it is no friction.
+const MOST_FRICTION: f64 = 100.0;
+/// s
+const MOST_RAMP: f64 = 60.0;
+const MOST_DELAY: f64 = 60.0;
+/// kg
+const MOST_PAYLOAD: f64 = 1e6;
 
 impl Request {
     pub fn read(text: &str) -> Result<Self, Problem> {
+        if text.len() > LONGEST_REQUEST {
+            return Err(Problem::plain(format!("the request is longer than {} MiB", LONGEST_REQUEST >> 20)));
+        }
         let request: Request = serde_json::from_str(text)
             .map_err(|error| Problem::plain(format!("the request cannot be read: {error}")))?;
-        let shares = [("friction", request.friction), ("dead-zone", request.dead_zone), ("ramp", request.ramp)];
-        for (name, value) in shares {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(Problem::plain(format!("`{name}` is {value}; it must be zero or greater")));
+        request.check_numbers()?;
+        request.check_agreement()?;
+        Ok(request)
+    }
+
+    fn check_numbers(&self) -> Result<(), Problem> {
+        for (name, value, most) in [
+            ("friction", self.friction, MOST_FRICTION),
+            ("dead-zone", self.dead_zone, 1.0),
+            ("ramp", self.ramp, MOST_RAMP),
+            ("delay", self.delay, MOST_DELAY),
+            ("payload", self.payload.unwrap_or(0.0), MOST_PAYLOAD),
+        ] {
+            if !(0.0..=most).contains(&value) {
+                return Err(Problem::plain(format!("`{name}` is {value}; it must be zero or greater, up to {most}")));
             }
         }
-        if request.dead_zone >= 1.0 {
-            return Err(Problem::plain(format!("a dead zone of {} leaves nothing of the stick", request.dead_zone)));
+        if self.seed > MOST_SEED {
+            return Err(Problem::plain(format!(
+                "`seed` is {}; it must be a whole number up to {MOST_SEED}",
+                self.seed
+            )));
         }
-        if let Some(payload) = request.payload.filter(|mass| !(mass.is_finite() && *mass >= 0.0)) {
-            return Err(Problem::plain(format!("a payload of {payload} kg; it must be zero or greater")));
+        if self.dead_zone == 1.0 {
+            return Err(Problem::plain("a dead zone of 1 leaves nothing of the stick"));
         }
-        Ok(request)
+        Ok(())
+    }
+
+    /// `payload` stands for `payload.mass` of the machine: an override beside it must be equal. (The other knobs of the
+    /// page, such as `full-speed`, count before the overrides, which may be those of a drive that goes on.)
+    fn check_agreement(&self) -> Result<(), Problem> {
+        let (Some(mass), Some(other)) = (self.payload, self.overrides.get("payload.mass")) else { return Ok(()) };
+        let stated = other.as_f64().or_else(|| Some(quantity(other.as_str()?).ok()?.0));
+        if stated.is_none_or(|stated| (stated - mass).abs() <= 1e-12 * mass) {
+            return Ok(());
+        }
+        let message = format!("`payload` is {mass} kg, and the override `payload.mass` is {other}");
+        Err(Problem::plain(format!("{message}: both state the same; leave one out")))
     }
 
     pub fn lever(&self) -> bool {
@@ -93,11 +132,11 @@ impl Request {
             .collect::<Result<Vec<_>, Problem>>()?;
         if let Some(speed) = self.full_speed {
             let speeds = CONTROLLERS.iter().map(|(name, _)| format!("control.{name}.full-speed"));
-            changes.extend(speeds.map(|key| (key, OverrideValue::Number(speed))));
+            replace(&mut changes, speeds.map(|key| (key, OverrideValue::Number(speed))).collect());
         }
         let mut machine = self.load(&changes)?;
         if self.friction != 1.0 {
-            changes.extend(friction_changes(&machine, self.friction));
+            replace(&mut changes, friction::changes(&machine, self.friction));
             machine = self.load(&changes)?;
         }
         let lost = |key: &String| !changes.iter().any(|(kept, _)| kept == key);
@@ -145,14 +184,10 @@ fn usual_pose(machine: &str) -> Vec<(String, f64)> {
     first.map(|scenario| scenario.initial.joints).unwrap_or_default()
 }
 
-/// The friction forces of the file times `level`.
-fn friction_changes(machine: &Machine, level: f64) -> Vec<(String, OverrideValue)> {
-    let force = |key: &str| {
-        let mut parts = key.split('.');
-        parts.next() == Some("friction") && parts.nth(1).is_some_and(|last| FRICTION_FORCES.contains(&last))
-    };
-    let values = machine.provenance.iter().filter(|entry| force(&entry.key));
-    values.map(|entry| (entry.key.clone(), in_si(&entry.value.si, level))).collect()
+/// `changes` with `others`, which count before those of the same keys.
+fn replace(changes: &mut Vec<(String, OverrideValue)>, others: Vec<(String, OverrideValue)>) {
+    changes.retain(|(key, _)| !others.iter().any(|(other, _)| other == key));
+    changes.extend(others);
 }
 
 /// The numbers that the machine states for a key.
@@ -161,7 +196,7 @@ fn stated(machine: &Machine, key: &str) -> Option<OverrideValue> {
     Some(in_si(&entry.value.si, 1.0))
 }
 
-fn in_si(values: &[f64], factor: f64) -> OverrideValue {
+pub fn in_si(values: &[f64], factor: f64) -> OverrideValue {
     let si: Vec<OverrideValue> = values.iter().map(|v| OverrideValue::Number(v * factor)).collect();
     if let [one] = si.as_slice() {
         one.clone()

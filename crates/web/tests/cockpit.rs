@@ -442,3 +442,145 @@ fn every_bundled_machine_can_be_driven() {
         }
     }
 }
+
+#[test]
+fn modes_that_a_machine_cannot_have_are_not_offered() {
+    let mut cockpit = Cockpit::default();
+    for (name, modes) in [("rig-kalmar", json!(["lever"])), ("hiab-xs031", json!(["tip", "heinze-pid", "lever"]))] {
+        let description = cockpit.open(&json!({ "machine": name }).to_string()).expect("a drive");
+        assert_eq!(description["controllers"], modes, "{name}");
+        assert_eq!(description["controller"], modes[0], "{name} begins in a mode that it has");
+    }
+    cockpit.open(&json!({ "machine": "rig-kalmar" }).to_string()).expect("a drive");
+    cockpit.advance(10);
+    let wish = json!({ "machine": "rig-kalmar", "controller": "heinze-pid", "keep-state": true });
+    let problem = cockpit.open(&wish.to_string()).expect_err("one cylinder has no tip to steer");
+    assert!(problem.message().contains("heinze-pid") && problem.message().contains("it has lever"), "{problem:?}");
+}
+
+#[test]
+fn full_stick_is_what_the_machine_states_and_comfortable_where_it_states_nothing() {
+    let own = "extends = \"rottne-f9-lab\"\n[control.tip]\nclass = \"setting\"\nfull-speed = \"0.12 m/s\"\n";
+    for (request, speed) in [
+        (json!({ "machine": "mine.toml", "text": own }), 0.12),
+        (json!({ "machine": "mine.toml", "text": own, "full-speed": 0.5 }), 0.5),
+        (json!({ "machine": "rottne-f9-lab" }), 0.3),
+        (json!({ "machine": "rottne-f9-lab", "controller": "heinze-pid" }), 0.3),
+    ] {
+        let (_, description) = opened(request.clone());
+        assert_eq!(description["full-speed"], speed, "{request}");
+    }
+}
+
+/// Value that a machine key has on a drive at hand, SI.
+fn coulomb(text: &str) -> f64 {
+    let line = text.lines().find(|line| line.starts_with("\"friction.lift.coulomb\"")).expect("it is changed");
+    line.split('"').nth(3).and_then(|value| value.split(' ').next()?.parse().ok()).unwrap_or_else(|| panic!("{line}"))
+}
+
+#[test]
+fn the_friction_of_a_replay_is_the_level_that_was_set_and_further_levels_are_of_the_machine() {
+    let request = json!({ "machine": "rottne-f9-lab", "full-speed": 0.3, "friction": 3.0 });
+    let (mut cockpit, _) = opened(request);
+    drive(&mut cockpit, &json!({ "signals": [{ "name": "tip.x" }, { "name": "tip.z" }] }), 2);
+    let saved = cockpit.save().expect("a drive");
+    let description = cockpit.open(&json!({ "scenario": saved }).to_string()).expect("a replay");
+    assert_eq!(description["request"]["friction"], 3.0);
+    cockpit.advance(50);
+    assert_eq!(coulomb(&cockpit.save().expect("a drive")), coulomb(&saved), "to the last bit");
+    let mut wish = description["request"].clone();
+    wish["friction"] = json!(2.0);
+    wish["keep-state"] = json!(true);
+    wish["scenario"] = Value::Null;
+    cockpit.open(&wish.to_string()).expect("the knob");
+    cockpit.advance(50);
+    let text = cockpit.save().expect("a drive");
+    let later = &text[text.find("[phase.1.overrides]").expect("a phase")..];
+    assert!((coulomb(later) / coulomb(&saved) - 2.0 / 3.0).abs() < 1e-12, "{later}");
+}
+
+#[test]
+fn a_row_stays_short_however_fine_an_outline_is() {
+    let outline: Vec<String> = (0..50_000).map(|i| format!("\"({}, 0.1) m\"", 1e-5 * f64::from(i))).collect();
+    let text =
+        format!("extends = \"rottne-f9-lab\"\n[link.boom]\nclass = \"assumed\"\noutline = [{}]\n", outline.join(", "));
+    let (mut cockpit, description) = opened(json!({ "machine": "mine.toml", "text": text }));
+    let corners: u64 =
+        description["shapes"].as_array().expect("a list").iter().filter_map(|s| s["points"].as_u64()).sum();
+    let signals = description["signals"].as_array().expect("a list").len();
+    assert!(corners < 1000 && cockpit.frame().len() == signals + 2 * corners as usize, "{corners}");
+}
+
+#[test]
+fn every_machine_drives_without_friction() {
+    for (name, _) in hydrocrane_machine::bundled_machines() {
+        let request = json!({ "machine": name, "controller": "lever", "friction": 0.0 });
+        let (mut cockpit, description) = opened(request);
+        cockpit.steer(&vec![0.3; description["cylinders"].as_array().map_or(1, Vec::len)]);
+        assert!(cockpit.advance(1000), "{name}: {}", cockpit.events());
+        for (i, signal) in description["signals"].as_array().expect("a list").iter().enumerate() {
+            let name_of_it = signal["name"].as_str().expect("a name");
+            let of_the_crane = name_of_it.starts_with("joint.") || name_of_it.starts_with("cylinder.");
+            assert!(cockpit.frame()[i].is_finite() || !of_the_crane, "{name}: {name_of_it}");
+        }
+    }
+}
+
+#[test]
+fn what_a_link_asks_for_has_bounds() {
+    let machine = |more: &str| format!("extends = \"rottne-f9-lab\"\n[machine]\nclass = \"assumed\"\n{more}");
+    let far = "[keep-out.far]\noutline = [\"(0, 0) m\", \"(1e300, 0) m\", \"(0, 1) m\"]\n";
+    for (request, word) in [
+        (json!({ "machine": "rottne-f9-lab", "friction": 1e300 }), "friction"),
+        (json!({ "machine": "rottne-f9-lab", "delay": 1e300 }), "delay"),
+        (json!({ "machine": "rottne-f9-lab", "ramp": -1.0 }), "ramp"),
+        (json!({ "machine": "rottne-f9-lab", "payload": 1e300 }), "payload"),
+        (json!({ "machine": "rottne-f9-lab", "overrides": { "control.period": "1e-9 s" } }), "control.period"),
+        (json!({ "machine": "rottne-f9-lab", "overrides": { "link.extension.point.tip": [1e6, 0.0] } }), "tip"),
+        (json!({ "machine": "mine.toml", "text": machine(far) }), "keep-out.far.outline"),
+        (
+            json!({ "machine": "rottne-f9-lab", "payload": 10.0, "overrides": { "payload.mass": "20 kg" } }),
+            "leave one out",
+        ),
+        (json!({ "machine": "rottne-f9-lab", "overrides": { "control.period": 1e-9 } }), "control.period"),
+        (json!({ "machine": "rig-kalmar", "overrides": { "fluid.bulk-modulus-max": 5e-324 } }), "bulk-modulus-max"),
+        (json!({ "machine": "rottne-f9-lab", "seed": u64::MAX }), "whole number up to"),
+    ] {
+        let problem = Cockpit::default().open(&request.to_string()).expect_err("a bounded request");
+        assert!(problem.message().contains(word), "{problem:?}");
+    }
+    let same = json!({ "machine": "rottne-f9-lab", "payload": 20.0, "overrides": { "payload.mass": "20 kg" } });
+    assert_eq!(opened(same).1["payload"], 20.0);
+}
+
+#[test]
+fn what_a_request_quotes_is_shortened() {
+    let long = "long ".repeat(60_000);
+    for request in [
+        json!({ "machine": long }),
+        json!({ "machine": "rottne-f9-lab", "controller": long }),
+        json!({ "machine": "rottne-f9-lab", "payload": long }),
+        json!({ "machine": long, "text": "[machine]\nname = 1\n" }),
+        json!({ "machine": "rottne-f9-lab", "overrides": { "friction.lift.model": long } }),
+        json!({ "machine": "mine.toml", "text": format!("extends = \"rottne-f9-lab\"\n\"{long}\" = 1\n") }),
+    ] {
+        let problem = Cockpit::default().open(&request.to_string()).expect_err("a bad request");
+        let message = problem.message();
+        assert!(message.contains(" ... ") && message.chars().count() < 4000, "{message:.5000}");
+    }
+}
+
+#[test]
+fn a_knob_counts_before_an_override_of_the_same_key_and_a_saved_drive_states_it_once() {
+    let (mut cockpit, _) = opened(json!({
+        "machine": "rottne-f9-lab", "friction": 1.5, "full-speed": 0.3,
+        "overrides": { "friction.lift.coulomb": 100.0, "control.tip.full-speed": 0.5 },
+    }));
+    cockpit.steer(&[0.5, 0.5]);
+    assert!(cockpit.advance(50));
+    let saved = cockpit.save().expect("a drive");
+    assert_eq!(coulomb(&saved), 150.0);
+    let scenario = parse_scenario(&saved, "drive.toml", &[]).expect("each key once");
+    let speeds: Vec<_> = scenario.overrides.iter().filter(|(key, _)| key == "control.tip.full-speed").collect();
+    assert_eq!(speeds, [&("control.tip.full-speed".to_string(), OverrideValue::Text("0.3 m/s".into()))]);
+}
