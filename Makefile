@@ -8,7 +8,7 @@ CARGO  ?= cargo
 # Everything that goes into the compiled module.
 SOURCES := $(shell find crates machines scenarios -name '*.rs' -o -name '*.toml') Cargo.toml Cargo.lock pyproject.toml
 
-.PHONY: demo test test-rust test-python cockpit soak bench docs lint clean
+.PHONY: demo test test-rust test-python cockpit soak evidence fuzz bench docs lint clean
 
 demo: $(VENV)/.built
 	$(BIN)/hydrocrane simulate vertical-lift-open-loop --output results
@@ -38,6 +38,32 @@ MINUTES ?= 30
 soak: cockpit $(VENV)/.tested
 	node cockpit/tests/soak.mjs cockpit/src/core.wasm $(MINUTES)
 	$(BIN)/python tests/python/soak_cockpit.py $(MINUTES)
+
+# Random drives of every bundled machine in the native core and in the page's, judged; fails where something does not hold.
+# A line of figures per case goes to RAW. MACHINES, MODES and PAYLOADS, lists with commas, take a part of them.
+DRIVES ?= 100
+DRIVE_SECONDS ?= 60
+SEED ?= 0
+RAW ?= results/evidence
+CASES = $(if $(MACHINES),--machines $(MACHINES)) $(if $(MODES),--modes $(MODES)) $(if $(PAYLOADS),--payloads $(PAYLOADS))
+RANDOM_DRIVES = $${CARGO_TARGET_DIR:-target}/release/random-drives --drives $(DRIVES) --seconds $(DRIVE_SECONDS) --seed $(SEED) $(CASES)
+evidence: cockpit/src/core.wasm $(VENV)/.tested
+	$(CARGO) build --quiet --release --package hydrocrane-evidence
+	@mkdir -p $(RAW)
+	$(RANDOM_DRIVES) --lowering yes --output $(RAW)/native.jsonl || [ $$? -eq 1 ]
+	$(RANDOM_DRIVES) --script cockpit/tests/random_drives.mjs --core cockpit/src/core.wasm --against $(RAW)/native.jsonl --output $(RAW)/page.jsonl || [ $$? -eq 1 ]
+	$(BIN)/python docs/validation/random_drives.py $(RAW)/native.jsonl $(RAW)/page.jsonl $$(node --version) $(SEED)
+
+# Damaged machine and scenario files and links for the core, damaged study and mapping files and logs for Python; fails where
+# one of them makes a panic, a hang, a large memory or a number that is none. What failed goes to FAILURES.
+INPUTS ?= 100000
+FAILURES ?= results/fuzz
+fuzz: $(VENV)/.tested
+	$(CARGO) build --quiet --release --package hydrocrane-evidence
+	@mkdir -p $(FAILURES)
+	$${CARGO_TARGET_DIR:-target}/release/fuzz --inputs $(INPUTS) --seed $(SEED) --failures $(FAILURES) --output $(FAILURES)/core.jsonl || [ $$? -eq 1 ]
+	$(BIN)/python tests/fuzz/fuzz_files.py --inputs $(INPUTS) --seed $(SEED) --failures $(FAILURES) --output $(FAILURES)/python.jsonl || [ $$? -eq 1 ]
+	$(BIN)/python docs/validation/fuzzing.py $(FAILURES)/core.jsonl $(FAILURES)/python.jsonl
 
 $(PAGE)/index.html: cockpit/node_modules/.package-lock.json cockpit/src/core.wasm cockpit/src/chains.wasm $(COCKPIT)
 	cd cockpit && npm run --silent build

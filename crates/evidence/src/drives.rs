@@ -1,0 +1,320 @@
+//! Random drives of many cases, judged.
+
+use crate::bound::{Bounds, MARGIN};
+use crate::case::Case;
+use crate::core::{Core, Native, Page};
+use crate::course::{is_chamber, Course, Plan, Steps, PLACES};
+use crate::energy::{worst_gap, Gap};
+use crate::reference;
+use crate::sticks::moves;
+use hydrocrane_sim::Model;
+use hydrocrane_web::TICK;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::Mutex;
+
+/// A ledger closes to this share of the energy that flowed.
+pub const LEDGER_SHARE: f64 = 0.01;
+/// A tip stays this near to the adaptive run's, m.
+pub const TIP: f64 = 5e-3;
+const BAR: f64 = 1e5;
+/// Stands for figures that are greater or no number: JSON has no word for them.
+const MOST: f64 = 1e12;
+
+fn figure(value: f64) -> f64 {
+    if value.is_nan() {
+        MOST
+    } else {
+        value.clamp(-MOST, MOST)
+    }
+}
+
+/// How the drives are made.
+#[derive(Debug, Clone)]
+pub struct Options {
+    pub drives: u64,
+    pub seconds: f64,
+    /// The tip is compared with the adaptive run until here, s.
+    pub followed: f64,
+    pub seed: u64,
+    pub threads: usize,
+    /// Script and compiled core of the page; the native core without them.
+    pub page: Option<[String; 2]>,
+}
+
+/// The end of a drive: a digest of the bits of its last row's states, and the tip (x, z), m.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct End {
+    pub digest: String,
+    pub tip: [f64; 2],
+}
+
+/// What the drives of one case came to.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Figures {
+    pub machine: String,
+    pub mode: String,
+    /// kg
+    pub payload: f64,
+    /// Why there are no drives.
+    pub refused: Option<String>,
+    pub drives: u64,
+    pub seconds: f64,
+    /// Drives that ended before their time, by the kind of their outcome.
+    pub ended: BTreeMap<String, u32>,
+    pub first_end: Option<String>,
+    /// Highest and lowest pressure, bar.
+    pub peak: f64,
+    pub lowest: f64,
+    /// Highest share of a pressure in what supply and load can make: at rest and in motion, and at rest alone.
+    pub bound_share: f64,
+    pub rest_share: f64,
+    /// The drive with the highest share.
+    pub peak_drive: u64,
+    /// Farthest that a joint was beyond its limits, as a share of its range.
+    pub beyond: f64,
+    pub ledger_share: f64,
+    /// J
+    pub ledger_residual: f64,
+    /// Whether laws as the thesis printed them jump, so that no adaptive run judges the drives.
+    pub printed: bool,
+    /// Largest distance of the tip from the adaptive run's, mm, and its drive.
+    pub tip: f64,
+    pub tip_drive: u64,
+    /// Drives farther away than [`TIP`], and drives that no adaptive run could judge.
+    pub tip_far: u32,
+    pub unjudged: u32,
+    pub first_unjudged: Option<String>,
+    pub steps: Steps,
+    /// Drives that end in the same bits in the other core, and the largest distance of their tips' ends, mm.
+    pub identical: Option<u32>,
+    pub end_difference: Option<f64>,
+    pub ends: Vec<End>,
+}
+
+/// What one drive came to.
+struct Judged {
+    course: Course,
+    peak: f64,
+    bound_share: f64,
+    rest_share: f64,
+    beyond: f64,
+    gap: Gap,
+    /// Nothing where laws jump.
+    tip: Option<Result<f64, String>>,
+    end: End,
+}
+
+/// Drives all cases; `tell` hears of each case that is done.
+pub fn campaign(cases: &[Case], options: &Options, tell: &(dyn Fn(&Figures) + Sync)) -> Result<Vec<Figures>, String> {
+    let next = AtomicUsize::new(0);
+    let done: Mutex<Vec<Option<Figures>>> = Mutex::new(cases.iter().map(|_| None).collect());
+    let work = || -> Result<(), String> {
+        let mut core: Box<dyn Core> = match &options.page {
+            Some([script, wasm]) => Box::new(Page::start(script, wasm)?),
+            None => Box::new(Native),
+        };
+        loop {
+            let at = next.fetch_add(1, Ordering::Relaxed);
+            let Some(case) = cases.get(at) else { return Ok(()) };
+            let figures = drive(case, options, core.as_mut())?;
+            tell(&figures);
+            if let Ok(mut done) = done.lock() {
+                done[at] = Some(figures);
+            }
+        }
+    };
+    let results: Vec<Result<(), String>> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..options.threads.max(1)).map(|_| scope.spawn(work)).collect();
+        threads.into_iter().map(|t| t.join().unwrap_or_else(|_| Err("a thread panicked".into()))).collect()
+    });
+    results.into_iter().collect::<Result<Vec<()>, String>>()?;
+    Ok(done.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner()).into_iter().flatten().collect())
+}
+
+/// The drives of one case.
+pub fn drive(case: &Case, options: &Options, core: &mut dyn Core) -> Result<Figures, String> {
+    let (machine, model) = case.model()?;
+    let mut figures = Figures::new(case, options);
+    figures.refused = case.without(model.as_ref()).map(str::to_string);
+    if figures.refused.is_some() {
+        return Ok(figures);
+    }
+    let ticks = (options.seconds / TICK).round() as u32;
+    let followed = (options.followed.min(options.seconds - 0.01) / TICK).round() as u32 / PLACES * PLACES;
+    for number in 0..options.drives {
+        let moves = moves(options.seed, number, case.axes(&machine), ticks);
+        let course = core.drive(&Plan { request: case.request(), moves, followed })?;
+        if course.refused.is_some() {
+            figures.refused = course.refused;
+            return Ok(figures);
+        }
+        figures.add(number, &judge(course, model.as_ref(), case.payload));
+    }
+    Ok(figures)
+}
+
+fn judge(course: Course, model: &dyn Model, payload: f64) -> Judged {
+    let first = course.index(&model.layout().names[0]).unwrap_or(0);
+    let n = model.layout().joints();
+    let bounds = Bounds::new(model, payload);
+    let (mut peak, mut bound_share, mut rest_share) = (f64::NEG_INFINITY, 0.0f64, 0.0f64);
+    let chambers = course.signals.iter().enumerate().filter(|(_, name)| is_chamber(name));
+    for (chamber, ((at, _), row)) in chambers.zip(&course.peaks).enumerate() {
+        let bound = bounds.at(&row[first..first + n])[chamber];
+        // A number that is none exceeds every bound.
+        let pressure = if row[at].is_nan() { f64::INFINITY } else { row[at] };
+        let shares =
+            [pressure / bound.total(), pressure / bound.rest].map(|s| if s.is_nan() { f64::INFINITY } else { s });
+        peak = peak.max(pressure);
+        (bound_share, rest_share) = (bound_share.max(shares[0]), rest_share.max(shares[1]));
+    }
+    let end = course.rows.last().map_or(&[][..], |row| &row[first..first + model.layout().len()]);
+    let end =
+        End { digest: digest(end), tip: if end.is_empty() { [MOST; 2] } else { model.tip(&end[..n]).map(figure) } };
+    let beyond = beyond(&course, model, first);
+    let gap = worst_gap(model, &course.signals, &course.rows);
+    let tip = smooth(model).then(|| distance(&course, model));
+    Judged { course, peak, bound_share, rest_share, beyond, gap, tip, end }
+}
+
+/// Whether no law is switched to its printed form, which jumps: steps of an adaptive method then shrink to nothing.
+fn smooth(model: &dyn Model) -> bool {
+    let (states, cylinders) = (vec![0.0; model.layout().len()], vec![0.0; model.layout().joints()]);
+    model.reference_derivative(&states, &cylinders, 0.0).is_some()
+}
+
+/// Farthest that a joint was beyond its limits, as a share of its range.
+fn beyond(course: &Course, model: &dyn Model, first: usize) -> f64 {
+    let over = model.joint_limits().iter().enumerate().map(|(i, limit)| {
+        let out = (limit.lower - course.low[first + i]).max(course.high[first + i] - limit.upper);
+        out / (limit.upper - limit.lower)
+    });
+    over.fold(0.0, f64::max)
+}
+
+/// Largest distance of the tip from the adaptive run's, m.
+fn distance(course: &Course, model: &dyn Model) -> Result<f64, String> {
+    let saved = course.saved.as_deref().ok_or("the drive could not be saved")?;
+    let exact = reference::tip(saved, model, f64::from(PLACES) * TICK)?;
+    let apart = course.tip.iter().zip(&exact).map(|(here, there)| (here[0] - there[0]).hypot(here[1] - there[1]));
+    Ok(apart.fold(0.0, |worst, d| if d.is_nan() { f64::INFINITY } else { worst.max(d) }))
+}
+
+/// FNV-1a over the bits.
+fn digest(numbers: &[f64]) -> String {
+    let bytes = numbers.iter().flat_map(|x| x.to_bits().to_le_bytes());
+    let hash = bytes.fold(0xcbf2_9ce4_8422_2325u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0000_0100_0000_01b3));
+    format!("{hash:016x}")
+}
+
+impl Figures {
+    fn new(case: &Case, options: &Options) -> Self {
+        Figures {
+            machine: case.machine.clone(),
+            mode: case.mode.clone(),
+            payload: case.payload,
+            refused: None,
+            drives: 0,
+            seconds: options.seconds,
+            ended: BTreeMap::new(),
+            first_end: None,
+            peak: 0.0,
+            lowest: MOST,
+            bound_share: 0.0,
+            rest_share: 0.0,
+            peak_drive: 0,
+            beyond: 0.0,
+            ledger_share: 0.0,
+            ledger_residual: 0.0,
+            printed: false,
+            tip: 0.0,
+            tip_drive: 0,
+            tip_far: 0,
+            unjudged: 0,
+            first_unjudged: None,
+            steps: Steps::default(),
+            identical: None,
+            end_difference: None,
+            ends: Vec::new(),
+        }
+    }
+
+    fn add(&mut self, number: u64, judged: &Judged) {
+        self.drives += 1;
+        if let Some(ended) = &judged.course.ended {
+            *self.ended.entry(ended.kind.clone()).or_default() += 1;
+            let first = || format!("drive {number} at {:.3} s: {}", ended.time, ended.message);
+            self.first_end.get_or_insert_with(first);
+        }
+        let low = judged.course.signals.iter().zip(&judged.course.low).filter(|(name, _)| is_chamber(name));
+        self.lowest = low.map(|(_, p)| figure(p / BAR)).fold(self.lowest, f64::min);
+        self.peak = self.peak.max(figure(judged.peak / BAR));
+        if judged.bound_share > self.bound_share {
+            (self.bound_share, self.peak_drive) = (figure(judged.bound_share), number);
+        }
+        self.rest_share = self.rest_share.max(figure(judged.rest_share));
+        self.beyond = self.beyond.max(figure(judged.beyond));
+        if figure(judged.gap.share) > self.ledger_share {
+            (self.ledger_share, self.ledger_residual) = (figure(judged.gap.share), figure(judged.gap.residual));
+        }
+        match &judged.tip {
+            None => self.printed = true,
+            Some(Ok(distance)) => {
+                self.tip_far += u32::from(*distance > TIP);
+                if figure(distance * 1e3) > self.tip {
+                    (self.tip, self.tip_drive) = (figure(distance * 1e3), number);
+                }
+            }
+            Some(Err(why)) => {
+                self.unjudged += 1;
+                self.first_unjudged.get_or_insert_with(|| format!("drive {number}: {why}"));
+            }
+        }
+        self.steps.add(&judged.course.steps);
+        self.ends.push(judged.end.clone());
+    }
+
+    /// Compares the drives' ends with those of the other core.
+    pub fn compare(&mut self, others: &[Figures]) {
+        let same = |other: &&Figures| {
+            (&other.machine, &other.mode, other.payload) == (&self.machine, &self.mode, self.payload)
+        };
+        let Some(other) = others.iter().find(same) else { return };
+        let pairs = || self.ends.iter().zip(&other.ends);
+        let apart = pairs().map(|(a, b)| 1e3 * (a.tip[0] - b.tip[0]).hypot(a.tip[1] - b.tip[1]));
+        self.end_difference = Some(apart.map(figure).fold(0.0, f64::max));
+        self.identical = Some(pairs().filter(|(a, b)| a.digest == b.digest).count() as u32);
+    }
+
+    /// What is wrong with the drives, a line each.
+    pub fn faults(&self) -> Vec<String> {
+        let mut faults = Vec::new();
+        if !self.ended.is_empty() {
+            let kinds: Vec<String> = self.ended.iter().map(|(kind, n)| format!("{n} {kind}")).collect();
+            let first = self.first_end.as_deref().unwrap_or_default();
+            faults.push(format!("{} of {} drives ended: {first}", kinds.join(", "), self.drives));
+        }
+        if self.bound_share > MARGIN {
+            let (peak, share) = (self.peak, self.bound_share);
+            faults.push(format!("{peak:.0} bar, {share:.2} times what supply and load can make"));
+        }
+        if self.ledger_share > LEDGER_SHARE {
+            faults.push(format!(
+                "the ledger is open by {:.3e} J, {:.2} %",
+                self.ledger_residual,
+                100.0 * self.ledger_share
+            ));
+        }
+        if self.tip_far > 0 || self.unjudged > 0 {
+            let why = self.first_unjudged.as_deref().unwrap_or_default();
+            let (far, tip, unjudged) = (self.tip_far, self.tip, self.unjudged);
+            faults.push(format!("{far} tips up to {tip:.1} mm from the adaptive run, {unjudged} not judged {why}"));
+        }
+        if let Some(apart) = self.end_difference.filter(|apart| *apart > 1e3 * TIP) {
+            faults.push(format!("tips end up to {apart:.1} mm from those of the other core"));
+        }
+        faults
+    }
+}
