@@ -37,7 +37,8 @@ def film(tab: Any) -> list[Image.Image]:
     """The crane takes a log up, over and down."""
     frames = []
     moves = [("ArrowUp",), ("ArrowLeft",), ("ArrowDown",), ("ArrowRight",)]
-    tab.locator("button", has_text="Pick up").click()
+    tab.locator("button", has_text="Start loaded").click()
+    tab.wait_for_timeout(500)
     for keys in moves:
         for key in keys:
             tab.keyboard.down(key)
@@ -68,8 +69,9 @@ def logs(tab: Any) -> None:
 def main() -> None:
     with served("rottne-f9-lab") as address, chromium() as browser:
         tab = ready(browser, address)
+        tab.locator("button", has_text="Start loaded").click()
+        tab.wait_for_timeout(500)
         hold(tab, 2.0, "ArrowUp", "ArrowRight")
-        tab.locator("button", has_text="Pick up").click()
         for key in ("ArrowUp", "ArrowLeft"):
             tab.keyboard.down(key)
         tab.wait_for_timeout(7000)

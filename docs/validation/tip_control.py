@@ -21,7 +21,8 @@ simulation against itself is no validation: the controller's nominal model is th
 payload, a changed friction, the bristles of the friction and the sensors' errors.
 
 The thesis's own run drifts by 0.41 m from its vertical line. Here every stick task is a straight line, a square, a
-circle or the way across the workspace; *deviation* is the distance of the true tip from the commanded path.
+circle or the way across the workspace; *deviation* is the distance of the true tip from the commanded path, *path* the
+share of it that the tip went along.
 
 ![control-benchmark](tip-control/control-benchmark.png)
 """
@@ -72,10 +73,12 @@ def rows() -> list[str]:
     cases: dict[tuple[str, str], dict[str, dict[str, str]]] = {}
     for row in table:
         cases.setdefault((row["task"], condition(row)), {})[row["controller"]] = row
-    head = [f"`{name}` max [mm] | `{name}` RMS [mm] | `{name}` rho [ms]" for name in controllers]
-    lines = [f"| task | condition | {' | '.join(head)} |", "|" + "---|" * (2 + 3 * len(controllers))]
+    columns = ("path [%]", "max [mm]", "RMS [mm]", "rho [ms]")
+    head = [f"`{name}` {column}" for name in controllers for column in columns]
+    lines = [f"| task | condition | {' | '.join(head)} |", "|" + "---|" * (2 + len(head))]
     for (task, under), found in cases.items():
         cells = [
+            f"{100 * float(found[name]['reached'] or 'nan'):.0f} | "
             f"{millimetres(found[name]['path_max'])} | {millimetres(found[name]['path_rms'])} | "
             f"{float(found[name]['rho_set_point'] or 'nan') * 1e3:.0f}"
             for name in controllers
