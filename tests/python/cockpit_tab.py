@@ -13,6 +13,21 @@ import numpy as np
 # Pictures to be looked at.
 PICTURES = Path(__file__).resolve().parents[2] / "results/cockpit"
 
+# A drive as the page saves it: the tip of the laboratory crane goes up.
+DRIVE = """
+[scenario]
+name = "up"
+machine = "rottne-f9-lab"
+duration = "30 s"
+[initial.joint]
+boom = "100 deg"
+jib = "100 deg"
+[joystick]
+time = ["0.1 s"]
+z = [1]
+full-speed = "0.1 m/s"
+"""
+
 # Longest that anything in a page takes, ms.
 STARTS = 20_000
 

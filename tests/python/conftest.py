@@ -9,6 +9,7 @@ from cockpit_tab import Page
 
 import hydrocrane as hc
 from hydrocrane.errors import InputError
+from hydrocrane.studies import case
 
 CORRECTED = ("rottne-f9-lab", "hiab-xs031", "single-cylinder")
 
@@ -91,3 +92,16 @@ def cockpit(browser, address):
     with Page(browser, address) as page:
         yield page
         assert not page.complaints
+
+
+@pytest.fixture
+def computed(monkeypatch):
+    """Values of every case that is run, in order."""
+    seen, plain = [], case.run_case
+
+    def counted(job, values, *rest):
+        seen.append(tuple(values))
+        return plain(job, values, *rest)
+
+    monkeypatch.setattr(case, "run_case", counted)
+    return seen

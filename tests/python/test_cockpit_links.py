@@ -8,21 +8,8 @@ import zlib
 
 import pytest
 from browser import served
-from cockpit_tab import STARTS, Page
+from cockpit_tab import DRIVE, STARTS, Page
 
-DRIVE = """
-[scenario]
-name = "up"
-machine = "rottne-f9-lab"
-duration = "30 s"
-[initial.joint]
-boom = "100 deg"
-jib = "100 deg"
-[joystick]
-time = ["0.1 s"]
-z = [1]
-full-speed = "0.1 m/s"
-"""
 # Changes what the worker tells of a machine, before the page sees it.
 TOLD = """
 window.Worker = class extends window.Worker {

@@ -7,24 +7,11 @@ import json
 import numpy as np
 import pytest
 from browser import served
-from cockpit_tab import PICTURES, STARTS, Page, hold, table
+from cockpit_tab import DRIVE, PICTURES, STARTS, Page, hold, table
 
 import hydrocrane as hc
 from hydrocrane.app.view import viewer_server
 
-DRIVE = """
-[scenario]
-name = "up"
-machine = "rottne-f9-lab"
-duration = "30 s"
-[initial.joint]
-boom = "100 deg"
-jib = "100 deg"
-[joystick]
-time = ["0.1 s"]
-z = [1]
-full-speed = "0.1 m/s"
-"""
 # What a gamepad is to a page: first stick half to the right, second axis up (negative).
 GAMEPAD = """
 window.pad = { id: "emulated", index: 0, connected: true, axes: [0, 0, 0, 0], buttons: [], mapping: "standard" };

@@ -13,7 +13,7 @@ import pytest
 import zarr
 
 import hydrocrane as hc
-from hydrocrane.studies import case, integrity
+from hydrocrane.studies import integrity
 from hydrocrane.studies.lock import written_by_one
 from hydrocrane.studies.store import StudyRepaired
 
@@ -45,18 +45,6 @@ def made(tmp_path_factory):
 @pytest.fixture
 def store(made, tmp_path):
     return Path(shutil.copytree(made, tmp_path / "study.zarr"))
-
-
-@pytest.fixture
-def computed(monkeypatch):
-    seen, plain = [], case.run_case
-
-    def counted(job, values, *rest):
-        seen.append(tuple(values))
-        return plain(job, values, *rest)
-
-    monkeypatch.setattr(case, "run_case", counted)
-    return seen
 
 
 def delete(file):

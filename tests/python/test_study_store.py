@@ -13,7 +13,7 @@ import xarray as xr
 import zarr
 
 import hydrocrane as hc
-from hydrocrane.studies import StudyInterrupted, case, design, local
+from hydrocrane.studies import StudyInterrupted, design, local
 
 ROOT = Path(__file__).resolve().parents[2]
 RIG = "single-cylinder-step"
@@ -31,19 +31,6 @@ def bench():
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
-
-
-@pytest.fixture
-def computed(monkeypatch):
-    """Values of every case that is run, in order."""
-    seen, plain = [], case.run_case
-
-    def counted(job, values, *rest):
-        seen.append(tuple(values))
-        return plain(job, values, *rest)
-
-    monkeypatch.setattr(case, "run_case", counted)
-    return seen
 
 
 def stop_after(count):
