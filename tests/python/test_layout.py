@@ -63,9 +63,9 @@ def test_crates_use_only_what_stands_left_of_them():
 
 @pytest.mark.parametrize("crate", ["num", "physics", "control"])
 def test_numerics_need_no_other_library(crate):
-    """The laws are plain arithmetic: what they use of others is at most an error type."""
+    """The laws are plain arithmetic: what they use of others is at most an error type and portable functions."""
     manifest = tomllib.loads((ROOT / f"crates/{crate}/Cargo.toml").read_text(encoding="utf-8"))
-    assert {d for d in manifest["dependencies"] if not d.startswith("hydrocrane-")} <= {"thiserror"}
+    assert {d for d in manifest["dependencies"] if not d.startswith("hydrocrane-")} <= {"thiserror", "libm"}
 
 
 def test_the_core_neither_prints_nor_reads_files():
@@ -127,6 +127,27 @@ def test_roots_are_taken_by_the_smooth_functions(path):
     """A bare root has an infinite slope at zero; each one that stands in a law is listed here."""
     code = without_comments(without_tests(path.read_text(encoding="utf-8")))
     assert code.count(".sqrt()") == ROOTS.get(path.name, 0), name_of(path)
+
+
+# Methods of `f64` that call the platform's library, whose last bit differs between platforms.
+PLATFORM = "acos|asin|atan|atan2|cbrt|cos|cosh|exp_m1|hypot|ln_1p|log|log10|log2|powf|sinh|tan"
+# These are methods of `Real` too: on a number that is certainly an `f64` they must not be called.
+AMBIGUOUS = "exp|ln|sin|cos|sin_cos|tanh"
+# Crates and files whose numbers are all `f64`, and the second, independent right-hand side, which is a test's oracle.
+PLAIN = ("crates/machine/", "crates/control/", "crates/web/")
+ORACLES = {"crates/sim/src/reference.rs"}
+
+
+def test_runs_have_the_same_bits_on_every_platform():
+    """Elementary functions come from `hydrocrane_num`, or from `libm`, never from the platform."""
+    for crate in ("num", "physics", "machine", "control", "sim", "web"):
+        for path in source_files(f"crates/{crate}/src", ".rs"):
+            if name_of(path) in ORACLES or path.name.endswith("_tests.rs"):
+                continue
+            code = without_comments(without_tests(path.read_text(encoding="utf-8")))
+            methods = f"{PLATFORM}|{AMBIGUOUS}" if name_of(path).startswith(PLAIN) else PLATFORM
+            found = re.findall(rf"\.(?:{methods})\(", code)
+            assert not found, f"{name_of(path)}: {found}"
 
 
 # --- Python ---------------------------------------------------------------------------------------------------------

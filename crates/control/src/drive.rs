@@ -15,6 +15,7 @@ use crate::feed_forward::{Capacity, Mains, Moment, Steady};
 use crate::holding::{Hold, Oil};
 use crate::nominal::NominalCylinder;
 use crate::observer::{self, Observer};
+use hydrocrane_num::portable;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 
 /// Gains of the drive; the same for every cylinder.
@@ -99,7 +100,7 @@ impl Drive {
         load: f64,
     ) -> Self {
         let force = cylinder.chambers.force(moment.p[0], moment.p[1]);
-        let share = |corner: f64| 1.0 - (-corner * period).exp();
+        let share = |corner: f64| 1.0 - portable::exp(-corner * period);
         Drive {
             cylinder,
             fluid,
@@ -155,7 +156,6 @@ impl Drive {
     }
 
     /// Magnitude of the steady speed at full stroke under the load; zero where the mains cannot move it.
-    ///
     fn steady_speed(&self, sense: f64) -> f64 {
         sense * self.steady.speed(self.true_load() + self.starting_friction[usize::from(sense > 0.0)], sense)
     }

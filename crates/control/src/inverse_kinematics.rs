@@ -6,7 +6,7 @@
 //! in both signs: elbow up and elbow down. The direction of the diagonal is atan2 over all quadrants; the thesis
 //! takes an unsigned acos, right only for a tip in front of the pillar (E23).
 
-use hydrocrane_num::Vec2;
+use hydrocrane_num::{portable, Vec2};
 use hydrocrane_physics::dynamics::Mechanics;
 use std::f64::consts::PI;
 
@@ -67,7 +67,7 @@ pub fn branches<const N: usize>(
     let reach = Vec2::c(target) - pivot;
     let Some(bend) = bend(&rods, reach.norm(), printed.unreachable) else { return Ok([None; 2]) };
 
-    let mut direction = reach.z.atan2(reach.x);
+    let mut direction = portable::atan2(reach.z, reach.x);
     if printed.quadrant && reach.x < 0.0 {
         direction = PI - direction;
     }
@@ -104,7 +104,7 @@ fn bend(rods: &Rods, diagonal: f64, carry_on: bool) -> Option<f64> {
     let (r2, r3) = (rods.inner.norm(), rods.outer.norm());
     let cosine = (diagonal * diagonal - r2 * r2 - r3 * r3) / (2.0 * r2 * r3);
     // Rounding at full stretch is forgiven.
-    (carry_on || cosine.abs() <= 1.0 + 1e-12).then(|| cosine.clamp(-1.0, 1.0).acos())
+    (carry_on || cosine.abs() <= 1.0 + 1e-12).then(|| portable::acos(cosine.clamp(-1.0, 1.0)))
 }
 
 fn posture_for<const N: usize>(
@@ -117,9 +117,10 @@ fn posture_for<const N: usize>(
     bend: f64,
 ) -> Option<[f64; N]> {
     let (r2, r3) = (rods.inner.norm(), rods.outer.norm());
-    let angle = |v: Vec2<f64>| v.z.atan2(v.x);
+    let angle = |v: Vec2<f64>| portable::atan2(v.z, v.x);
     // The diagonal leans from the inner rod towards the outer one.
-    let lean = (r3 * bend.sin()).atan2(r2 + r3 * bend.cos());
+    let (sin, cos) = portable::sin_cos(bend);
+    let lean = portable::atan2(r3 * sin, r2 + r3 * cos);
     let turn_inner = direction - lean - angle(rods.inner);
     let turn_outer = bend - (angle(rods.outer) - angle(rods.inner));
     let mut q = *neutral;

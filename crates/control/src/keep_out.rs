@@ -8,7 +8,7 @@
 //! another edge becomes the nearest.
 
 use crate::slow_down::allowed;
-use hydrocrane_num::Vec2;
+use hydrocrane_num::{portable, Vec2};
 
 /// A polygon in the plane of the crane, convex or not, its corners in either sense, m.
 #[derive(Debug, Clone, PartialEq)]
@@ -138,7 +138,7 @@ impl KeepOut {
 
 impl Edge {
     fn new(from: [f64; 2], to: [f64; 2], sense: f64) -> Self {
-        let length = (to[0] - from[0]).hypot(to[1] - from[1]).max(f64::MIN_POSITIVE);
+        let length = portable::hypot(to[0] - from[0], to[1] - from[1]).max(f64::MIN_POSITIVE);
         let along = [(to[0] - from[0]) / length, (to[1] - from[1]) / length];
         Edge { from, to, along, outward: [sense * along[1], -sense * along[0]], length }
     }

@@ -1,5 +1,6 @@
 //! What a controller believes of its crane: geometry, masses and the parameters of its cylinders, never a state.
 
+use hydrocrane_num::Real;
 use hydrocrane_physics::dynamics::Mechanics;
 use hydrocrane_physics::friction::StaticParameters;
 use hydrocrane_physics::geometry::stroke::Actuation;
@@ -89,6 +90,6 @@ impl NominalCylinder {
         } else {
             self.friction.stribeck_velocity_extending
         };
-        self.friction.stribeck(v) * (v / width).tanh() + self.friction.viscous(v)
+        self.friction.stribeck(v) * Real::tanh(v / width) + self.friction.viscous(v)
     }
 }

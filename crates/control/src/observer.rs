@@ -6,6 +6,8 @@
 //! load, a valve that gives more or less than believed. One count of the encoder per period is more than the boom's
 //! full speed, so a difference of positions tells nothing; the model supplies the motion, the sensor its slow correction.
 
+use hydrocrane_num::portable;
+
 /// State of the observer of one piston.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Observer {
@@ -28,7 +30,7 @@ pub struct Gains {
 impl Gains {
     /// The discrete gains of a double real pole at exp(-w T): stable for every `bandwidth` w (rad/s).
     pub fn new(bandwidth: f64, period: f64) -> Self {
-        let pole = (-bandwidth * period).exp();
+        let pole = portable::exp(-bandwidth * period);
         Gains { period, position: 1.0 - pole * pole, disturbance: (1.0 - pole).powi(2) / period }
     }
 }

@@ -10,7 +10,7 @@ use crate::keep_out::KeepOut;
 use crate::nominal::{Nominal, Posture};
 use crate::redundancy::{resolve, Motion, Preference, Task};
 use crate::slow_down::joint_rates;
-use hydrocrane_num::Vec2;
+use hydrocrane_num::{portable, Vec2};
 
 /// How the reference moves.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,7 +79,7 @@ impl<const N: usize> Reference<N> {
             pace: 0.0,
             leave: Leave { share: 1.0, joint: 0 },
             lags: [[0.0; 2]; 2],
-            lag_share: 1.0 - (-shape.stick_bandwidth * period).exp(),
+            lag_share: 1.0 - portable::exp(-shape.stick_bandwidth * period),
             period,
             leaders,
         }

@@ -18,6 +18,8 @@ use std::sync::Mutex;
 pub const LEDGER_SHARE: f64 = 0.01;
 /// A tip stays this near to the adaptive run's, m.
 pub const TIP: f64 = 5e-3;
+/// A start whose tip lies this far away tells how much a drive amplifies small differences, m.
+const NUDGE: f64 = 1e-6;
 const BAR: f64 = 1e5;
 /// Stands for figures that are greater or no number: JSON has no word for them.
 const MOST: f64 = 1e12;
@@ -39,6 +41,8 @@ pub struct Options {
     pub followed: f64,
     pub seed: u64,
     pub threads: usize,
+    /// Where drives are kept whose tips are too far away, as scenarios that `hydrocrane simulate` repeats.
+    pub keep: Option<String>,
     /// Script and compiled core of the page; the native core without them.
     pub page: Option<[String; 2]>,
 }
@@ -84,6 +88,10 @@ pub struct Figures {
     pub tip_drive: u64,
     /// Drives farther away than [`TIP`], and drives that no adaptive run could judge.
     pub tip_far: u32,
+    /// Drives farther away than [`TIP`], but not farther than the adaptive run is from its repeat that starts 1 um away.
+    pub sensitive: u32,
+    /// How far apart those two end, at most, mm.
+    pub nudged: f64,
     pub unjudged: u32,
     pub first_unjudged: Option<String>,
     pub steps: Steps,
@@ -102,8 +110,22 @@ struct Judged {
     beyond: f64,
     gap: Gap,
     /// Nothing where laws jump.
-    tip: Option<Result<f64, String>>,
+    tip: Option<Result<Apart, String>>,
     end: End,
+}
+
+impl Judged {
+    fn is_far(&self) -> bool {
+        matches!(&self.tip, Some(Ok(apart)) if apart.most > TIP)
+    }
+}
+
+/// How far a drive's tip is from the adaptive run's, m.
+struct Apart {
+    most: f64,
+    /// Where that is more than [`TIP`]: how far the adaptive run is from its repeat that starts [`NUDGE`] away, at most, and
+    /// whether that explains the distance at every time.
+    nudged: Option<(f64, bool)>,
 }
 
 /// Drives all cases; `tell` hears of each case that is done.
@@ -150,7 +172,13 @@ pub fn drive(case: &Case, options: &Options, core: &mut dyn Core) -> Result<Figu
             figures.refused = course.refused;
             return Ok(figures);
         }
-        figures.add(number, &judge(course, model.as_ref(), case.payload));
+        let judged = judge(course, model.as_ref(), case.payload);
+        if let (Some(folder), true, Some(saved)) = (&options.keep, judged.is_far(), &judged.course.saved) {
+            let name = format!("{}-{}-{}kg-{number}.toml", case.machine, case.mode, case.payload);
+            let path = std::path::Path::new(folder).join(name);
+            std::fs::write(&path, saved).map_err(|error| format!("{}: {error}", path.display()))?;
+        }
+        figures.add(number, &judged);
     }
     Ok(figures)
 }
@@ -194,12 +222,30 @@ fn beyond(course: &Course, model: &dyn Model, first: usize) -> f64 {
     over.fold(0.0, f64::max)
 }
 
-/// Largest distance of the tip from the adaptive run's, m.
-fn distance(course: &Course, model: &dyn Model) -> Result<f64, String> {
+fn distance(course: &Course, model: &dyn Model) -> Result<Apart, String> {
     let saved = course.saved.as_deref().ok_or("the drive could not be saved")?;
-    let exact = reference::tip(saved, model, f64::from(PLACES) * TICK)?;
-    let apart = course.tip.iter().zip(&exact).map(|(here, there)| (here[0] - there[0]).hypot(here[1] - there[1]));
-    Ok(apart.fold(0.0, |worst, d| if d.is_nan() { f64::INFINITY } else { worst.max(d) }))
+    let interval = f64::from(PLACES) * TICK;
+    let exact = reference::tip(saved, model, interval, 0.0)?;
+    let apart = growing(course.tip.iter().zip(&exact).map(|(here, there)| [here[0] - there[0], here[1] - there[1]]));
+    let most = apart.last().copied().unwrap_or(0.0);
+    if most <= TIP {
+        return Ok(Apart { most, nudged: None });
+    }
+    let moved = reference::tip(saved, model, interval, NUDGE)?;
+    let nudged = growing(exact.iter().zip(&moved).map(|(here, there)| [here[0] - there[0], here[1] - there[1]]));
+    let explained = apart.iter().zip(&nudged).all(|(apart, nudged)| *apart <= TIP.max(*nudged));
+    Ok(Apart { most, nudged: Some((nudged.last().copied().unwrap_or(0.0), explained)) })
+}
+
+/// The largest distance until each time.
+fn growing(differences: impl Iterator<Item = [f64; 2]>) -> Vec<f64> {
+    let mut worst = 0.0f64;
+    let distance = |[x, z]: [f64; 2]| {
+        let d = x.hypot(z);
+        worst = if d.is_nan() { f64::INFINITY } else { worst.max(d) };
+        worst
+    };
+    differences.map(distance).collect()
 }
 
 /// FNV-1a over the bits.
@@ -232,6 +278,8 @@ impl Figures {
             tip: 0.0,
             tip_drive: 0,
             tip_far: 0,
+            sensitive: 0,
+            nudged: 0.0,
             unjudged: 0,
             first_unjudged: None,
             steps: Steps::default(),
@@ -261,10 +309,14 @@ impl Figures {
         }
         match &judged.tip {
             None => self.printed = true,
-            Some(Ok(distance)) => {
-                self.tip_far += u32::from(*distance > TIP);
-                if figure(distance * 1e3) > self.tip {
-                    (self.tip, self.tip_drive) = (figure(distance * 1e3), number);
+            Some(Ok(apart)) => {
+                if figure(apart.most * 1e3) > self.tip {
+                    (self.tip, self.tip_drive) = (figure(apart.most * 1e3), number);
+                }
+                if let Some((nudged, explained)) = apart.nudged {
+                    self.sensitive += u32::from(explained);
+                    self.tip_far += u32::from(!explained);
+                    self.nudged = self.nudged.max(figure(1e3 * nudged));
                 }
             }
             Some(Err(why)) => {

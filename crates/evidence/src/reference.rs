@@ -3,6 +3,7 @@
 use crate::clock::thread_time;
 use hydrocrane_machine::parse_scenario;
 use hydrocrane_machine::scenario::{Interpolation, Joystick, Scenario, StickMode};
+use hydrocrane_num::portable;
 use hydrocrane_sim::integrator::Tolerances;
 use hydrocrane_sim::{
     simulate_phases, EquilibriumMode, Model, OutcomeKind, Phase, RunOptions, SampledPlan, SensorMode, Sensors,
@@ -20,13 +21,13 @@ const PATIENCE: Duration = Duration::from_secs(20);
 const BEYOND: [&str; 2] = ["joint-outside-limits", "dead-centre-passed"];
 
 /// The tip (x, z) at multiples of `interval` (s) from zero to the end of the saved drive, or until a joint leaves its limits;
-/// an error where there is none.
-pub fn tip(saved: &str, model: &dyn Model, interval: f64) -> Result<Vec<[f64; 2]>, String> {
+/// an error where there is none. The drive starts with its tip `moved` (m) by the first joint.
+pub fn tip(saved: &str, model: &dyn Model, interval: f64, moved: f64) -> Result<Vec<[f64; 2]>, String> {
     let scenario = parse_scenario(saved, "drive.toml", &[]).map_err(|error| error.to_string())?;
     let (Some(choice), Some(stick)) = (&scenario.controller, &scenario.joystick) else {
         return Err("the saved drive has no sticks".into());
     };
-    let x0 = start(&scenario, model)?;
+    let x0 = start(&scenario, model, moved)?;
     let mut controller = model.controller(&choice.name)?;
     if choice.name != "lever" {
         controller = model.monitored(controller, choice.delay);
@@ -60,10 +61,14 @@ pub fn tip(saved: &str, model: &dyn Model, interval: f64) -> Result<Vec<[f64; 2]
     Ok(rows.take_while(|(time, _)| **time < end).map(|(_, x)| model.tip(&x[..n])).collect())
 }
 
-fn start(scenario: &Scenario, model: &dyn Model) -> Result<Vec<f64>, String> {
+fn start(scenario: &Scenario, model: &dyn Model, moved: f64) -> Result<Vec<f64>, String> {
     let joints = &scenario.initial.joints;
     let at = |name: &str| joints.iter().find(|(joint, _)| joint == name).map_or(0.0, |(_, q)| *q);
-    let q: Vec<f64> = model.machine().joints.iter().map(|joint| at(&joint.name)).collect();
+    let mut q: Vec<f64> = model.machine().joints.iter().map(|joint| at(&joint.name)).collect();
+    let mut rates = vec![0.0; q.len()];
+    rates[0] = 1.0;
+    let [x, z] = model.tip_velocity(&q, &rates);
+    q[0] += moved / portable::hypot(x, z);
     let payload = scenario.payload.unwrap_or(0.0);
     model.equilibrium(&q, EquilibriumMode::Hold, payload).map_err(|error| error.to_string())
 }

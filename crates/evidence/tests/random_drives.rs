@@ -9,7 +9,7 @@ use hydrocrane_evidence::lowering::lowering;
 use serde_json::json;
 
 fn options(drives: u64, seconds: f64) -> Options {
-    Options { drives, seconds, followed: 2.0, seed: 0, threads: 2, page: None }
+    Options { drives, seconds, followed: 2.0, seed: 0, threads: 2, keep: None, page: None }
 }
 
 #[test]

@@ -199,7 +199,7 @@ fn matches(pattern: &str, key: &str) -> bool {
 
 /// The number with the unit that was probably meant: the one that brings it nearest to the middle of the range.
 fn likely(range: &Range, dimension: Dimension, number: f64) -> Option<String> {
-    let distance = |si: f64| (si * si / (range.low.max(1e-3 * range.high) * range.high)).ln().abs();
+    let distance = |si: f64| libm::log(si * si / (range.low.max(1e-3 * range.high) * range.high)).abs();
     let meant = units::symbols().chain(WRITTEN_UNITS).filter_map(|symbol| {
         let unit = units::parse_unit(symbol).expect("a unit of this program");
         let si = unit.to_si(number).abs();

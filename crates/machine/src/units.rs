@@ -205,7 +205,7 @@ impl UnitParser<'_> {
                 return Ok(unit);
             };
             let factor = self.power()?;
-            unit.factor *= factor.factor.powf(power);
+            unit.factor *= libm::pow(factor.factor, power);
             unit.dimension = unit.dimension.combine(factor.dimension, power);
         }
     }
@@ -227,7 +227,10 @@ impl UnitParser<'_> {
         } else {
             return Ok(base);
         };
-        Ok(Unit { factor: base.factor.powf(exponent), dimension: Dimension::NONE.combine(base.dimension, exponent) })
+        Ok(Unit {
+            factor: libm::pow(base.factor, exponent),
+            dimension: Dimension::NONE.combine(base.dimension, exponent),
+        })
     }
 
     fn exponent(&mut self) -> Result<f64, UnitError> {

@@ -174,11 +174,11 @@ pub fn near_sin_cos<R: Register>(x: R) -> (R, R) {
     (s.xor(sign(quadrant)), c.xor(sign(quadrant.plus_bits(R::bits(1)))))
 }
 
-/// Sine and cosine of any argument, by the platform's library.
+/// Sine and cosine of any argument.
 #[cold]
 #[inline(never)]
 pub fn far_sin_cos(x: f64) -> (f64, f64) {
-    x.sin_cos()
+    crate::portable::sin_cos(x)
 }
 
 #[inline(always)]

@@ -7,6 +7,7 @@ mod dual;
 pub mod elementary;
 mod lanes;
 mod pack;
+pub mod portable;
 mod random;
 mod real;
 pub mod register;

@@ -18,6 +18,7 @@ use hydrocrane_control::set_point::Shape;
 use hydrocrane_control::tip::{self, Tip};
 use hydrocrane_control::working_area::WorkingArea;
 use hydrocrane_machine::Machine;
+use hydrocrane_num::portable;
 
 /// Names of the controllers, the default first.
 pub const CONTROLLERS: [&str; 2] = ["tip", "heinze-pid"];
@@ -156,7 +157,7 @@ fn fastest_joint<const N: usize>(n: &Nominal<N>) -> f64 {
     let mains = Mains { supply: n.supply, tank: n.tank };
     let speed = |i: usize| {
         let piston = steady_speed(&n.cylinders[i], &mains, 0.0, 1.0);
-        posture.jacobian[0][i].hypot(posture.jacobian[1][i]) * (piston / posture.gain[i]).abs()
+        portable::hypot(posture.jacobian[0][i], posture.jacobian[1][i]) * (piston / posture.gain[i]).abs()
     };
     (0..N).map(speed).fold(0.0, f64::max)
 }

@@ -23,7 +23,7 @@ use hydrocrane_control::drive::FRICTION_SPEED;
 use hydrocrane_control::feed_forward::{steady_speed, Mains};
 use hydrocrane_control::inverse_kinematics::{self, Printed, TooFewRevolute};
 use hydrocrane_machine::Machine;
-use hydrocrane_num::small;
+use hydrocrane_num::{portable, small};
 use hydrocrane_physics::hydraulics::fluid::OilTables;
 use std::sync::OnceLock;
 
@@ -209,8 +209,9 @@ impl<const N: usize> Model for Crane<N> {
         let pose = self.plant().mechanics.pose(&array::<N>(q));
         for c in 0..N {
             let parent = pose.link(c);
-            let turned = parent.sin.atan2(parent.cos) + self.plant().actuations[c].slope(&pose.joints[c]);
-            slopes[c] = turned.sin().atan2(turned.cos());
+            let turned = portable::atan2(parent.sin, parent.cos) + self.plant().actuations[c].slope(&pose.joints[c]);
+            let (sin, cos) = portable::sin_cos(turned);
+            slopes[c] = portable::atan2(sin, cos);
         }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::plant::Plant;
 use hydrocrane_machine::model::{Machine, Point, RodPin};
-use hydrocrane_num::Vec2;
+use hydrocrane_num::{portable, Vec2};
 use hydrocrane_physics::geometry::chain::ChainPose;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -98,7 +98,7 @@ fn cylinder<const N: usize>(
     };
     // The barrel is drawn as long as the stroke, from its pin towards the rod pin.
     let (dx, dz) = (rod[0] - barrel[0], rod[1] - barrel[1]);
-    let length = dx.hypot(dz);
+    let length = portable::hypot(dx, dz);
     let closed = description.mid_length - description.stroke / 2.0;
     let share = (closed.min(length) / length).min(1.0);
     let mouth = [barrel[0] + share * dx, barrel[1] + share * dz];

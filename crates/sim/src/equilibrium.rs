@@ -5,7 +5,7 @@ use crate::errors::PoseError;
 use crate::layout::Layout;
 use crate::plant::Plant;
 use hydrocrane_machine::Machine;
-use hydrocrane_num::Real;
+use hydrocrane_num::{portable, Real};
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use std::f64::consts::PI;
 
@@ -138,7 +138,7 @@ impl Balance<'_> {
         let (low, high) = (self.mains.tank, self.mains.supply);
         // Crowded at both ends: light loads balance within a fraction of a bar of the tank.
         let at = |i: usize| {
-            let share = 0.5 - 0.5 * (PI * (i as f64 + 0.5) / SAMPLES as f64).cos();
+            let share = 0.5 - 0.5 * portable::cos(PI * (i as f64 + 0.5) / SAMPLES as f64);
             low + (high - low) * share
         };
         let mut previous: Option<(f64, f64)> = None;

@@ -4,7 +4,7 @@ use crate::cylinder_unit::{CylinderUnit, FrictionLaw, Mains};
 use crate::errors::BuildError;
 use crate::plant::Plant;
 use hydrocrane_machine::model as file;
-use hydrocrane_num::{smooth, Vec2};
+use hydrocrane_num::{portable, smooth, Vec2};
 use hydrocrane_physics::dynamics::{Body, Mechanics};
 use hydrocrane_physics::friction::{lugre::LuGre, StaticParameters};
 use hydrocrane_physics::geometry::four_bar::FourBar;
@@ -56,7 +56,7 @@ fn joint(m: &file::Machine, i: usize) -> Joint<f64> {
             Joint { at, direction: Vec2::default(), offset, zero: j.zero, sense: j.sense, revolute: true }
         }
         file::JointKind::Prismatic { direction } => {
-            let (sin, cos) = direction.sin_cos();
+            let (sin, cos) = portable::sin_cos(direction);
             let direction = Vec2::new(j.sense * cos, j.sense * sin);
             Joint { at, direction, offset: 0.0, zero: j.zero, sense: 0.0, revolute: false }
         }

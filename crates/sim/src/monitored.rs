@@ -9,6 +9,7 @@ use hydrocrane_control::plausibility::{Monitor, Settings};
 use hydrocrane_control::witness::Trust;
 use hydrocrane_machine::model::{Cylinder, Sensor};
 use hydrocrane_machine::Machine;
+use hydrocrane_num::portable;
 
 /// Thresholds where the machine file gives none, SI.
 pub const PLAUSIBILITY: [(&str, f64); 8] = [
@@ -117,7 +118,7 @@ fn scatter(sensor: &Sensor) -> f64 {
         // One count, and the change of the division error over one.
         return 1.1 * pulses.or_else(|| property("resolution")).unwrap_or(0.0);
     }
-    let code = property("bits").map_or(0.0, |bits| 1.0 / (2f64.powf(bits) - 1.0));
+    let code = property("bits").map_or(0.0, |bits| 1.0 / (portable::pow(2.0, bits) - 1.0));
     let share = 2.0 * property("repeatability").unwrap_or(0.0) + NOISE * property("noise").unwrap_or(0.0) + code;
     share * range(sensor)
 }

@@ -1,8 +1,6 @@
 //! Open-loop runs: spool commands in, a record and an outcome out.
 
-use crate::integrator::{
-    method, Effort, Linearisation, StepFailure, Stepper, Tolerances, CRAWL_ATTEMPTS, GROSS, METHODS,
-};
+use crate::integrator::{method, Effort, Linearisation, StepFailure, Stepper, Tolerances, CRAWL_ATTEMPTS, METHODS};
 use crate::ledger::LEDGER_PER_CYLINDER;
 use crate::model::{Model, MAX_JOINTS};
 use crate::outcome::{Outcome, OutcomeKind};
@@ -251,18 +249,7 @@ pub fn simulate(
 pub(crate) fn stepper(x0: &[f64], model: &dyn Model, options: &RunOptions) -> Option<Stepper> {
     let method = method(&options.method, x0.len())?;
     let stepper = Stepper::new(method, options.tolerances, 0.0, x0, options.quadratures(model));
-    Some(stepper.cut_beyond(gross_error(model, options.tolerances.max_step)))
-}
-
-/// Size of the error beyond which even steps of size `h` (s) are cut: the shorter they are, the more of them add up. Friction
-/// as printed jumps, and any step over a jump errs so much.
-fn gross_error(model: &dyn Model, h: f64) -> f64 {
-    const PER_SQUARE: f64 = 300.0;
-    if model.machine().errata.friction_map {
-        (PER_SQUARE * h * h).min(GROSS)
-    } else {
-        GROSS
-    }
+    Some(stepper.with_jumps(!model.machine().errata.friction_map))
 }
 
 /// One step, at most to `limit`, and a look at where it led.

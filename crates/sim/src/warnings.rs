@@ -99,10 +99,6 @@ impl Watch {
             Cavitation::FreeGas { vacuum } => vacuum,
             Cavitation::None => STANDARD_VACUUM,
         };
-        let widened = |l: &JointLimits| {
-            let room = LIMIT_ROUNDING * (l.upper - l.lower);
-            [l.lower - room, l.upper + room]
-        };
         self.limits = model.joint_limits().iter().map(widened).collect();
     }
 
@@ -283,11 +279,17 @@ fn in_words(joint: &Joint, q: f64) -> String {
     }
 }
 
+/// Limits of a joint with room for rounding.
+fn widened(limits: &JointLimits) -> [f64; 2] {
+    let room = LIMIT_ROUNDING * (limits.upper - limits.lower);
+    [limits.lower - room, limits.upper + room]
+}
+
 /// Which joint of a pose lies outside its limits, and how, if one does.
 pub(crate) fn outside_limits(model: &dyn Model, q: &[f64]) -> Option<String> {
-    let outside = |(q, l): (&f64, &JointLimits)| {
-        let room = LIMIT_ROUNDING * (l.upper - l.lower);
-        !(*q >= l.lower - room && *q <= l.upper + room)
+    let outside = |(q, limits): (&f64, &JointLimits)| {
+        let [lower, upper] = widened(limits);
+        !(*q >= lower && *q <= upper)
     };
     let i = q.iter().zip(model.joint_limits()).position(outside)?;
     Some(format!("joint {} is at {}", model.machine().joints[i].name, against_limits(model, i, q[i])))

@@ -265,12 +265,7 @@ fn begin(request: Request, stage: Option<Stage>, replay: Option<Replay>) -> Resu
 
 /// What a request puts in force from time zero on, after what was changed `before`.
 fn setting(request: Request, before: &[(String, OverrideValue)]) -> Result<(Setting, Machine), Problem> {
-    let (machine, mut overrides) = request.machine(before)?;
-    // A key that is changed twice has its last value.
-    let mut later = std::collections::HashSet::new();
-    overrides.reverse();
-    overrides.retain(|(key, _)| later.insert(key.clone()));
-    overrides.reverse();
+    let (machine, overrides) = request.machine(before)?;
     let model = build(&machine).map_err(|error| {
         let slug = if matches!(error, BuildError::Chain(_)) { "chain" } else { "cannot-build" };
         Problem::named(slug, format!("{}: [cannot-build] {error}", request.machine))

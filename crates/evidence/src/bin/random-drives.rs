@@ -7,9 +7,9 @@ use hydrocrane_evidence::lowering::lowering;
 use serde_json::json;
 use std::process::ExitCode;
 
-const OPTIONS: [&str; 13] = [
+const OPTIONS: [&str; 14] = [
     "machines", "modes", "payloads", "drives", "seconds", "followed", "seed", "threads", "script", "core", "against",
-    "output", "lowering",
+    "output", "lowering", "keep",
 ];
 
 fn main() -> ExitCode {
@@ -34,6 +34,7 @@ fn run() -> Result<bool, String> {
         followed: given.number("followed", 5.0)?,
         seed: given.number("seed", 0)?,
         threads: given.number("threads", cores)?,
+        keep: given.text("keep").map(str::to_string),
         page: match (given.text("script"), given.text("core")) {
             (Some(script), Some(core)) => Some([script.to_string(), core.to_string()]),
             (None, None) => None,

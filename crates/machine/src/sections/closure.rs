@@ -101,11 +101,11 @@ impl Pins<'_> {
         let child = on_child.position;
         match self.joint.kind {
             JointKind::Revolute(_) => {
-                let [r1, r2] = [arm[0].hypot(arm[1]), child[0].hypot(child[1])];
+                let [r1, r2] = [libm::hypot(arm[0], arm[1]), libm::hypot(child[0], child[1])];
                 [(r1 - r2).abs(), r1 + r2]
             }
             JointKind::Prismatic { direction } => {
-                let (sin, cos) = direction.sin_cos();
+                let (sin, cos) = libm::sincos(direction);
                 [((child[0] - arm[0]) * sin - (child[1] - arm[1]) * cos).abs(), f64::INFINITY]
             }
         }

@@ -78,7 +78,7 @@ fn varying_bulk_modulus(table: &Reader) -> Result<BulkModulus> {
             .error(ErrorKind::OutOfRange, "bulk-c2", "must exceed 1: the modulus at zero pressure is its logarithm")
             .help("the literature gives 3"));
     }
-    let at_zero = 0.5 * bulk.max * bulk.c2.log10();
+    let at_zero = 0.5 * bulk.max * libm::log10(bulk.c2);
     if at_zero >= LEAST_MODULUS {
         return Ok(bulk);
     }

@@ -8,7 +8,7 @@
 //! The thesis builds its cylinder frames (13), (16), (29) on the slope angles; forces here need only u itself.
 
 use super::MovingPoint;
-use hydrocrane_num::{Real, Vec2};
+use hydrocrane_num::{portable, Real, Vec2};
 
 /// Pin-to-pin length (m) and its derivative with respect to the joint coordinate.
 #[inline(always)]
@@ -22,12 +22,12 @@ pub fn pin_distance<T: Real>(fixed: Vec2<T>, moving: MovingPoint<T>) -> (T, T) {
 /// Direction from one pin to the other, rad from x towards z.
 pub fn slope_angle(from: Vec2<f64>, to: Vec2<f64>) -> f64 {
     let d = to - from;
-    d.z.atan2(d.x)
+    portable::atan2(d.z, d.x)
 }
 
 /// Angle at the joint between the two pins, from the two arms and the cylinder length: psi_0 of thesis (9).
 /// `None` where no such triangle exists.
 pub fn included_angle(arm_a: f64, arm_b: f64, length: f64) -> Option<f64> {
     let cosine = (arm_a * arm_a + arm_b * arm_b - length * length) / (2.0 * arm_a * arm_b);
-    (cosine.abs() <= 1.0).then(|| cosine.acos())
+    (cosine.abs() <= 1.0).then(|| portable::acos(cosine))
 }

@@ -14,7 +14,7 @@
 //! Not modelled: vapour heat, air going into and out of solution.
 
 use hydrocrane_num::table::QuinticTable;
-use hydrocrane_num::{smooth, Dual, Real};
+use hydrocrane_num::{portable, smooth, Dual, Real};
 
 parameters! {
     pub struct Fluid {
@@ -162,9 +162,9 @@ fn integrate(fluid: &Fluid<f64>, spacing: f64, knots: usize) -> Vec<[[f64; 3]; 2
         let next = p + spacing;
         let half = 0.5 * spacing;
         let h_rise: f64 =
-            NODES.iter().map(|(t, weight)| half * weight * (-ln_rise(p, p + half * (1.0 + t))).exp()).sum();
+            NODES.iter().map(|(t, weight)| half * weight * portable::exp(-ln_rise(p, p + half * (1.0 + t)))).sum();
         let rise = ln_rise(p, next);
-        w = -next + rise.exp() * (w + p + h_rise);
+        w = -next + portable::exp(rise) * (w + p + h_rise);
         ln_ratio += rise;
     }
     out

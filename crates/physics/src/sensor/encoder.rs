@@ -5,7 +5,7 @@
 //! An incremental encoder knows no absolute angle. Whoever sets it to zero does so within one count, and that error
 //! stays. The marks of the disc stand where they should only within the division error, which changes over a turn.
 
-use hydrocrane_num::Draws;
+use hydrocrane_num::{portable, Draws};
 use std::f64::consts::PI;
 
 /// Counts per pulse of two channels in quadrature.
@@ -35,7 +35,7 @@ impl Encoder {
     }
 
     pub fn read(&self, q: f64) -> f64 {
-        let marked = q + self.division * (q + self.phase).sin();
+        let marked = q + self.division * portable::sin(q + self.phase);
         (marked / self.step + self.homing).round() * self.step
     }
 }

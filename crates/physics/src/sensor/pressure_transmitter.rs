@@ -8,7 +8,7 @@
 
 use super::analogue::{Analogue, Quality, Range};
 use super::Converter;
-use hydrocrane_num::Draws;
+use hydrocrane_num::{portable, Draws};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct PressureTransmitter {
@@ -39,7 +39,7 @@ impl PressureTransmitter {
         let range = Range { low: 0.0, high: full };
         PressureTransmitter {
             sensor: Analogue::within(range, converter, quality, draws),
-            time_constant: rise_time / 9f64.ln(),
+            time_constant: rise_time / portable::ln(9.0),
             lagged: 0.0,
             ahead: 0.0,
             since: 0.0,
@@ -60,7 +60,7 @@ impl PressureTransmitter {
         if self.time_constant > 0.0 {
             let slope = (p - self.ahead) / h;
             let offset = self.lagged - self.ahead + slope * self.time_constant;
-            self.lagged = p - slope * self.time_constant + offset * (-h / self.time_constant).exp();
+            self.lagged = p - slope * self.time_constant + offset * portable::exp(-h / self.time_constant);
         } else {
             self.lagged = p;
         }

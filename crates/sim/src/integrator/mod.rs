@@ -15,7 +15,7 @@ mod rows;
 mod stepper;
 
 pub use linear::{Factored, Linearisation};
-pub use stepper::{StepFailure, Stepper, Tolerances, CRAWL_ATTEMPTS, GROSS};
+pub use stepper::{StepFailure, Stepper, Tolerances, CRAWL_ATTEMPTS};
 
 use crate::system::System;
 

@@ -3,6 +3,7 @@
 use super::quadratures::Quadratures;
 use super::{flush, Effort, Method, Since, Target};
 use crate::system::System;
+use hydrocrane_num::portable;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerances {
@@ -37,7 +38,11 @@ const DOUBLE: f64 = 2.0;
 const EVEN: f64 = 1e-6;
 /// Size of the error of an even step beyond which it does not follow the equations: it is cut, into parts down to one of this
 /// many.
-pub const GROSS: f64 = 0.1;
+const GROSS: f64 = 0.1;
+/// The same size per square of a step (1/s^2) where laws are smooth: the shorter the steps, the more of their errors add up. Not less
+/// than for a step of 0.1 ms: a step that a command cuts short shall not be asked for more.
+const GROSS_PER_SQUARE: f64 = 300.0;
+const LEAST_GROSS: f64 = 3e-6;
 const MOST_PARTS: u32 = 64;
 /// Attempts that must go on by a least time (s): with fewer a run would take hours for a second.
 pub const CRAWL_ATTEMPTS: u64 = 1_000_000;
@@ -63,8 +68,8 @@ pub struct Stepper {
     pub t: f64,
     pub x: Vec<f64>,
     quadratures: Quadratures,
-    /// Size of the error beyond which an even step is cut.
-    gross: f64,
+    /// Whether laws jump: any step over a jump errs by as much, however short.
+    jumps: bool,
     /// Size of the next attempt.
     h: f64,
     /// Last accepted interval.
@@ -94,7 +99,7 @@ impl Stepper {
             t,
             x: x.to_vec(),
             quadratures: Quadratures::new(x.len(), quadratures),
-            gross: GROSS,
+            jumps: false,
             h: 0.0,
             from: t,
             target: Target::new(x.len()),
@@ -109,10 +114,19 @@ impl Stepper {
         }
     }
 
-    /// Cuts even steps whose error is larger than `size`.
-    pub fn cut_beyond(mut self, size: f64) -> Self {
-        self.gross = size;
+    /// Tells that laws jump, as friction does in its printed form.
+    pub fn with_jumps(mut self, jumps: bool) -> Self {
+        self.jumps = jumps;
         self
+    }
+
+    /// Size of the error beyond which even steps of size `h` (s) are cut.
+    fn gross(&self, h: f64) -> f64 {
+        if self.jumps {
+            GROSS
+        } else {
+            (GROSS_PER_SQUARE * h * h).clamp(LEAST_GROSS, GROSS)
+        }
     }
 
     /// Tells that state or right-hand side have changed, as where a load is taken up.
@@ -169,7 +183,7 @@ impl Stepper {
             }
             rejected_before = true;
             self.rejected += 1;
-            let factor = SAFETY * norm.powf(-1.0 / self.estimate_order());
+            let factor = SAFETY * portable::pow(norm, -1.0 / self.estimate_order());
             self.h = h * if norm.is_finite() { factor.clamp(SHRINK, 1.0) } else { SHRINK };
         }
     }
@@ -179,12 +193,13 @@ impl Stepper {
     fn even_step(&mut self, system: &dyn System, limit: f64) -> Result<(), StepFailure> {
         let parts_of = |span: f64, most: f64| span / (span / most - EVEN).ceil().max(1.0);
         let whole = parts_of(limit - self.t, self.tolerances.max_step);
+        let gross = self.gross(whole);
         let least = self.least_part();
         let mut h = if self.h > 0.0 { parts_of(whole, self.h) } else { whole };
         loop {
             let mut failure = StepFailure::NotFinite;
             let norm = match self.reach(system, h) {
-                Ok(()) => system.error_size(&self.target.x, &self.target.error) / self.gross,
+                Ok(()) => system.error_size(&self.target.x, &self.target.error) / gross,
                 Err(found) => {
                     failure = found;
                     f64::INFINITY
@@ -195,7 +210,8 @@ impl Stepper {
                 if norm > 1.0 {
                     self.unresolved.get_or_insert(self.t);
                 }
-                self.h = (h * (SAFETY * norm.powf(-1.0 / self.estimate_order())).clamp(SHRINK, GROW)).max(least);
+                self.h =
+                    (h * (SAFETY * portable::pow(norm, -1.0 / self.estimate_order())).clamp(SHRINK, GROW)).max(least);
                 self.take(system, h, limit);
                 return Ok(());
             }
@@ -203,7 +219,7 @@ impl Stepper {
                 return Err(failure);
             }
             self.rejected += 1;
-            let factor = SAFETY * norm.powf(-1.0 / self.estimate_order());
+            let factor = SAFETY * portable::pow(norm, -1.0 / self.estimate_order());
             h = parts_of(whole, (h * if factor.is_finite() { factor.clamp(SHRINK, 0.5) } else { SHRINK }).max(least));
         }
     }
@@ -219,9 +235,9 @@ impl Stepper {
     fn growth(&self, h: f64, norm: f64) -> f64 {
         match self.last {
             Some((last_h, last_norm)) if norm > (SAFETY / DOUBLE).powi(self.method.estimate_order() as i32) => {
-                SAFETY * (norm * last_norm).powf(-0.25 / self.estimate_order()) * (last_h / h).sqrt().sqrt()
+                SAFETY * portable::pow(norm * last_norm, -0.25 / self.estimate_order()) * (last_h / h).sqrt().sqrt()
             }
-            _ => SAFETY * norm.powf(-1.0 / self.estimate_order()),
+            _ => SAFETY * portable::pow(norm, -1.0 / self.estimate_order()),
         }
     }
 
@@ -292,7 +308,7 @@ impl Stepper {
         let bend: Vec<f64> = f1.iter().zip(&f0).map(|(a, b)| (a - b) / probe).collect();
         let curvature = self.norm(system, &bend);
         let order = self.estimate_order();
-        let second = (0.01 / slope.max(curvature)).powf(1.0 / order).max(1e-9);
+        let second = portable::pow(0.01 / slope.max(curvature), 1.0 / order).max(1e-9);
         let h = (100.0 * probe).min(second).min(self.tolerances.max_step);
         if h.is_finite() {
             h
