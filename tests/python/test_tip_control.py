@@ -1,7 +1,7 @@
 """The controller `tip` keeps its line: the limits that were set before it was written.
 
 Straight lines at 80 % of the feasible speed of each direction (the largest constant speed whose steady spool demand
-stays within the stroke along the line, `crates/sim/tests/tip_control.rs`), from rest, on the corrected machine.
+stays within the stroke along the line, `crates/sim/tests/suite/tip_control.rs`), from rest, on the corrected machine.
 """
 
 from __future__ import annotations

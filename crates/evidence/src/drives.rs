@@ -95,7 +95,8 @@ pub struct Figures {
     pub unjudged: u32,
     pub first_unjudged: Option<String>,
     pub steps: Steps,
-    /// Drives that end in the same bits in the other core, and the largest distance of their tips' ends, mm.
+    /// Drives that the other core drove too, those that end there in the same bits, and the largest distance of tips' ends, mm.
+    pub compared: u32,
     pub identical: Option<u32>,
     pub end_difference: Option<f64>,
     pub ends: Vec<End>,
@@ -283,6 +284,7 @@ impl Figures {
             unjudged: 0,
             first_unjudged: None,
             steps: Steps::default(),
+            compared: 0,
             identical: None,
             end_difference: None,
             ends: Vec::new(),
@@ -337,6 +339,7 @@ impl Figures {
         let pairs = || self.ends.iter().zip(&other.ends);
         let apart = pairs().map(|(a, b)| 1e3 * (a.tip[0] - b.tip[0]).hypot(a.tip[1] - b.tip[1]));
         self.end_difference = Some(apart.map(figure).fold(0.0, f64::max));
+        self.compared = pairs().count() as u32;
         self.identical = Some(pairs().filter(|(a, b)| a.digest == b.digest).count() as u32);
     }
 
@@ -364,8 +367,14 @@ impl Figures {
             let (far, tip, unjudged) = (self.tip_far, self.tip, self.unjudged);
             faults.push(format!("{far} tips up to {tip:.1} mm from the adaptive run, {unjudged} not judged {why}"));
         }
-        if let Some(apart) = self.end_difference.filter(|apart| *apart > 1e3 * TIP) {
-            faults.push(format!("tips end up to {apart:.1} mm from those of the other core"));
+        let compared = self.compared;
+        if let (Some(identical), Some(apart)) = (self.identical, self.end_difference) {
+            if identical < compared {
+                let others = compared - identical;
+                faults.push(format!(
+                    "{others} drives end in other bits than in the other core, {apart:.1} mm away at most"
+                ));
+            }
         }
         faults
     }

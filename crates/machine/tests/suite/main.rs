@@ -1,0 +1,10 @@
+//! Machine and scenario files, good and bad. One binary: linking takes longer than compiling.
+
+mod bad_files;
+mod bounds;
+mod closed_loop;
+mod include;
+mod machines;
+mod overrides;
+mod phases;
+mod robustness;

@@ -1,0 +1,14 @@
+//! Runs, steps, batches and control on whole cranes. One binary: linking takes longer than compiling.
+
+mod batch;
+mod effort;
+mod fixed_steps;
+mod integrators;
+mod keep_out;
+mod outcomes;
+mod parity;
+mod payload;
+mod phases;
+mod plausibility;
+mod sampled_loop;
+mod tip_control;
