@@ -3,7 +3,7 @@
 
 use crate::energy::{worst_gap, Gap};
 use hydrocrane_machine::load;
-use hydrocrane_sim::integrator::Tolerances;
+use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::{build, simulate, Commands, EquilibriumMode, Model, RunOptions};
 
 const MACHINE: &str = "hiab-xs031";

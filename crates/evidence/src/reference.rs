@@ -4,7 +4,7 @@ use crate::clock::thread_time;
 use hydrocrane_machine::parse_scenario;
 use hydrocrane_machine::scenario::{Interpolation, Joystick, Scenario, StickMode};
 use hydrocrane_num::portable;
-use hydrocrane_sim::integrator::Tolerances;
+use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::{
     simulate_phases, EquilibriumMode, Model, OutcomeKind, Phase, RunOptions, SampledPlan, SensorMode, Sensors,
     StickKind, Sticks,

@@ -3,7 +3,7 @@
 use crate::arrays::{matrix, row, rows, vector, Row, Rows};
 use crate::closed_loop::FaultEntry;
 use crate::machine::Machine;
-use hydrocrane_sim::integrator::{Effort, Tolerances};
+use hydrocrane_ode::{Effort, Tolerances};
 use hydrocrane_sim::{Commands, Layout, Outcome, OutcomeKind, PayloadChange, PayloadEvent, Run, RunOptions, Warning};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;

@@ -6,7 +6,7 @@
 
 use hydrocrane_control::controller::{Controller, Measurement, Stick};
 use hydrocrane_machine::load;
-use hydrocrane_sim::integrator::Tolerances;
+use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::{build, simulate_sampled, EquilibriumMode, Model};
 use hydrocrane_sim::{RunOptions, SampledPlan, SampledRun, Sensors, StickKind, Sticks};
 use std::hint::black_box;

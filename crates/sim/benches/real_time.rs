@@ -6,7 +6,7 @@
 
 use hydrocrane_machine::load;
 use hydrocrane_num::Draws;
-use hydrocrane_sim::integrator::Tolerances;
+use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::{build, EquilibriumMode, Model, OutcomeKind, RunOptions, Simulator};
 use std::sync::Arc;
 use std::time::Instant;

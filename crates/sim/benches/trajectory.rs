@@ -3,9 +3,9 @@
 //! `cargo bench -p hydrocrane-sim`. The shortest of many rounds counts: the load of the computer only ever adds.
 
 use hydrocrane_machine::{load, load_scenario, Scenario};
-use hydrocrane_sim::integrator::Tolerances;
+use hydrocrane_ode::Tolerances;
 
-use hydrocrane_sim::{build, Bordered, EquilibriumMode, Model};
+use hydrocrane_sim::{build, BlockArrow, EquilibriumMode, Model};
 use hydrocrane_sim::{simulate, Commands, Run, RunOptions};
 use std::hint::black_box;
 use std::time::Instant;
@@ -122,7 +122,7 @@ fn laws(model: &dyn Model, run: &Run) {
             black_box(&dx);
         }
     });
-    let mut slopes = Bordered::new(model.layout());
+    let mut slopes = BlockArrow::new(model.layout());
     let structured = shortest(ROUNDS, || {
         for x in &states {
             model.linearise(x, &u, 0.0, &mut dx, &mut slopes);

@@ -2,7 +2,6 @@
 
 #[cfg(feature = "batch")]
 use crate::batch::{self, Kernel};
-use crate::bordered::Bordered;
 use crate::controllers::{self, nominal_cylinder};
 use crate::crane_step::Precision;
 use crate::cylinder_unit::FrictionLaw;
@@ -24,6 +23,7 @@ use hydrocrane_control::feed_forward::{steady_speed, Mains};
 use hydrocrane_control::inverse_kinematics::{self, Printed, TooFewRevolute};
 use hydrocrane_machine::Machine;
 use hydrocrane_num::{portable, small};
+use hydrocrane_ode::BlockArrow;
 use hydrocrane_physics::hydraulics::fluid::OilTables;
 use std::sync::OnceLock;
 
@@ -338,12 +338,12 @@ impl<const N: usize> Model for Crane<N> {
         self.laws.derivative(Moment { layout: &self.layout, x, u, payload }, dx);
     }
 
-    fn linearise(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], slopes: &mut Bordered<f64>) {
+    fn linearise(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], slopes: &mut BlockArrow<f64>) {
         self.laws.linearise(Moment { layout: &self.layout, x, u, payload }, dx, slopes);
     }
 
-    fn steer(&self, x: &[f64], u: &[f64], dx: &mut [f64], slopes: &mut Bordered<f64>) {
-        self.laws.steer(x, u, dx, slopes);
+    fn update_input(&self, x: &[f64], u: &[f64], dx: &mut [f64], slopes: &mut BlockArrow<f64>) {
+        self.laws.update_input(x, u, dx, slopes);
     }
 
     fn powers(&self, x: &[f64], powers: &mut [f64]) {

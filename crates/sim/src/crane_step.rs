@@ -1,12 +1,12 @@
 //! One step of a whole crane and how exact it is, over any number type: f64, or the lanes of a batch.
 
-use crate::bordered::Bordered;
-use crate::elimination::Elimination;
-use crate::integrator::grk4t::{end, error, stages, Linearised, GAMMA, STAGES};
-use crate::integrator::FLUSH;
 use crate::layout::Layout;
 use crate::rhs::Evaluator;
 use hydrocrane_num::Real;
+use hydrocrane_ode::grk4t::{end, error, stages, Linearised, GAMMA, STAGES};
+use hydrocrane_ode::BlockArrow;
+use hydrocrane_ode::SchurFactors;
+use hydrocrane_ode::FLUSH;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 
 /// The laws of a crane and what drives it during a step.
@@ -71,8 +71,8 @@ impl Precision {
 pub struct CraneStep<T> {
     k: [Vec<T>; STAGES],
     reached: Vec<T>,
-    slopes: Bordered<T>,
-    elimination: Elimination<T>,
+    slopes: BlockArrow<T>,
+    elimination: SchurFactors<T>,
 }
 
 impl<T: Real> CraneStep<T> {
@@ -81,8 +81,8 @@ impl<T: Real> CraneStep<T> {
         CraneStep {
             k: std::array::from_fn(|_| room.clone()),
             reached: room,
-            slopes: Bordered { secants: true, ..Bordered::new(layout) },
-            elimination: Elimination::default(),
+            slopes: BlockArrow { secants: true, ..BlockArrow::new(layout.axes()) },
+            elimination: SchurFactors::default(),
         }
     }
 
@@ -125,8 +125,8 @@ impl<T: Real> CraneStep<T> {
 /// The crane where a step starts.
 struct Here<'a, T, const N: usize> {
     scene: &'a Scene<'a, T, N>,
-    slopes: &'a Bordered<T>,
-    elimination: &'a Elimination<T>,
+    slopes: &'a BlockArrow<T>,
+    elimination: &'a SchurFactors<T>,
 }
 
 impl<T: Real, const N: usize> Linearised<T> for Here<'_, T, N> {
@@ -152,11 +152,11 @@ impl<T: Real, const N: usize> Linearised<T> for Here<'_, T, N> {
 mod tests {
     use super::*;
     use crate::crane::Crane;
-    use crate::integrator::Tolerances;
     use crate::run::RunOptions;
     use crate::{EquilibriumMode, Model, Simulator};
     use hydrocrane_machine::{load, OverrideValue};
     use hydrocrane_num::Lanes;
+    use hydrocrane_ode::Tolerances;
     use std::sync::Arc;
 
     const SPOOLS: [f64; 3] = [0.02, 0.006, -0.01];

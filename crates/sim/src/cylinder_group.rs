@@ -2,10 +2,11 @@
 
 use crate::cylinder_slopes::{Lifted, Piston, RateSlopes};
 use crate::cylinder_unit::{CylinderUnit, LocalRates, LocalState, Mains};
-use crate::layout::{Layout, OwnStates};
+use crate::layout::Layout;
 use crate::ledger::{powers, LEDGER_PER_CYLINDER};
 use crate::plant::Plant;
 use hydrocrane_num::{register::WIDEST, Pack, Real};
+use hydrocrane_ode::AxisStates;
 use hydrocrane_physics::hydraulics::fluid::{Fluid, OilTables};
 
 /// Up to as many cylinders as the type `L` has lanes. Lanes that are left over repeat the last cylinder.
@@ -23,7 +24,7 @@ pub struct CylinderGroup<L> {
 #[derive(Debug, Clone, Copy)]
 pub struct Member {
     pub cylinder: usize,
-    pub at: OwnStates,
+    pub at: AxisStates,
 }
 
 impl<L: Real> CylinderGroup<L> {

@@ -1,9 +1,9 @@
 //! A cylinder's laws with their slopes, by narrow duals: each law is differentiated by those local numbers alone that it
 //! sees, and the results are joined among all six.
 
-use crate::bordered::Row;
 use crate::cylinder_unit::{CylinderUnit, FrictionLaw, LocalRates, LocalState, Mains, Parts, Port, Rubbing};
 use hydrocrane_num::{Dual, Real};
+use hydrocrane_ode::Row;
 use hydrocrane_physics::hydraulics::end_stop::EndStop;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::spool::Spool;

@@ -4,17 +4,17 @@
 //! slopes by joint coordinates and rates. The blocks are joined by the chain rule through x(q), v = g(q) q' and
 //! q'' = M^-1 (g f - b).
 
-use crate::bordered::Bordered;
 use crate::cylinder_group::{CylinderGroup, Member};
 use crate::cylinder_slopes::{Piston, RateSlopes};
 use crate::layout::Layout;
 use crate::rhs::{joint_state, write_joints, Accelerated, Evaluator, Placed};
 use hydrocrane_num::{Pack, Real};
+use hydrocrane_ode::BlockArrow;
 
 impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
     /// Writes the state derivative and its slopes.
     #[inline(always)]
-    pub fn linearise(&self, layout: &Layout, x: &[T], u: &[T], payload: T, dx: &mut [T], slopes: &mut Bordered<T>) {
+    pub fn linearise(&self, layout: &Layout, x: &[T], u: &[T], payload: T, dx: &mut [T], slopes: &mut BlockArrow<T>) {
         let (placed, gain_slopes) = self.place_moving(layout, x);
         let mut forces = [T::c(0.0); N];
         for group in &self.groups {
@@ -41,7 +41,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
 
     /// Brings the rates and slopes at the state `x` up to other spool commands `u`, which nothing but the spools feels.
     #[inline(always)]
-    pub fn steer(&self, x: &[T], u: &[T], dx: &mut [T], slopes: &mut Bordered<T>) {
+    pub fn update_input(&self, x: &[T], u: &[T], dx: &mut [T], slopes: &mut BlockArrow<T>) {
         for group in &self.groups {
             group.write_spool_slopes(x, u, dx, slopes);
         }
@@ -74,7 +74,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         forces: &[T; N],
         accelerated: &Accelerated<T, N>,
         payload: T,
-        out: &mut Bordered<T>,
+        out: &mut BlockArrow<T>,
     ) {
         let Accelerated { mass, qdd } = accelerated;
         let needed = self.plant.mechanics.force_slopes(&placed.pose, &placed.rates, qdd, payload);
@@ -102,7 +102,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
 
 impl<L: Real> CylinderGroup<L> {
     #[inline(always)]
-    fn write_slopes<T: Real>(&self, sloped: &RateSlopes<L>, out: &mut Bordered<T>)
+    fn write_slopes<T: Real>(&self, sloped: &RateSlopes<L>, out: &mut BlockArrow<T>)
     where
         L: Pack<T>,
     {
@@ -118,7 +118,7 @@ impl<L: Real> CylinderGroup<L> {
 
     /// The spools' rates and d(xs', vs')/d(xs, vs).
     #[inline(always)]
-    fn write_spool_slopes<T: Real>(&self, x: &[T], u: &[T], dx: &mut [T], out: &mut Bordered<T>)
+    fn write_spool_slopes<T: Real>(&self, x: &[T], u: &[T], dx: &mut [T], out: &mut BlockArrow<T>)
     where
         L: Pack<T>,
     {

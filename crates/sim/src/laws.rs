@@ -1,12 +1,12 @@
 //! A crane's laws, its cylinders in lanes where the processor has registers for them. Either way the bits are the same.
 
-use crate::bordered::Bordered;
 use crate::layout::Layout;
 use crate::plant::Plant;
 use crate::rhs::Evaluator;
 #[cfg(target_arch = "x86_64")]
 use hydrocrane_num::register::Register;
 use hydrocrane_num::{register::Handy, Lanes, Pack};
+use hydrocrane_ode::BlockArrow;
 use hydrocrane_physics::hydraulics::fluid::OilTables;
 
 /// How the cylinders are arranged.
@@ -56,7 +56,7 @@ impl<const N: usize> Laws<N> {
     }
 
     /// Writes the state derivative with its slopes.
-    pub fn linearise(&self, at: Moment, dx: &mut [f64], slopes: &mut Bordered<f64>) {
+    pub fn linearise(&self, at: Moment, dx: &mut [f64], slopes: &mut BlockArrow<f64>) {
         match self {
             Laws::Wide(evaluator) => linearise(evaluator, at, dx, slopes),
             #[cfg(target_arch = "x86_64")]
@@ -65,11 +65,11 @@ impl<const N: usize> Laws<N> {
     }
 
     /// Brings the state derivative and its slopes up to other spool commands.
-    pub fn steer(&self, x: &[f64], u: &[f64], dx: &mut [f64], slopes: &mut Bordered<f64>) {
+    pub fn update_input(&self, x: &[f64], u: &[f64], dx: &mut [f64], slopes: &mut BlockArrow<f64>) {
         match self {
-            Laws::Wide(evaluator) => steer(evaluator, x, u, dx, slopes),
+            Laws::Wide(evaluator) => update_input(evaluator, x, u, dx, slopes),
             #[cfg(target_arch = "x86_64")]
-            Laws::Single(evaluator) => steer(evaluator, x, u, dx, slopes),
+            Laws::Single(evaluator) => update_input(evaluator, x, u, dx, slopes),
         }
     }
 
@@ -94,7 +94,7 @@ fn linearise<L: Pack<f64>, const N: usize>(
     evaluator: &Evaluator<f64, L, N>,
     at: Moment,
     dx: &mut [f64],
-    slopes: &mut Bordered<f64>,
+    slopes: &mut BlockArrow<f64>,
 ) {
     L::apart(
         #[inline(always)]
@@ -102,16 +102,16 @@ fn linearise<L: Pack<f64>, const N: usize>(
     );
 }
 
-fn steer<L: Pack<f64>, const N: usize>(
+fn update_input<L: Pack<f64>, const N: usize>(
     evaluator: &Evaluator<f64, L, N>,
     x: &[f64],
     u: &[f64],
     dx: &mut [f64],
-    slopes: &mut Bordered<f64>,
+    slopes: &mut BlockArrow<f64>,
 ) {
     L::apart(
         #[inline(always)]
-        || evaluator.steer(x, u, dx, slopes),
+        || evaluator.update_input(x, u, dx, slopes),
     );
 }
 

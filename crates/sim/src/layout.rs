@@ -2,13 +2,13 @@
 //!
 //! Order: joint coordinates, joint rates, then per cylinder p1, p2, xs, vs and, with LuGre friction, z.
 
+use hydrocrane_ode::AxisStates;
+
 /// Where each state lives, what it is called and how large it is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layout {
     joints: usize,
-    /// First index of each cylinder's block.
-    blocks: Vec<usize>,
-    bristles: Vec<bool>,
+    axes: Vec<AxisStates>,
     pub names: Vec<String>,
     pub units: Vec<&'static str>,
     pub long_names: Vec<String>,
@@ -31,8 +31,7 @@ impl Layout {
     pub fn new(units: &[Unit]) -> Self {
         let mut layout = Layout {
             joints: units.len(),
-            blocks: Vec::new(),
-            bristles: units.iter().map(|u| u.bristle).collect(),
+            axes: Vec::new(),
             names: Vec::new(),
             units: Vec::new(),
             long_names: Vec::new(),
@@ -47,7 +46,9 @@ impl Layout {
             layout.push(format!("joint.{}.qd", u.joint), unit, format!("{} joint rate", u.joint), 0.1);
         }
         for u in units {
-            layout.blocks.push(layout.names.len());
+            let first = layout.names.len();
+            let z = u.bristle.then_some(first + 4);
+            layout.axes.push(AxisStates { p1: first, p2: first + 1, xs: first + 2, vs: first + 3, z });
             let (c, (stroke, frequency)) = (&u.cylinder, u.spool);
             layout.push(format!("cylinder.{c}.p1"), "Pa", format!("{c} piston-side pressure"), 1e6);
             layout.push(format!("cylinder.{c}.p2"), "Pa", format!("{c} rod-side pressure"), 1e6);
@@ -84,39 +85,27 @@ impl Layout {
         self.joints + joint
     }
     pub fn p1(&self, cylinder: usize) -> usize {
-        self.blocks[cylinder]
+        self.axes[cylinder].p1
     }
     pub fn p2(&self, cylinder: usize) -> usize {
-        self.blocks[cylinder] + 1
+        self.axes[cylinder].p2
     }
     pub fn xs(&self, cylinder: usize) -> usize {
-        self.blocks[cylinder] + 2
+        self.axes[cylinder].xs
     }
     pub fn vs(&self, cylinder: usize) -> usize {
-        self.blocks[cylinder] + 3
+        self.axes[cylinder].vs
     }
     /// `None` with the static friction map.
     pub fn z(&self, cylinder: usize) -> Option<usize> {
-        self.bristles[cylinder].then(|| self.blocks[cylinder] + 4)
+        self.axes[cylinder].z
+    }
+    /// The states of each cylinder.
+    pub fn axes(&self) -> &[AxisStates] {
+        &self.axes
     }
     /// All states of a cylinder.
-    pub fn own(&self, cylinder: usize) -> OwnStates {
-        OwnStates {
-            p1: self.p1(cylinder),
-            p2: self.p2(cylinder),
-            xs: self.xs(cylinder),
-            vs: self.vs(cylinder),
-            z: self.z(cylinder),
-        }
+    pub fn own(&self, cylinder: usize) -> AxisStates {
+        self.axes[cylinder]
     }
-}
-
-/// Where the states of one cylinder live.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct OwnStates {
-    pub p1: usize,
-    pub p2: usize,
-    pub xs: usize,
-    pub vs: usize,
-    pub z: Option<usize>,
 }

@@ -3,7 +3,6 @@
 
 #[cfg(feature = "batch")]
 pub mod batch;
-mod bordered;
 mod build;
 pub mod controllers;
 mod crane;
@@ -12,11 +11,9 @@ mod cylinder_group;
 mod cylinder_slopes;
 mod cylinder_unit;
 mod drawing;
-mod elimination;
 mod equilibrium;
 mod errors;
 mod from_machine;
-pub mod integrator;
 mod inverse;
 mod jacobian;
 mod laws;
@@ -40,7 +37,6 @@ pub mod sensitivity;
 mod simulator;
 mod steady_friction;
 mod stick;
-pub mod system;
 mod tip_rates;
 mod valve_line;
 mod warnings;
@@ -48,7 +44,6 @@ mod workspace;
 
 pub mod reference;
 
-pub use bordered::Bordered;
 pub use build::build;
 pub use crane::Crane;
 pub use crane_step::{CraneStep, Scene};

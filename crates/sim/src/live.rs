@@ -73,14 +73,14 @@ impl Live {
 
     /// From the next sample on the operator holds the sticks so. What is no number counts as centred, what is left out
     /// too, and a stick ends at -1 and 1.
-    pub fn steer(&mut self, deflections: &[f64]) {
+    pub fn set_sticks(&mut self, deflections: &[f64]) {
         for (axis, held) in self.deflections.iter_mut().enumerate() {
             let wanted = deflections.get(axis).copied().unwrap_or(0.0);
             *held = if wanted.is_nan() { 0.0 } else { wanted.clamp(-1.0, 1.0) };
         }
     }
 
-    /// Ends a replay: from the next sample on the sticks are those of [`Self::steer`].
+    /// Ends a replay: from the next sample on the sticks are those of [`Self::set_sticks`].
     pub fn take_over(&mut self) {
         if self.replaying {
             self.replaying = false;

@@ -5,7 +5,6 @@
 
 #[cfg(feature = "batch")]
 use crate::batch::Kernel;
-use crate::bordered::Bordered;
 use crate::drawing::Shape;
 use crate::equilibrium::EquilibriumMode;
 use crate::errors::{PoseError, StrokeError};
@@ -16,9 +15,10 @@ use hydrocrane_control::controller::Controller;
 use hydrocrane_control::inverse_kinematics::TooFewRevolute;
 use hydrocrane_control::keep_out::Region;
 use hydrocrane_machine::Machine;
+use hydrocrane_ode::BlockArrow;
 
 /// Most joints a chain can have here.
-pub const MAX_JOINTS: usize = if cfg!(feature = "chains") { 6 } else { 3 };
+pub const MAX_JOINTS: usize = hydrocrane_ode::MAX_BORDER;
 
 /// The passivity condition of one LuGre cylinder.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,14 +81,14 @@ pub trait Model: Send + Sync {
     /// Writes the state derivative.
     fn derivative(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64]);
     /// The derivative and its slopes.
-    fn linearise(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], slopes: &mut Bordered<f64>);
+    fn linearise(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], slopes: &mut BlockArrow<f64>);
     /// Brings the derivative and its slopes at the state `x` up to other commands `u`.
-    fn steer(&self, x: &[f64], u: &[f64], dx: &mut [f64], slopes: &mut Bordered<f64>);
+    fn update_input(&self, x: &[f64], u: &[f64], dx: &mut [f64], slopes: &mut BlockArrow<f64>);
     /// Writes the powers of the ledger, W: cylinder by cylinder its [terms](crate::LEDGER_TERMS).
     fn powers(&self, x: &[f64], powers: &mut [f64]);
     /// Row-major Jacobian.
     fn jacobian(&self, x: &[f64], u: &[f64], payload: f64, jacobian: &mut [f64]) {
-        let mut slopes = Bordered::new(self.layout());
+        let mut slopes = BlockArrow::new(self.layout().axes());
         self.linearise(x, u, payload, &mut vec![0.0; x.len()], &mut slopes);
         slopes.write_dense(x.len(), jacobian);
     }

@@ -1,11 +1,11 @@
 //! Collects what a run computes at the times that are to be recorded.
 
-use crate::integrator::{Effort, Stepper};
 use crate::model::Model;
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::payload::PAYLOAD_TERMS;
 use crate::run::{Driven, Run, RunOptions};
 use crate::warnings::Watch;
+use hydrocrane_ode::{Effort, Stepper};
 
 /// Collects rows at the record times.
 pub(crate) struct Recorder<'a> {

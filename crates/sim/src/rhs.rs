@@ -2,11 +2,12 @@
 
 use crate::cylinder_group::{CylinderGroup, Member};
 use crate::cylinder_unit::{LocalRates, LocalState};
-use crate::layout::{Layout, OwnStates};
+use crate::layout::Layout;
 use crate::ledger::LEDGER_PER_CYLINDER;
 use crate::plant::Plant;
 use hydrocrane_num::small::Spd;
 use hydrocrane_num::{Dual, Pack, Real};
+use hydrocrane_ode::AxisStates;
 use hydrocrane_physics::geometry::chain::ChainPose;
 use hydrocrane_physics::geometry::frames::JointPose;
 use hydrocrane_physics::geometry::stroke::Actuation;
@@ -34,7 +35,7 @@ pub struct Placed<T, const N: usize> {
 impl<T: Real, const N: usize> Placed<T, N> {
     /// The local state of a cylinder.
     pub fn local(&self, layout: &Layout, x: &[T], c: usize) -> LocalState<T> {
-        let OwnStates { p1, p2, xs, z, .. } = layout.own(c);
+        let AxisStates { p1, p2, xs, z, .. } = layout.own(c);
         let z = z.map_or(T::c(0.0), |z| x[z]);
         LocalState { x: self.positions[c], v: self.velocities[c], p1: x[p1], p2: x[p2], spool: x[xs], z }
     }

@@ -1,13 +1,13 @@
 //! Open-loop runs: spool commands in, a record and an outcome out.
 
-use crate::integrator::{method, Effort, Linearisation, StepFailure, Stepper, Tolerances, CRAWL_ATTEMPTS, METHODS};
 use crate::ledger::LEDGER_PER_CYLINDER;
 use crate::model::{Model, MAX_JOINTS};
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::payload::{self, Loads, PayloadChange, PayloadEvent};
 use crate::recorder::Recorder;
-use crate::system::System;
 use crate::warnings::{Warning, Watch};
+use hydrocrane_ode::System;
+use hydrocrane_ode::{method, Effort, Linearisation, StepFailure, Stepper, Tolerances, CRAWL_ATTEMPTS, METHODS};
 
 /// Spool commands against time: one row per time, one column per cylinder, m.
 #[derive(Debug, Clone, Default)]
@@ -115,12 +115,12 @@ impl System for Driven<'_> {
         self.model.powers(x, dw);
     }
     fn linearise(&self, t: f64, x: &[f64], at: &mut Linearisation) {
-        let (rate, slopes) = at.bordered(self.model.layout(), 0);
+        let (rate, slopes) = at.block_arrow(self.model.layout().axes(), 0);
         self.model.linearise(x, &self.command(t), self.payload, rate, &mut slopes[0]);
     }
-    fn steer(&self, t: f64, x: &[f64], at: &mut Linearisation) {
-        let (rate, slopes) = at.bordered(self.model.layout(), 0);
-        self.model.steer(x, &self.command(t), rate, &mut slopes[0]);
+    fn update_input(&self, t: f64, x: &[f64], at: &mut Linearisation) {
+        let (rate, slopes) = at.block_arrow(self.model.layout().axes(), 0);
+        self.model.update_input(x, &self.command(t), rate, &mut slopes[0]);
     }
     fn time_derivative(&self, _t: f64, _x: &[f64], dfdt: &mut [f64]) -> bool {
         let driven = self.slope != [0.0; MAX_JOINTS];

@@ -4,7 +4,6 @@
 //! delay, the signal chain and the valve's delay, and is held. The controller never sees the state and never runs
 //! inside the right-hand side.
 
-use crate::integrator::Stepper;
 use crate::model::Model;
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::phases::{simulate_phases, Phase};
@@ -15,6 +14,7 @@ use crate::stick::{Hand, Sticks, ROUNDING};
 use crate::valve_line::ValveLines;
 use crate::warnings::Watch;
 use hydrocrane_control::controller::{Controller, Fault};
+use hydrocrane_ode::Stepper;
 
 /// Samples without a usable command after which a run ends.
 pub const FAILURES_IN_A_ROW: u32 = 10;

@@ -1,10 +1,10 @@
 //! The sensors of a machine, in the loop: which signal each reads, how well, and how it can fail.
 
-use crate::integrator::Stepper;
 use crate::model::Model;
 use hydrocrane_control::controller::Measurement;
 use hydrocrane_machine::model as file;
 use hydrocrane_num::Draws;
+use hydrocrane_ode::Stepper;
 use hydrocrane_physics::sensor::analogue::Quality;
 use hydrocrane_physics::sensor::pressure_transmitter::Scale;
 use hydrocrane_physics::sensor::{Encoder, LoadCell, PressureTransmitter, WirePotentiometer};

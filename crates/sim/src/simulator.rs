@@ -1,6 +1,5 @@
 //! Step by step simulation for people's own controllers: commands held over one sample time.
 
-use crate::integrator::Stepper;
 use crate::model::Model;
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::payload::{change_payload, PayloadEvent};
@@ -8,6 +7,7 @@ use crate::run::{start_fault, step, stepper, Driven, RunOptions};
 use crate::sensing::Sensors;
 use crate::valve_line::ValveLines;
 use crate::warnings::{Warning, Watch};
+use hydrocrane_ode::Stepper;
 use std::sync::Arc;
 
 pub struct Simulator {

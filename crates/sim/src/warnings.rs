@@ -1,6 +1,5 @@
 //! What makes a run doubtful, with its cause and its cure.          reference: docs/reference/warnings.md
 
-use crate::integrator::Stepper;
 use crate::ledger::LEDGER_TERMS;
 use crate::limits::JointLimits;
 use crate::model::Model;
@@ -9,6 +8,7 @@ use crate::payload::PAYLOAD_TERMS;
 use crate::run::Driven;
 use hydrocrane_machine::model::{Cavitation, Cylinder, Joint, JointKind};
 use hydrocrane_machine::Machine;
+use hydrocrane_ode::Stepper;
 
 /// Why a run may be wrong.
 #[derive(Debug, Clone, PartialEq)]

@@ -9,8 +9,8 @@ use crate::replay::{self, Replay, Stage};
 use crate::request::Request;
 use crate::saved;
 use hydrocrane_machine::{Machine, OverrideValue};
+use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::controller::Controller;
-use hydrocrane_sim::integrator::Tolerances;
 use hydrocrane_sim::{
     build, implausible, moved_starts, BuildError, EquilibriumMode, Live, Model, RunOptions, SampledPlan, SensorMode,
     Sensors, StickKind, Sticks, Warning,
@@ -160,7 +160,7 @@ impl Cockpit {
             if deflections.iter().any(|deflection| *deflection != 0.0) {
                 drive.take_over();
             }
-            drive.live.steer(deflections);
+            drive.live.set_sticks(deflections);
         }
     }
 

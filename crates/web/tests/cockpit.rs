@@ -2,8 +2,8 @@
 
 use hydrocrane_machine::scenario::{ControllerChoice, Interpolation, Joystick, Scenario, SensorQuality, StickMode};
 use hydrocrane_machine::{load, parse_scenario, OverrideValue};
+use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::controller::Controller;
-use hydrocrane_sim::integrator::Tolerances;
 use hydrocrane_sim::{
     build, simulate_phases, EquilibriumMode, Model, OutcomeKind, PayloadChange, Phase, RunOptions, SampledPlan,
     SensorMode, Sensors, StickKind, Sticks,

@@ -3,7 +3,7 @@
 use super::Kind;
 use hydrocrane_machine::scenario::{Interpolation, Scenario};
 use hydrocrane_machine::{load, parse, parse_scenario, parse_scenario_with, Machine};
-use hydrocrane_sim::integrator::Tolerances;
+use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::{build, simulate, Commands, EquilibriumMode, Model, OutcomeKind, RunOptions};
 use hydrocrane_web::Cockpit;
 use serde_json::{json, Value};

@@ -7,15 +7,15 @@ use super::SensitivityError;
 use crate::build::build;
 use crate::equilibrium::EquilibriumMode;
 use crate::errors::BuildError;
-use crate::integrator::{method, Effort, Stepper};
 use crate::layout::Layout;
 use crate::model::Model;
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::outputs::{self, OutputInfo};
 use crate::run::{given_up, start_fault, step_of, Commands, Driven, RunOptions, Schedule};
-use crate::system::System;
 use crate::warnings::{Warning, Watch};
 use hydrocrane_machine::{Machine, OverrideValue, Template};
+use hydrocrane_ode::System;
+use hydrocrane_ode::{method, Effort, Stepper};
 
 type Result<T> = std::result::Result<T, SensitivityError>;
 

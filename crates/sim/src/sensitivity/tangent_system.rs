@@ -1,14 +1,14 @@
 //! The driven crane with the derivatives of its states by parameters: s' = J s + df/dp, by dual numbers.
 
 use super::construction::{Inputs, WIDTH};
-use crate::bordered::Bordered;
-use crate::integrator::Linearisation;
 use crate::layout::Layout;
 use crate::model::MAX_JOINTS;
 use crate::rhs::Evaluator;
 use crate::run::Driven;
-use crate::system::System;
 use hydrocrane_num::{Dual, Real};
+use hydrocrane_ode::BlockArrow;
+use hydrocrane_ode::Linearisation;
+use hydrocrane_ode::System;
 use std::cell::RefCell;
 
 pub type Number = Dual<f64, WIDTH>;
@@ -58,7 +58,7 @@ impl<const N: usize> Group<N> {
 struct Scratch {
     x: Vec<Number>,
     rate: Vec<Number>,
-    slopes: Bordered<Number>,
+    slopes: BlockArrow<Number>,
 }
 
 pub struct TangentSystem<'a, const N: usize> {
@@ -76,8 +76,11 @@ impl<'a, const N: usize> TangentSystem<'a, N> {
         let of_tangents = sizes.iter().flat_map(|size| states.iter().map(move |scale| scale / size));
         let scales = states.iter().copied().chain(of_tangents).collect();
         let zeros = |count: usize| vec![Number::constant(0.0); count];
-        let scratch =
-            RefCell::new(Scratch { x: zeros(n), rate: zeros(n), slopes: Bordered::new(driven.model.layout()) });
+        let scratch = RefCell::new(Scratch {
+            x: zeros(n),
+            rate: zeros(n),
+            slopes: BlockArrow::new(driven.model.layout().axes()),
+        });
         TangentSystem { driven, groups, scales, scratch }
     }
 
@@ -111,7 +114,7 @@ impl<const N: usize> System for TangentSystem<'_, N> {
     fn linearise(&self, t: f64, x: &[f64], at: &mut Linearisation) {
         let (layout, u) = (self.layout(), self.command(t));
         let Scratch { x: state, rate, slopes } = &mut *self.scratch.borrow_mut();
-        let (rates, blocks) = at.bordered(layout, self.tangents());
+        let (rates, blocks) = at.block_arrow(layout.axes(), self.tangents());
         slopes.secants = blocks[0].secants;
         for group in self.groups {
             let Group { inputs, evaluator, first, count } = group;

@@ -2,8 +2,8 @@
 
 use hydrocrane_machine::{load, OverrideValue};
 use hydrocrane_num::Draws;
+use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::batch::{Batch, BatchOptions};
-use hydrocrane_sim::integrator::Tolerances;
 use hydrocrane_sim::{build, EquilibriumMode, Model, OutcomeKind, RunOptions, Simulator};
 use std::sync::Arc;
 

@@ -1,7 +1,7 @@
 //! What standard runs cost: a change that makes the solver work more, or no longer harder where it must, shows here.
 
 use hydrocrane_machine::load;
-use hydrocrane_sim::integrator::Tolerances;
+use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::{build, simulate, simulate_sampled, Commands, EquilibriumMode, Model, Run, RunOptions};
 use hydrocrane_sim::{SampledPlan, Sensors, StickKind, Sticks};
 use std::sync::Arc;

@@ -1,8 +1,9 @@
 //! Fixed steps on the crane: order, stability, static friction by its secant, and how a run ends that cannot go on.
 
 use hydrocrane_machine::{load, OverrideValue};
-use hydrocrane_sim::integrator::Tolerances;
-use hydrocrane_sim::{build, simulate, Bordered, Commands, EquilibriumMode, Model, OutcomeKind, Run, RunOptions};
+use hydrocrane_ode::BlockArrow;
+use hydrocrane_ode::Tolerances;
+use hydrocrane_sim::{build, simulate, Commands, EquilibriumMode, Model, OutcomeKind, Run, RunOptions};
 use std::sync::Arc;
 
 const CYLINDERS: [&str; 3] = ["lift", "jib", "extension"];
@@ -85,7 +86,7 @@ fn secants_replace_the_slope_of_static_friction_alone() {
         let v = -1.5e-3;
         x[layout.qd(2)] = v / gain[2];
         let slopes = |secants: bool| {
-            let mut slopes = Bordered { secants, ..Bordered::new(layout) };
+            let mut slopes = BlockArrow { secants, ..BlockArrow::new(layout.axes()) };
             model.linearise(&x, &[0.0; 3], 0.0, &mut vec![0.0; layout.len()], &mut slopes);
             let mut dense = vec![0.0; layout.len() * layout.len()];
             slopes.write_dense(layout.len(), &mut dense);

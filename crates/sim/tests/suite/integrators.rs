@@ -1,7 +1,7 @@
 //! Convergence order of each method, its interpolant and its quadratures, against closed solutions.
 
-use hydrocrane_sim::integrator::{method, Linearisation, Stepper, Tolerances, METHODS};
-use hydrocrane_sim::system::System;
+use hydrocrane_ode::System;
+use hydrocrane_ode::{method, Linearisation, Stepper, Tolerances, METHODS};
 
 /// A driven, a nonlinear and two oscillating states, with the integral of one squared:
 ///     y' = y cos t,   z' = -z^2,   u' = v,   v' = -u,   w' = u^2

@@ -5,7 +5,7 @@ use hydrocrane_control::keep_out::{KeepOut, Region};
 use hydrocrane_control::nominal::Nominal;
 use hydrocrane_machine::{load, Machine, OverrideValue};
 use hydrocrane_num::Draws;
-use hydrocrane_sim::integrator::Tolerances;
+use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::{
     build, simulate_sampled, Crane, EquilibriumMode, Model, OutcomeKind, RunOptions, SampledPlan, SampledRun,
     SensorMode, Sensors, StickKind, Sticks,

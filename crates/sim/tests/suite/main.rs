@@ -1,6 +1,7 @@
 //! Runs, steps, batches and control on whole cranes. One binary: linking takes longer than compiling.
 
 mod batch;
+mod block_arrow;
 mod effort;
 mod fixed_steps;
 mod integrators;

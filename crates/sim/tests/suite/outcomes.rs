@@ -1,7 +1,7 @@
 //! Every way a run can end, and what it leaves behind.
 
 use hydrocrane_machine::{load, OverrideValue};
-use hydrocrane_sim::integrator::Tolerances;
+use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::{build, simulate, Commands, EquilibriumMode, Model, OutcomeKind, Run, RunOptions};
 use std::sync::Arc;
 

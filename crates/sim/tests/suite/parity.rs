@@ -1,7 +1,8 @@
 //! The fast right-hand side equals the readable reference; the exact Jacobian equals finite differences.
 
 use hydrocrane_machine::load;
-use hydrocrane_sim::{build, Bordered, Model};
+use hydrocrane_ode::BlockArrow;
+use hydrocrane_sim::{build, Model};
 use std::sync::Arc;
 
 const MACHINES: [&str; 5] = ["rottne-f9-lab", "hiab-xs031", "single-cylinder", "rig-rottne", "rig-kalmar"];
@@ -86,18 +87,18 @@ fn steering_a_linearisation_gives_the_one_at_the_other_commands() {
             let mut commands = || -> Vec<f64> { (0..m.layout().joints()).map(|_| 0.02 * noise.next()).collect() };
             let (before, after) = (commands(), commands());
             let at = |u: &[f64]| {
-                let (mut rate, mut slopes) = (vec![0.0; n], Bordered::new(m.layout()));
+                let (mut rate, mut slopes) = (vec![0.0; n], BlockArrow::new(m.layout().axes()));
                 m.linearise(&x, u, 0.0, &mut rate, &mut slopes);
                 (rate, slopes)
             };
-            let dense = |slopes: &Bordered<f64>| {
+            let dense = |slopes: &BlockArrow<f64>| {
                 let mut jacobian = vec![0.0; n * n];
                 slopes.write_dense(n, &mut jacobian);
                 jacobian
             };
             let ((mut rate, mut slopes), (wanted_rate, wanted_slopes)) = (at(&before), at(&after));
             assert_ne!(rate, wanted_rate);
-            m.steer(&x, &after, &mut rate, &mut slopes);
+            m.update_input(&x, &after, &mut rate, &mut slopes);
             assert_eq!((rate, dense(&slopes)), (wanted_rate, dense(&wanted_slopes)));
         }
     }

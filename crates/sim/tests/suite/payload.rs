@@ -2,7 +2,7 @@
 
 use hydrocrane_control::controller::{Controller, Fault, Measurement, Stick};
 use hydrocrane_machine::load;
-use hydrocrane_sim::integrator::Tolerances;
+use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::{
     build, simulate, simulate_sampled, Commands, EquilibriumMode, Model, OutcomeKind, PayloadChange, Run, RunOptions,
     SampledPlan, Sensors, Simulator, StickKind, Sticks,

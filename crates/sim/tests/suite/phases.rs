@@ -1,8 +1,8 @@
 //! Runs in phases: what a phase takes over, what begins anew, what cannot be.
 
 use hydrocrane_machine::{load, OverrideValue};
+use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::controller::{Controller, Fault, Measurement, Stick};
-use hydrocrane_sim::integrator::Tolerances;
 use hydrocrane_sim::{
     build, simulate_phases, EquilibriumMode, Model, OutcomeKind, Phase, PhasedRun, RunOptions, SampledPlan, Sensors,
     StickKind, Sticks,

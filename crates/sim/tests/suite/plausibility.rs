@@ -2,7 +2,7 @@
 
 use hydrocrane_machine::{load, OverrideValue};
 use hydrocrane_num::Draws;
-use hydrocrane_sim::integrator::Tolerances;
+use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::{
     build, simulate_sampled, EquilibriumMode, FaultKind, Model, OutcomeKind, RunOptions, SampledPlan, SampledRun,
     SensorFault, SensorMode, Sensors, StickKind, Sticks, PLAUSIBILITY,

@@ -3,7 +3,7 @@
 use hydrocrane_control::controller::{Controller, Fault, Measurement, Stick};
 use hydrocrane_machine::{load, OverrideValue};
 use hydrocrane_num::Draws;
-use hydrocrane_sim::integrator::Tolerances;
+use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::{
     build, simulate, simulate_sampled, Commands, EquilibriumMode, FaultKind, Model, OutcomeKind, RunOptions,
     SampledPlan, SampledRun, SensorFault, SensorMode, Sensors, StickKind, Sticks, FAILURES_IN_A_ROW,

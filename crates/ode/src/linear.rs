@@ -1,12 +1,11 @@
 //! A system linearised at one state, and the linear systems of implicit steps there.
 
-use crate::bordered::Bordered;
-use crate::elimination::{Elimination, Over};
-use crate::layout::Layout;
+use crate::block_arrow::{AxisStates, BlockArrow};
+use crate::schur::{ScalarOver, SchurFactors};
 use hydrocrane_num::dense::Inverse;
 
-/// What a [`System`](crate::system::System) says of itself at one state: rates, and their slopes either as a dense matrix
-/// or in the blocks of a crane.
+/// What a [`System`](crate::System) says of itself at one state: rates, and their slopes either as a dense matrix
+/// or as a block arrow.
 pub struct Linearisation {
     /// f
     pub rate: Vec<f64>,
@@ -15,7 +14,7 @@ pub struct Linearisation {
     /// df/dx, then its derivative along each tangent, where the slopes are dense.
     dfdx: Vec<f64>,
     /// The same in blocks; empty where the slopes are dense.
-    blocks: Vec<Bordered<f64>>,
+    blocks: Vec<BlockArrow<f64>>,
     secants: bool,
 }
 
@@ -25,7 +24,7 @@ impl Linearisation {
         Linearisation { rate: vec![0.0; n], states: n, dfdx: Vec::new(), blocks: Vec::new(), secants: false }
     }
 
-    /// With static friction by its secant: see [`Bordered::secants`].
+    /// With static friction by its secant: see [`BlockArrow::secants`].
     pub fn with_secants(mut self) -> Self {
         self.secants = true;
         self
@@ -38,11 +37,11 @@ impl Linearisation {
         &mut self.dfdx
     }
 
-    /// The rates, and room for the slopes of a crane, followed by their derivatives along each of the `tangents`.
-    pub fn bordered(&mut self, layout: &Layout, tangents: usize) -> (&mut [f64], &mut [Bordered<f64>]) {
+    /// The rates, and room for a block arrow of these `axes`, followed by its derivatives along each of the `tangents`.
+    pub fn block_arrow(&mut self, axes: &[AxisStates], tangents: usize) -> (&mut [f64], &mut [BlockArrow<f64>]) {
         if self.blocks.is_empty() {
             self.states = self.rate.len() / (1 + tangents);
-            let blocks = Bordered { secants: self.secants, ..Bordered::new(layout) };
+            let blocks = BlockArrow { secants: self.secants, ..BlockArrow::new(axes) };
             self.blocks = vec![blocks; 1 + tangents];
         }
         (&mut self.rate, &mut self.blocks)
@@ -63,7 +62,7 @@ impl Linearisation {
 
     /// y += df/dx x for `k` zero, and for the tangent number `k` counted from one with the derivative of df/dx along it.
     #[inline(always)]
-    fn add_product<T: Over<f64>>(&self, k: usize, x: &[T], y: &mut [T]) {
+    fn add_product<T: ScalarOver<f64>>(&self, k: usize, x: &[T], y: &mut [T]) {
         let n = self.states;
         match self.blocks.get(k) {
             Some(slopes) => {
@@ -87,16 +86,16 @@ impl Linearisation {
 /// `shift I - df/dx`, factored.
 #[derive(Default)]
 pub struct Factored<T> {
-    elimination: Elimination<T>,
+    schur: SchurFactors<T>,
     inverse: Inverse<T>,
 }
 
-impl<T: Over<f64>> Factored<T> {
+impl<T: ScalarOver<f64>> Factored<T> {
     /// Factors the matrix for a linearisation; the mask tells where that can be done.
     #[inline(always)]
     pub fn factor(&mut self, at: &Linearisation, shift: T) -> T::Mask {
         if let Some(jacobian) = at.blocks.first() {
-            return self.elimination.factor(jacobian, shift);
+            return self.schur.factor(jacobian, shift);
         }
         let n = at.states;
         let mut matrix: Vec<T> = at.dfdx[..n * n].iter().map(|slope| T::c(-slope)).collect();
@@ -119,7 +118,7 @@ impl<T: Over<f64>> Factored<T> {
     #[inline(always)]
     fn solve_one(&self, at: &Linearisation, k: &mut [T]) {
         match at.blocks.first() {
-            Some(jacobian) => self.elimination.solve(jacobian, k),
+            Some(jacobian) => self.schur.solve(jacobian, k),
             None => self.inverse.solve(k),
         }
     }

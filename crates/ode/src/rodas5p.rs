@@ -11,9 +11,9 @@
 //! Tangents of the state are carried along by the derivative of the very step: W k_i' = r' + J' k_i, where r' is the
 //! right-hand side of the stage with tangents in place of states. One factorisation serves all of them.
 
-use super::rows::{add_sum, set_sum, sum, wide, write_wide, Block, Shape};
-use super::{Effort, Factored, Linearisation, Method, Since, Target};
-use crate::system::System;
+use crate::rows::{add_sum, set_sum, sum, wide, write_wide, Block, Shape};
+use crate::System;
+use crate::{Effort, Factored, Linearisation, Method, Restart, Target};
 
 const STAGES: usize = 8;
 const GAMMA: f64 = 0.211_937_563_194_290_14;
@@ -193,7 +193,7 @@ impl Method for Rodas5p {
         5
     }
 
-    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], _since: Since) {
+    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], _restart: Restart) {
         system.linearise(t, x, &mut self.linearisation);
         self.driven = system.time_derivative(t, x, self.shape.states_mut(&mut self.time_derivative));
         self.effort.jacobians += 1;

@@ -1,8 +1,8 @@
 //! Step size control around a [`Method`].
 
-use super::quadratures::Quadratures;
-use super::{flush, Effort, Method, Since, Target};
-use crate::system::System;
+use crate::quadratures::Quadratures;
+use crate::System;
+use crate::{flush, Effort, Method, Restart, Target};
 use hydrocrane_num::portable;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -76,7 +76,7 @@ pub struct Stepper {
     from: f64,
     target: Target,
     /// What the next step must know when it begins; `None`: it has begun.
-    since: Option<Since>,
+    restart: Option<Restart>,
     /// Size and error norm of the last accepted step under the same right-hand side.
     last: Option<(f64, f64)>,
     /// Size of the first whole step after the last restart.
@@ -103,7 +103,7 @@ impl Stepper {
             h: 0.0,
             from: t,
             target: Target::new(x.len()),
-            since: Some(Since::Everything),
+            restart: Some(Restart::State),
             last: None,
             first: None,
             restarted: true,
@@ -132,7 +132,7 @@ impl Stepper {
     /// Tells that state or right-hand side have changed, as where a load is taken up.
     pub fn restart(&mut self) {
         self.refresh();
-        self.since = Some(Since::Everything);
+        self.restart = Some(Restart::State);
         self.quadratures.restart();
         self.h = self.first.unwrap_or(0.0);
         self.restarted = true;
@@ -140,14 +140,14 @@ impl Stepper {
 
     /// Tells that commands have changed a little: the step size is kept as a first guess.
     pub fn refresh(&mut self) {
-        self.since = Some(self.since.map_or(Since::Everything, |since| since.max(Since::Commands)));
+        self.restart = Some(self.restart.map_or(Restart::State, |restart| restart.max(Restart::Input)));
         self.last = None;
     }
 
     /// One accepted step, at most to `limit`.
     pub fn step(&mut self, system: &dyn System, limit: f64) -> Result<(), StepFailure> {
-        if let Some(since) = self.since.take() {
-            self.method.begin(system, self.t, &self.x, since);
+        if let Some(restart) = self.restart.take() {
+            self.method.begin(system, self.t, &self.x, restart);
             self.quadratures.begin(system, &self.x);
         }
         if self.method.even_steps() {
@@ -292,7 +292,7 @@ impl Stepper {
         flush(&mut self.x);
         self.quadratures.follow(system, self.method.as_ref(), h, &self.x);
         self.accepted += 1;
-        self.since = Some(Since::Nothing);
+        self.restart = Some(Restart::None);
     }
 
     /// A first step from the size of state, slope and change of slope (Hairer, Norsett, Wanner: Solving Ordinary

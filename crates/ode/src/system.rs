@@ -1,6 +1,6 @@
 //! What an integrator may know of the thing it integrates.
 
-use crate::integrator::Linearisation;
+use crate::Linearisation;
 
 /// A system x' = f(t, x) with quadratures w' = g(x) that nothing depends on.
 pub trait System {
@@ -17,7 +17,7 @@ pub trait System {
     /// derivative along it: what couples the tangent's equations to the state.
     fn linearise(&self, t: f64, x: &[f64], at: &mut Linearisation);
     /// Brings a linearisation at this state up to commands that have changed since.
-    fn steer(&self, t: f64, x: &[f64], at: &mut Linearisation) {
+    fn update_input(&self, t: f64, x: &[f64], at: &mut Linearisation) {
         self.linearise(t, x, at);
     }
     /// Writes df/dt, or says `false` where all of it is zero.

@@ -7,9 +7,9 @@
 //! first increment h gamma G F_1 enters as it is. The increments also give a solution of order two that damps what is
 //! stiff: its distance is the error estimate.
 
-use super::rows::wide;
-use super::{Effort, Factored, Linearisation, Method, Since, Target};
-use crate::system::System;
+use crate::rows::wide;
+use crate::System;
+use crate::{Effort, Factored, Linearisation, Method, Restart, Target};
 
 const STAGES: usize = 4;
 /// L-stable from 0.22365 on; near it a swing is followed best.
@@ -123,7 +123,7 @@ impl Method for Ros3l {
         true
     }
 
-    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], _since: Since) {
+    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], _restart: Restart) {
         system.linearise(t, x, &mut self.linearisation);
         self.driven = system.time_derivative(t, x, &mut self.time_derivative);
         self.effort.jacobians += 1;
@@ -279,7 +279,7 @@ mod tests {
     /// One step of size 1 from 1.
     fn step(j: f64, f: fn(f64) -> f64) -> f64 {
         let (scalar, mut method, mut target) = (Scalar { j, f }, Ros3l::new(1), Target::new(1));
-        method.begin(&scalar, 0.0, &[1.0], Since::Everything);
+        method.begin(&scalar, 0.0, &[1.0], Restart::State);
         assert!(method.attempt(&scalar, 0.0, 1.0, &[1.0], &mut target));
         target.x[0]
     }

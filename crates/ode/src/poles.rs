@@ -9,7 +9,7 @@
 //! all such functions of h J times h f are sums Re sum_j w_j y_j: one complex solve for each pole, the four of them in the
 //! lanes of a register.
 
-use super::linear::{Factored, Linearisation};
+use crate::linear::{Factored, Linearisation};
 use hydrocrane_num::register::{Register, WIDEST};
 use hydrocrane_num::{Complex, Field, Lanes};
 

@@ -1,23 +1,27 @@
-//! One-step methods with step size control and dense output.
+//! Ordinary differential equations x' = f(t, x) with quadratures, for stiff systems of some ten states.
 //!
-//! A method is a file with its coefficients and one attempt at a step; the [`Stepper`] controls the step size.
+//! A [`System`] tells its right-hand side and its Jacobian, either dense or as a [`BlockArrow`]. A [`Method`] tries one
+//! step; the [`Stepper`] chooses the step sizes. Nothing here knows a crane.
 
+mod block_arrow;
 pub mod grk4t;
-pub mod rodas5p;
-pub mod ros3l;
-pub mod ros4l;
-pub mod tsit5;
-
 mod linear;
 mod poles;
 mod quadratures;
+pub mod rodas5p;
+pub mod ros3l;
+pub mod ros4l;
 mod rows;
+mod schur;
 mod stepper;
+mod system;
+pub mod tsit5;
 
+pub use block_arrow::{AxisDerivatives, AxisStates, BlockArrow, Row, MAX_BORDER};
 pub use linear::{Factored, Linearisation};
+pub use schur::{ScalarOver, SchurFactors};
 pub use stepper::{StepFailure, Stepper, Tolerances, CRAWL_ATTEMPTS};
-
-use crate::system::System;
+pub use system::System;
 
 /// A one-step method with an interpolant and an embedded error estimate.
 pub trait Method: Send + Sync {
@@ -32,7 +36,7 @@ pub trait Method: Send + Sync {
         false
     }
     /// Prepares whatever the step from `(t, x)` shares between attempts. Called once per accepted state.
-    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], since: Since);
+    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], restart: Restart);
     /// Tries a step of size `h` from `x`. Writes the new state and the error estimate; `false` where the linear system
     /// cannot be solved. Keeps what the interpolant needs.
     fn attempt(&mut self, system: &dyn System, t: f64, h: f64, x: &[f64], to: &mut Target) -> bool;
@@ -44,16 +48,17 @@ pub trait Method: Send + Sync {
 
 /// What has changed since the end of the last attempt, where a step begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Since {
-    Nothing,
-    /// Commands: the state is the same.
-    Commands,
-    /// The state, or what moves it; or there was no attempt.
-    Everything,
+pub enum Restart {
+    /// Nothing.
+    None,
+    /// The input: the state is the same.
+    Input,
+    /// The state, or the right-hand side itself; or there was no attempt.
+    State,
 }
 
 /// States smaller than this are zero: decaying spools would end in subnormal numbers, which are slow.
-pub(crate) const FLUSH: f64 = 1e-30;
+pub const FLUSH: f64 = 1e-30;
 
 /// Sets to zero what is that small.
 fn flush(x: &mut [f64]) {

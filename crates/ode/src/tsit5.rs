@@ -5,9 +5,9 @@
 
 #![allow(clippy::excessive_precision)] // coefficients as published
 
-use super::rows::{set_sum, sum, wide, write, write_wide, Block, Shape};
-use super::{Effort, Method, Since, Target};
-use crate::system::System;
+use crate::rows::{set_sum, sum, wide, write, write_wide, Block, Shape};
+use crate::System;
+use crate::{Effort, Method, Restart, Target};
 
 const STAGES: usize = 7;
 
@@ -79,8 +79,8 @@ impl Method for Tsit5 {
     }
 
     /// The last slope of a step is the first of the next.
-    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], since: Since) {
-        if since == Since::Nothing {
+    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], restart: Restart) {
+        if restart == Restart::None {
             let blocks = self.k.len() / STAGES;
             self.k.copy_within((STAGES - 1) * blocks.., 0);
             return;

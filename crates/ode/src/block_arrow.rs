@@ -1,22 +1,34 @@
-//! The Jacobian of a crane as the few blocks that are not zero, and linear systems with it.
+//! The Jacobian of second-order coordinates that hydraulic axes move, as the few blocks that are not zero: a block arrow.
 //!
-//! A cylinder's own states touch each other and the joint that it moves, never another cylinder's. With f_c the net
-//! force of cylinder c and m_c the accelerations of all joints by that force:
+//! The border are the coordinates q with their rates; each axis has states of its own, which touch each other and its own
+//! coordinate, never another axis's. With f_c the force of axis c and m_c the accelerations of all coordinates by it:
 //! ```text
-//! q''        by all q, all q', and m_c times the slopes of f_c by p1, p2, z
+//! q''        by all q, all q', and m_c times the derivatives of f_c by p1, p2, z
 //! xs', vs'   by xs, vs
 //! p1', p2'   by q_c, q_c', p1, p2, xs
 //! z'         by q_c, q_c', p1, p2, z
 //! ```
-//! So (s I - J) k = r is solved cylinder by cylinder, spool first, then pressures, then bristles, each as a linear
-//! function of its joint's rate; positions follow from rates by q' = q'; a system of the joint rates alone is left.
+//! So (s I - J) k = r is solved axis by axis, spool first, then pressures, then bristles, each as a linear function of its
+//! coordinate's rate; coordinates follow from rates by q' = q'; the Schur complement of the rates is left (`schur.rs`).
 
-use crate::elimination::Over;
-use crate::layout::{Layout, OwnStates};
-use crate::model::MAX_JOINTS;
+use crate::schur::ScalarOver;
 use hydrocrane_num::{Field, Pack, Real};
 
-/// Slopes of one output of a cylinder by the states it can see.
+/// Most coordinates of a border.
+pub const MAX_BORDER: usize = if cfg!(feature = "chains") { 6 } else { 3 };
+
+/// Where the own states of an axis lie in the state vector.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct AxisStates {
+    pub p1: usize,
+    pub p2: usize,
+    pub xs: usize,
+    pub vs: usize,
+    /// `None` without bristles.
+    pub z: Option<usize>,
+}
+
+/// Derivatives of one output of an axis by its local state: its coordinate and rate, and its own states.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Row<T> {
     pub q: T,
@@ -27,10 +39,10 @@ pub struct Row<T> {
     pub z: T,
 }
 
-/// Slopes of what one cylinder does.
+/// Derivatives of what one axis does.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct CylinderSlopes<T> {
-    pub at: OwnStates,
+pub struct AxisDerivatives<T> {
+    pub at: AxisStates,
     /// Of the pressures' and the bristles' rates.
     pub p1: Row<T>,
     pub p2: Row<T>,
@@ -40,40 +52,40 @@ pub struct CylinderSlopes<T> {
     /// Of the net force; what comes by q and q' is in `by_q` and `by_qd` already.
     pub force: Row<T>,
     /// Accelerations of all joints by the net force.
-    pub response: [T; MAX_JOINTS],
+    pub response: [T; MAX_BORDER],
 }
 
-/// df/dx of a crane.
+/// df/dx in blocks.
 #[derive(Debug, Clone)]
-pub struct Bordered<T> {
+pub struct BlockArrow<T> {
     pub joints: usize,
     /// Static friction enters by its secant F/v in place of its tangent: what fixed steps need where it changes its sign
     /// within a step. Not the exact slopes then.
     pub secants: bool,
     /// Joint accelerations by coordinates and by rates, `[row][column]`, what comes through forces included.
-    pub by_q: [[T; MAX_JOINTS]; MAX_JOINTS],
-    pub by_qd: [[T; MAX_JOINTS]; MAX_JOINTS],
-    pub cylinders: [CylinderSlopes<T>; MAX_JOINTS],
+    pub by_q: [[T; MAX_BORDER]; MAX_BORDER],
+    pub by_qd: [[T; MAX_BORDER]; MAX_BORDER],
+    pub cylinders: [AxisDerivatives<T>; MAX_BORDER],
 }
 
 impl<T: Field> Row<T> {
-    /// What cylinder `c` sees of the state `k`.
+    /// The local state of axis `c` in the state `k`.
     #[inline(always)]
-    fn seen(joints: usize, c: usize, at: &OwnStates, k: &[T]) -> Self {
+    fn local(joints: usize, c: usize, at: &AxisStates, k: &[T]) -> Self {
         let z = at.z.map_or(T::c(0.0), |z| k[z]);
         Row { q: k[c], qd: k[joints + c], p1: k[at.p1], p2: k[at.p2], xs: k[at.xs], z }
     }
 }
 
 impl<T: Copy> Row<T> {
-    /// The change of the output along what is `seen`.
+    /// Directional derivative of the output: along a change of the local state.
     #[inline(always)]
-    fn along<K: Over<T>>(&self, seen: &Row<K>) -> K {
-        let known = seen.q * self.q + seen.qd * self.qd + seen.p1 * self.p1 + seen.p2 * self.p2;
-        known + seen.xs * self.xs + seen.z * self.z
+    fn directional<K: ScalarOver<T>>(&self, local: &Row<K>) -> K {
+        let known = local.q * self.q + local.qd * self.qd + local.p1 * self.p1 + local.p2 * self.p2;
+        known + local.xs * self.xs + local.z * self.z
     }
 
-    fn write(&self, joints: usize, c: usize, at: &OwnStates, row: &mut [T]) {
+    fn write(&self, joints: usize, c: usize, at: &AxisStates, row: &mut [T]) {
         let known = [(c, self.q), (joints + c, self.qd), (at.p1, self.p1), (at.p2, self.p2), (at.xs, self.xs)];
         for (column, slope) in known.into_iter().chain(at.z.map(|z| (z, self.z))) {
             row[column] = slope;
@@ -95,24 +107,24 @@ impl<T: Copy> Row<T> {
     }
 }
 
-impl<T: Real> Bordered<T> {
-    /// All zero, for the states of `layout`.
-    pub fn new(layout: &Layout) -> Self {
-        let joints = layout.joints();
-        let mut cylinders = [CylinderSlopes::default(); MAX_JOINTS];
-        (0..joints).for_each(|c| cylinders[c].at = layout.own(c));
-        let square = [[T::c(0.0); MAX_JOINTS]; MAX_JOINTS];
-        Bordered { joints, secants: false, by_q: square, by_qd: square, cylinders }
+impl<T: Real> BlockArrow<T> {
+    /// All zero, one axis per coordinate of the border.
+    pub fn new(axes: &[AxisStates]) -> Self {
+        let joints = axes.len();
+        let mut cylinders = [AxisDerivatives::default(); MAX_BORDER];
+        cylinders.iter_mut().zip(axes).for_each(|(own, at)| own.at = *at);
+        let square = [[T::c(0.0); MAX_BORDER]; MAX_BORDER];
+        BlockArrow { joints, secants: false, by_q: square, by_qd: square, cylinders }
     }
 
     /// The same blocks with `f` of every slope.
-    pub fn map<U: Real>(&self, f: impl Fn(T) -> U) -> Bordered<U> {
-        Bordered {
+    pub fn map<U: Real>(&self, f: impl Fn(T) -> U) -> BlockArrow<U> {
+        BlockArrow {
             joints: self.joints,
             secants: self.secants,
             by_q: self.by_q.map(|row| row.map(&f)),
             by_qd: self.by_qd.map(|row| row.map(&f)),
-            cylinders: self.cylinders.map(|c| CylinderSlopes {
+            cylinders: self.cylinders.map(|c| AxisDerivatives {
                 at: c.at,
                 p1: c.p1.map(&f),
                 p2: c.p2.map(&f),
@@ -124,13 +136,13 @@ impl<T: Real> Bordered<T> {
         }
     }
 
-    fn cylinders(&self) -> &[CylinderSlopes<T>] {
+    fn cylinders(&self) -> &[AxisDerivatives<T>] {
         &self.cylinders[..self.joints]
     }
 
     /// y += J k, but for q' = q', which has no slope of its own.
     #[inline(always)]
-    pub fn add_product<K: Over<T>>(&self, k: &[K], y: &mut [K]) {
+    pub fn add_product<K: ScalarOver<T>>(&self, k: &[K], y: &mut [K]) {
         let n = self.joints;
         for j in 0..n {
             for i in 0..n {
@@ -139,15 +151,15 @@ impl<T: Real> Bordered<T> {
         }
         for (c, own) in self.cylinders().iter().enumerate() {
             let at = &own.at;
-            let seen = Row::seen(n, c, at, k);
-            let force = seen.p1 * own.force.p1 + seen.p2 * own.force.p2 + seen.z * own.force.z;
+            let local = Row::local(n, c, at, k);
+            let force = local.p1 * own.force.p1 + local.p2 * own.force.p2 + local.z * own.force.z;
             for j in 0..n {
                 y[n + j] += force * own.response[j];
             }
-            y[at.p1] += own.p1.along(&seen);
-            y[at.p2] += own.p2.along(&seen);
+            y[at.p1] += own.p1.directional(&local);
+            y[at.p2] += own.p2.directional(&local);
             if let Some(z) = at.z {
-                y[z] += own.z.along(&seen);
+                y[z] += own.z.directional(&local);
             }
             let (xs, vs) = (k[at.xs], k[at.vs]);
             y[at.xs] += xs * own.spool[0][0] + vs * own.spool[0][1];

@@ -10,9 +10,9 @@
 //! A step costs one right-hand side, a linearisation, a factorisation and three solves for four complex numbers side by side.
 //! Products with J are not formed on the way: of y = (theta/h I - J)^-1 f it is J y = theta/h y - f.
 
-use super::poles::{at_infinity, phi, plus, scaled, series, times_poles, Increments, Poles, Spread, Weights, TERMS};
-use super::{flush, Effort, Linearisation, Method, Since, Target};
-use crate::system::System;
+use crate::poles::{at_infinity, phi, plus, scaled, series, times_poles, Increments, Poles, Spread, Weights, TERMS};
+use crate::System;
+use crate::{flush, Effort, Linearisation, Method, Restart, Target};
 use hydrocrane_num::register::{Handy, Register};
 
 /// Where the second right-hand side is, as a share of the step: c.
@@ -161,15 +161,15 @@ impl<R: Register> Method for Ros4l<R> {
         5
     }
 
-    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], since: Since) {
-        if since == Since::Everything {
+    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], restart: Restart) {
+        if restart == Restart::State {
             system.linearise(t, x, &mut self.here);
             self.effort.jacobians += 1;
         } else {
             std::mem::swap(&mut self.here, &mut self.ahead);
         }
-        if since == Since::Commands {
-            system.steer(t, x, &mut self.here);
+        if restart == Restart::Input {
+            system.update_input(t, x, &mut self.here);
         }
         self.driven = system.time_derivative(t, x, &mut self.time_derivative);
     }
@@ -225,8 +225,8 @@ impl<R: Register> Method for Ros4l<R> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::poles::value;
     use super::*;
+    use crate::poles::value;
     use hydrocrane_num::Complex;
 
     /// (6 phi_4 - 2 c phi_3)/(1 - c) and so on at z = 0, where phi_k = 1/k!: what is left of a bend s^2 or s^3 with slope J = 0.
@@ -276,7 +276,7 @@ mod tests {
     /// The states at `theta` and at the end of the step.
     fn step(z: Complex<f64>, theta: f64, method: &mut dyn Method) -> [Complex<f64>; 2] {
         let (mut inside, mut target) = ([0.0; 2], Target::new(2));
-        method.begin(&Linear(z), 0.0, &[1.0, 0.0], Since::Everything);
+        method.begin(&Linear(z), 0.0, &[1.0, 0.0], Restart::State);
         assert!(method.attempt(&Linear(z), 0.0, 1.0, &[1.0, 0.0], &mut target));
         method.interpolate(theta, &mut inside);
         [Complex::new(inside[0], inside[1]), Complex::new(target.x[0], target.x[1])]

@@ -1,0 +1,202 @@
+//! (s I - J) k = r for a block arrow J, by the Schur complement of its border. `s` is the inverse of a time.
+//!
+//! With k_q = (r_q + k_q')/s every own state of an axis is a linear function of its coordinate's rate,
+//! k_own = own(r) + slope k_q', by a 2 x 2 inverse for the spool, one for the pressures and a number for the bristles.
+//! The Schur complement, a system of the rates, is left; its matrix is inverted: one product per right-hand side.
+
+use crate::block_arrow::{AxisDerivatives, BlockArrow, Row, MAX_BORDER};
+use hydrocrane_num::{small, Field};
+use std::ops::{Add, Mul, Sub};
+
+type Square<T> = [[T; 2]; 2];
+
+/// The factored matrix `s I - J`.
+#[derive(Debug, Clone, Default)]
+pub struct SchurFactors<T> {
+    /// 1/s
+    time: T,
+    /// Inverse of the Schur complement.
+    rates: [[T; MAX_BORDER]; MAX_BORDER],
+    own: [Own<T>; MAX_BORDER],
+}
+
+/// One axis, eliminated.
+#[derive(Debug, Clone, Copy, Default)]
+struct Own<T> {
+    /// Inverses of the diagonal blocks.
+    spool: Square<T>,
+    pressures: Square<T>,
+    bristles: T,
+    /// Change of p1, p2, z and of the net force with the coordinate's rate.
+    slope: [T; 3],
+    force_slope: T,
+}
+
+/// Numbers that can be multiplied with derivatives of type `S`.
+pub trait ScalarOver<S>: Field + Add<S, Output = Self> + Sub<S, Output = Self> + Mul<S, Output = Self> {}
+
+impl<S, T: Field + Add<S, Output = T> + Sub<S, Output = T> + Mul<S, Output = T>> ScalarOver<S> for T {}
+
+/// Calls a method with the size of the border as a constant.
+macro_rules! sized {
+    ($joints:expr, $object:ident.$method:ident($($argument:expr),*)) => {
+        match $joints {
+            1 => $object.$method::<1, _>($($argument),*),
+            #[cfg(feature = "chains")]
+            2 => $object.$method::<2, _>($($argument),*),
+            #[cfg(feature = "chains")]
+            3 => $object.$method::<3, _>($($argument),*),
+            #[cfg(feature = "chains")]
+            4 => $object.$method::<4, _>($($argument),*),
+            #[cfg(feature = "chains")]
+            5 => $object.$method::<5, _>($($argument),*),
+            _ => $object.$method::<MAX_BORDER, _>($($argument),*),
+        }
+    };
+}
+
+impl<T: Field> SchurFactors<T> {
+    /// Factors `shift I - J`; the mask tells where every number came out finite.
+    #[inline(always)]
+    pub fn factor<S: Copy>(&mut self, jacobian: &BlockArrow<S>, shift: T) -> T::Mask
+    where
+        T: ScalarOver<S>,
+    {
+        sized!(jacobian.joints, self.factor_sized(jacobian, shift))
+    }
+
+    /// Replaces `r` by the solution.
+    #[inline(always)]
+    pub fn solve<S: Copy>(&self, jacobian: &BlockArrow<S>, r: &mut [T])
+    where
+        T: ScalarOver<S>,
+    {
+        sized!(jacobian.joints, self.solve_sized(jacobian, r));
+    }
+
+    /// [`Self::factor`] of a chain of `N` joints.
+    #[inline(always)]
+    pub fn factor_sized<const N: usize, S: Copy>(&mut self, jacobian: &BlockArrow<S>, shift: T) -> T::Mask
+    where
+        T: ScalarOver<S>,
+    {
+        self.time = T::c(1.0) / shift;
+        let mut matrix = [[T::c(0.0); N]; N];
+        for j in 0..N {
+            for i in 0..N {
+                matrix[j][i] = T::c(0.0) - jacobian.by_qd[j][i] - self.time * jacobian.by_q[j][i];
+            }
+        }
+        for c in 0..N {
+            let slopes = &jacobian.cylinders[c];
+            let own = Own::new(slopes, shift, self.time);
+            for j in 0..N {
+                matrix[j][c] -= own.force_slope * slopes.response[j];
+            }
+            matrix[c][c] += shift;
+            self.own[c] = own;
+        }
+        let inverse = small::inverse(matrix);
+        let mut sound = T::c(0.0).finite();
+        for j in 0..N {
+            for i in 0..N {
+                self.rates[j][i] = inverse[j][i];
+                sound = sound & inverse[j][i].finite();
+            }
+        }
+        sound
+    }
+
+    /// [`Self::solve`] for a border of `N` coordinates.
+    #[inline(always)]
+    pub fn solve_sized<const N: usize, S: Copy>(&self, jacobian: &BlockArrow<S>, r: &mut [T])
+    where
+        T: ScalarOver<S>,
+    {
+        // Positions as far as they are known without the rates.
+        let (mut still, mut driving) = ([T::c(0.0); N], [T::c(0.0); N]);
+        for j in 0..N {
+            still[j] = r[j] * self.time;
+        }
+        for j in 0..N {
+            driving[j] = r[N + j];
+            for i in 0..N {
+                driving[j] += still[i] * jacobian.by_q[j][i];
+            }
+        }
+        for c in 0..N {
+            let slopes = &jacobian.cylinders[c];
+            let force = self.own[c].solve(slopes, still[c], r);
+            for j in 0..N {
+                driving[j] += force * slopes.response[j];
+            }
+        }
+        for j in 0..N {
+            let mut rate = T::c(0.0);
+            for i in 0..N {
+                rate += self.rates[j][i] * driving[i];
+            }
+            r[N + j] = rate;
+            r[j] = still[j] + self.time * rate;
+            let (at, slope) = (&jacobian.cylinders[j].at, &self.own[j].slope);
+            r[at.p1] += slope[0] * rate;
+            r[at.p2] += slope[1] * rate;
+            if let Some(z) = at.z {
+                r[z] += slope[2] * rate;
+            }
+        }
+    }
+}
+
+impl<T: Field> Own<T> {
+    #[inline(always)]
+    fn new<S: Copy>(s: &AxisDerivatives<S>, shift: T, time: T) -> Self
+    where
+        T: ScalarOver<S>,
+    {
+        let zero = T::c(0.0);
+        let spool =
+            inverse([[shift - s.spool[0][0], zero - s.spool[0][1]], [zero - s.spool[1][0], shift - s.spool[1][1]]]);
+        let pressures = inverse([[shift - s.p1.p1, zero - s.p1.p2], [zero - s.p2.p1, shift - s.p2.p2]]);
+        let bristles = T::c(1.0) / (shift - s.z.z);
+        let [p1, p2] = product(&pressures, time * s.p1.q + s.p1.qd, time * s.p2.q + s.p2.qd);
+        let z = bristles * (time * s.z.q + s.z.qd + p1 * s.z.p1 + p2 * s.z.p2);
+        let force_slope = p1 * s.force.p1 + p2 * s.force.p2 + z * s.force.z;
+        Own { spool, pressures, bristles, slope: [p1, p2, z], force_slope }
+    }
+
+    /// Solves for the own states with the coordinate's rate at zero and the coordinate at `still`; gives the force.
+    #[inline(always)]
+    fn solve<S: Copy>(&self, s: &AxisDerivatives<S>, still: T, r: &mut [T]) -> T
+    where
+        T: ScalarOver<S>,
+    {
+        let at = &s.at;
+        let [xs, vs] = product(&self.spool, r[at.xs], r[at.vs]);
+        let [p1, p2] = product(&self.pressures, r[at.p1] + known(&s.p1, still, xs), r[at.p2] + known(&s.p2, still, xs));
+        (r[at.xs], r[at.vs], r[at.p1], r[at.p2]) = (xs, vs, p1, p2);
+        let mut force = p1 * s.force.p1 + p2 * s.force.p2;
+        if let Some(z) = at.z {
+            r[z] = self.bristles * (r[z] + known(&s.z, still, xs) + p1 * s.z.p1 + p2 * s.z.p2);
+            force += r[z] * s.force.z;
+        }
+        force
+    }
+}
+
+/// Change of an output by the coordinate and by the spool.
+#[inline(always)]
+fn known<S: Copy, T: ScalarOver<S>>(row: &Row<S>, still: T, xs: T) -> T {
+    still * row.q + xs * row.xs
+}
+
+#[inline(always)]
+fn inverse<T: Field>(m: Square<T>) -> Square<T> {
+    let inverse = T::c(1.0) / (m[0][0] * m[1][1] - m[0][1] * m[1][0]);
+    [[m[1][1] * inverse, -m[0][1] * inverse], [-m[1][0] * inverse, m[0][0] * inverse]]
+}
+
+#[inline(always)]
+fn product<T: Field>(m: &Square<T>, a: T, b: T) -> [T; 2] {
+    [m[0][0] * a + m[0][1] * b, m[1][0] * a + m[1][1] * b]
+}

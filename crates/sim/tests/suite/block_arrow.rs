@@ -1,0 +1,79 @@
+//! The block arrow of real cranes against the dense matrix, and its solution by the Schur complement.
+
+use hydrocrane_machine::{load, OverrideValue};
+use hydrocrane_ode::{BlockArrow, SchurFactors};
+use hydrocrane_sim::{build, EquilibriumMode, Model};
+use std::sync::Arc;
+
+/// Chains of one and three joints, with and without bristles, regenerative valves, cylinders on four-bars.
+fn models() -> Vec<Arc<dyn Model>> {
+    let without_bristles = [("friction.lift.model".to_string(), OverrideValue::Text("static".to_string()))];
+    let mut machines: Vec<_> =
+        ["rottne-f9-lab", "hiab-xs031", "single-cylinder"].map(|name| load(name, &[])).into_iter().collect();
+    machines.push(load("rottne-f9-lab", &without_bristles));
+    machines.into_iter().map(|m| build(&m.expect("a bundled machine")).expect("it can be built")).collect()
+}
+
+/// Slopes at a moving state far from rest.
+fn slopes(model: &dyn Model) -> (BlockArrow<f64>, usize) {
+    let q: Vec<f64> = model.joint_limits().iter().map(|l| 0.6 * l.lower + 0.4 * l.upper).collect();
+    let mut x = model.equilibrium(&q, EquilibriumMode::Hold, 50.0).expect("a pose inside the limits");
+    let n = x.len();
+    for (i, scale) in model.layout().scales.iter().enumerate().skip(q.len()) {
+        x[i] += 0.4 * scale * (1.0 + i as f64).sin();
+    }
+    let mut slopes = BlockArrow::new(model.layout().axes());
+    let u = vec![0.01; q.len()];
+    model.linearise(&x, &u, 50.0, &mut vec![0.0; n], &mut slopes);
+    (slopes, n)
+}
+
+#[test]
+fn the_solution_satisfies_every_row_of_the_dense_system() {
+    for model in models() {
+        let (slopes, n) = slopes(model.as_ref());
+        let mut jacobian = vec![0.0; n * n];
+        slopes.write_dense(n, &mut jacobian);
+        for shift in [1.0, 1e2, 1e4, 1e7] {
+            let mut schur = SchurFactors::default();
+            assert!(schur.factor(&slopes, shift));
+            for unit in 0..n {
+                let right = |i: usize| if i == unit { model.layout().scales[i] } else { 0.0 };
+                let mut k: Vec<f64> = (0..n).map(right).collect();
+                schur.solve(&slopes, &mut k);
+                for i in 0..n {
+                    let terms = (0..n).map(|j| -jacobian[i * n + j] * k[j]).chain([shift * k[i], -right(i)]);
+                    let (sum, size) = terms.fold((0.0, 0.0f64), |(sum, size), term| (sum + term, size + term.abs()));
+                    assert!(sum.abs() <= 1e-12 * size, "shift {shift}, unit {unit}, row {i}: {sum} of {size}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn products_are_those_of_the_dense_matrix() {
+    for model in models() {
+        let (slopes, n) = slopes(model.as_ref());
+        let mut jacobian = vec![0.0; n * n];
+        slopes.write_dense(n, &mut jacobian);
+        let k: Vec<f64> = (0..n).map(|i| model.layout().scales[i] * (2.0 * i as f64).cos()).collect();
+        let mut product = vec![0.0; n];
+        slopes.add_product(&k, &mut product);
+        // The product leaves out q' = q'.
+        for i in slopes.joints..n {
+            let terms = (0..n).map(|j| jacobian[i * n + j] * k[j]);
+            let (sum, size) = terms.fold((0.0, 0.0f64), |(sum, size), term| (sum + term, size + term.abs()));
+            assert!((product[i] - sum).abs() <= 1e-13 * size, "{i}");
+        }
+        assert!(product[..slopes.joints].iter().all(|v| *v == 0.0));
+    }
+}
+
+#[test]
+fn a_matrix_that_cannot_be_solved_is_refused() {
+    let model = &models()[0];
+    let (mut slopes, _) = slopes(model.as_ref());
+    slopes.by_q[0][0] = f64::NAN;
+    assert!(!SchurFactors::default().factor(&slopes, 1e3));
+}
