@@ -2,6 +2,7 @@
 
 use crate::cockpit::{Drive, TICK};
 use crate::frame::{corners, ledger_terms, signals};
+use crate::ground;
 use crate::offered;
 use hydrocrane_machine::bundled_machines;
 use hydrocrane_sim::controllers::{tip_gain, tip_gain_unit, CONTROLLERS, TIP_GAINS};
@@ -34,6 +35,8 @@ pub fn of(drive: &Drive) -> Value {
         "ledger": ledger_terms(model).map(|(name, _, sign)| json!([name, sign])).collect::<Vec<_>>(),
         "shapes": shapes(drive),
         "keep-out": machine.keep_out.iter().map(|(name, corners)| json!({ "name": name, "corners": corners })).collect::<Vec<_>>(),
+        "ground": ground::description(machine),
+        "hang": ground::hang(machine),
         "workspace": model.workspace(),
     })
 }
