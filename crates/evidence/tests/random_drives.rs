@@ -18,7 +18,12 @@ fn random_drives_hold_with_every_machine_mode_and_payload() {
     for machine in machines() {
         for mode in modes() {
             let payloads = [0.0, 80.0, 300.0];
-            cases.extend(payloads.map(|payload| Case { machine: machine.into(), mode: mode.into(), payload, ground: true }));
+            cases.extend(payloads.map(|payload| Case {
+                machine: machine.into(),
+                mode: mode.into(),
+                payload,
+                ground: true,
+            }));
         }
     }
     let all = campaign(&cases, &options(1, 8.0), &|_| ()).expect("drives");

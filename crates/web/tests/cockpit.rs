@@ -162,7 +162,8 @@ fn lowered(cockpit: &mut Cockpit) {
 
 #[test]
 fn the_ground_that_is_drawn_carries_and_a_saved_drive_takes_it_along() {
-    let bunk = json!({ "ground.support.bunk.height": -0.86, "ground.support.bunk.from": 1.3, "ground.support.bunk.to": 1.9 });
+    let bunk =
+        json!({ "ground.support.bunk.height": -0.86, "ground.support.bunk.from": 1.3, "ground.support.bunk.to": 1.9 });
     let request = json!({
         "machine": "rottne-f9-lab", "controller": "lever", "payload": 80, "ground": true, "overrides": bunk,
     });

@@ -203,8 +203,7 @@ mod tests {
     fn ground() -> Ground<f64> {
         let support = |height, from, to| Support { height, from, to, edge: 0.1 };
         let none = support(0.0, 0.0, 0.0);
-        let soil =
-            Soil { height: -1.2, stiffness: 2e5, damping: 5.0, friction: 0.5, hang: 0.32, hang_growth: 0.044 };
+        let soil = Soil { height: -1.2, stiffness: 2e5, damping: 5.0, friction: 0.5, hang: 0.32, hang_growth: 0.044 };
         Ground { soil, supports: [support(-0.85, 2.0, 2.6), support(-0.5, 2.5, 3.0), none, none], count: 2 }
     }
 
@@ -270,7 +269,8 @@ mod tests {
     #[test]
     fn power_is_that_of_the_spring_and_of_the_heat() {
         for (x, z, v) in [(0.0, -1.22, [0.4, -0.3]), (1.95, -1.1, [0.3, 0.1]), (2.3, -0.87, [-0.2, 0.15])] {
-            let along = Vec2::new(Dual::<f64, 1> { value: x, derivative: [v[0]] }, Dual { value: z, derivative: [v[1]] });
+            let along =
+                Vec2::new(Dual::<f64, 1> { value: x, derivative: [v[0]] }, Dual { value: z, derivative: [v[1]] });
             let stored = ground().map(&mut Dual::constant).energy(along, Dual::c(0.0)).derivative[0];
             let here = at(x, z, v, 0.0);
             let power = here.force.dot(Vec2::c(v));
@@ -352,8 +352,7 @@ mod tests {
             let pose = lifted.pose(&moving);
             let force = lifted.contact(&ground.map(&mut Moving::constant), &pose, &rates, Moving::c(payload)).force;
             let exact = lifted.along_joints(&pose, force);
-            let found =
-                chain.contact_slopes(&ground.map(&mut Dual::constant), &chain.pose(&q), &qd, payload);
+            let found = chain.contact_slopes(&ground.map(&mut Dual::constant), &chain.pose(&q), &qd, payload);
             assert_eq!(exact[0].value != 0.0, above < 0.0);
             for i in 0..3 {
                 for j in 0..3 {
