@@ -1,37 +1,18 @@
 //! The cockpit against the native run: a drive that is saved and simulated ends in the same place.
 
-use hydrocrane_machine::scenario::{ControllerChoice, Interpolation, Joystick, Scenario, SensorQuality, StickMode};
+mod common;
+
+use common::{built, index, opened, simulated, tip};
+use hydrocrane_machine::scenario::{Interpolation, Joystick};
 use hydrocrane_machine::{load, parse_scenario, OverrideValue};
-use hydrocrane_sim::controller::Controller;
-use hydrocrane_sim::integrator::Tolerances;
-use hydrocrane_sim::{
-    build, simulate_phases, EquilibriumMode, Model, OutcomeKind, PayloadChange, Phase, RunOptions, SampledPlan,
-    SensorMode, Sensors, StickKind, Sticks,
-};
+use hydrocrane_sim::Sticks;
 use hydrocrane_web::Cockpit;
 use serde_json::{json, Value};
-use std::sync::Arc;
 
 /// Period of the controllers in ticks.
 const SAMPLE: u32 = 10;
 /// Where the joints stand in the frames.
 const JOINTS: usize = 8;
-
-fn opened(request: Value) -> (Cockpit, Value) {
-    let mut cockpit = Cockpit::default();
-    let description = cockpit.open(&request.to_string()).unwrap_or_else(|problem| panic!("{problem:?}"));
-    (cockpit, description)
-}
-
-/// Where a signal stands in the frames.
-fn index(description: &Value, name: &str) -> usize {
-    let signals = description["signals"].as_array().expect("a list");
-    signals.iter().position(|signal| signal["name"] == name).unwrap_or_else(|| panic!("no signal {name}"))
-}
-
-fn tip(cockpit: &mut Cockpit, description: &Value) -> [f64; 2] {
-    ["tip.x", "tip.z"].map(|name| cockpit.frame()[index(description, name)])
-}
 
 /// Ten seconds of a restless operator, told at odd instants, with a log taken up and let go: where the tip ends.
 fn drive(cockpit: &mut Cockpit, description: &Value, axes: usize) -> [f64; 2] {
@@ -52,75 +33,6 @@ fn drive(cockpit: &mut Cockpit, description: &Value, axes: usize) -> [f64; 2] {
     // The drive is written down until its last sample, which the next step takes.
     assert!(cockpit.advance(1));
     end
-}
-
-fn built(machine: &str, overrides: &[(String, OverrideValue)]) -> Arc<dyn Model> {
-    build(&load(machine, overrides).expect("the machine of the drive")).expect("a machine that can be built")
-}
-
-fn named(model: &dyn Model, choice: &ControllerChoice) -> Box<dyn Controller> {
-    let controller = model.controller(&choice.name).expect("a known controller");
-    if choice.name == "lever" {
-        return controller;
-    }
-    model.monitored(controller, choice.delay)
-}
-
-fn plan(model: &dyn Model, choice: &ControllerChoice, stick: &Joystick, seed: u64) -> SampledPlan {
-    let kind = if stick.mode == StickMode::Tip { StickKind::Tip } else { StickKind::Lever };
-    let deflections = (0..stick.time.len()).flat_map(|row| stick.axes.iter().map(move |axis| axis[row])).collect();
-    let sensors = if choice.sensors == SensorQuality::Ideal { SensorMode::Ideal } else { SensorMode::DataSheet };
-    SampledPlan {
-        sticks: Sticks {
-            times: stick.time.clone(),
-            deflections,
-            linear: stick.interpolation == Interpolation::Linear,
-            dead_zone: stick.dead_zone,
-            ramp: stick.ramp,
-            ..Sticks::centred(kind, model.machine().cylinders.len())
-        },
-        sensors: Sensors::new(model, sensors, seed, &[]).expect("sensors"),
-        delay: choice.delay,
-    }
-}
-
-/// What `hydrocrane simulate` does with a scenario that has a joystick: (time, tip) at its end.
-fn simulated(scenario: &Scenario) -> (f64, [f64; 2]) {
-    let mut overrides = scenario.overrides.clone();
-    let (choice, stick) = (scenario.controller.as_ref().expect("one"), scenario.joystick.as_ref().expect("one"));
-    let mut parts = vec![(0.0, built(&scenario.machine, &overrides), choice, stick)];
-    for phase in &scenario.phases {
-        overrides.extend(phase.overrides.iter().cloned());
-        let stick = phase.joystick.as_ref().expect("one");
-        parts.push((phase.time, built(&scenario.machine, &overrides), &phase.controller, stick));
-    }
-    let mut controllers: Vec<_> = parts.iter().map(|(_, model, choice, _)| named(model.as_ref(), choice)).collect();
-    let phases = parts.iter().zip(&mut controllers).map(|((from, model, choice, stick), controller)| Phase {
-        from: *from,
-        model: model.as_ref(),
-        controller: controller.as_mut(),
-        plan: plan(model.as_ref(), choice, stick, scenario.seed),
-    });
-    let mut phases: Vec<Phase> = phases.collect();
-    let first = phases.remove(0);
-    let at = |name: &str| scenario.initial.joints.iter().find(|(joint, _)| joint == name).map_or(0.0, |(_, q)| *q);
-    let q: Vec<f64> = first.model.machine().joints.iter().map(|joint| at(&joint.name)).collect();
-    let payload = scenario.payload.expect("written in the file");
-    let x0 = first.model.equilibrium(&q, EquilibriumMode::Hold, payload).expect("a pose to rest in");
-    let step = scenario.solver.step.expect("fixed steps");
-    let options = RunOptions {
-        method: scenario.solver.method.clone(),
-        tolerances: Tolerances { relative: 1e-4, absolute: 1e-4, max_step: step },
-        payload,
-        payload_changes: scenario.payload_changes.iter().map(|&(time, mass)| PayloadChange { time, mass }).collect(),
-        ledger: false,
-        max_steps: 1_000_000,
-    };
-    let end = scenario.duration;
-    let model = first.model;
-    let done = simulate_phases(&x0, end, first, phases, &[end], &options, &mut |_| true);
-    assert_eq!(done.run.outcome.kind, OutcomeKind::Completed, "{}", done.run.outcome.message);
-    (end, model.tip(&done.run.states[..q.len()]))
 }
 
 /// Drives, saves and simulates.
@@ -150,59 +62,6 @@ fn a_saved_drive_with_levers_real_sensors_and_changed_laws_is_repeated_too() {
         }),
         3,
     );
-}
-
-/// The drive that lowers the boom with its lever until the ground carries, and stays there: its end.
-fn lowered(cockpit: &mut Cockpit) {
-    cockpit.steer(&[-0.4, 0.0, 0.0]);
-    assert!(cockpit.advance(9000), "{}", cockpit.events());
-    cockpit.steer(&[0.0; 3]);
-    assert!(cockpit.advance(2001), "{}", cockpit.events());
-}
-
-#[test]
-fn the_ground_that_is_drawn_carries_and_a_saved_drive_takes_it_along() {
-    let bunk =
-        json!({ "ground.support.bunk.height": -0.86, "ground.support.bunk.from": 1.3, "ground.support.bunk.to": 1.9 });
-    let request = json!({
-        "machine": "rottne-f9-lab", "controller": "lever", "payload": 80, "ground": true, "overrides": bunk,
-    });
-    let (mut cockpit, description) = opened(request.clone());
-    assert_eq!(description["ground"]["height"], -1.21);
-    assert_eq!(description["ground"]["supports"][0]["name"], "bunk");
-    assert_eq!(description["hang"], json!([0.32, 0.044]));
-    lowered(&mut cockpit);
-    let z = tip(&mut cockpit, &description)[1];
-    let up = cockpit.frame()[index(&description, "tip.contact.z")];
-    // 80 kg hang 0.714 m below the tip; the ground gives way by its spring.
-    let depth = -1.21 + 0.32 + 0.044 * 80f64.sqrt() - z;
-    assert!(up > 500.0 && (depth - up / 2e5 - 1e-3).abs() < 5e-4, "{depth} m deep under {up} N");
-    let text = cockpit.save().expect("a drive");
-    let (_, simulated) = simulated(&parse_scenario(&text, "drive.toml", &[]).expect("a scenario"));
-    assert!((simulated[1] - z).abs() < 1e-6, "{simulated:?} {z}");
-    let (_, replayed) = opened(json!({ "scenario": text }));
-    assert_eq!(replayed["ground"], description["ground"]);
-
-    // Nothing carries where nobody asks for it, nor where a machine has no ground drawn.
-    let bare = json!({ "machine": "rottne-f9-lab", "controller": "lever", "payload": 80 });
-    let (mut sinking, without) = opened(bare);
-    assert_eq!(without["ground"], Value::Null);
-    lowered(&mut sinking);
-    assert!(tip(&mut sinking, &without)[1] < z - 0.1);
-    let (_, rig) = opened(json!({ "machine": "single-cylinder", "controller": "lever", "ground": true }));
-    assert_eq!(rig["ground"], Value::Null);
-}
-
-#[test]
-fn a_heavy_load_starts_above_the_ground_unless_the_pose_is_stated() {
-    let loaded = json!({ "machine": "rottne-f9-lab", "controller": "lever", "payload": 600, "ground": true });
-    let (mut cockpit, description) = opened(loaded.clone());
-    let hang = 0.32 + 0.044 * 600f64.sqrt();
-    assert!(tip(&mut cockpit, &description)[1] - hang > -1.21);
-    let mut stated = loaded;
-    stated["joints"] = json!({ "boom": 1.5 });
-    let problem = Cockpit::default().open(&stated.to_string()).expect_err("in the ground");
-    assert!(problem.message().contains("raise the tip"), "{}", problem.message());
 }
 
 #[test]
