@@ -40,12 +40,13 @@ soak: cockpit $(VENV)/.tested
 	$(BIN)/python tests/python/soak_cockpit.py $(MINUTES)
 
 # Random drives of every bundled machine in the native core and in the page's, judged; fails where something does not hold.
-# A line of figures per case goes to RAW. MACHINES, MODES and PAYLOADS, lists with commas, take a part of them.
+# A line of figures per case goes to RAW. MACHINES, MODES and PAYLOADS, lists with commas, take a part of them; GROUND=yes lets the
+# ground carry.
 DRIVES ?= 100
 DRIVE_SECONDS ?= 60
 SEED ?= 0
 RAW ?= results/evidence
-CASES = $(if $(MACHINES),--machines $(MACHINES)) $(if $(MODES),--modes $(MODES)) $(if $(PAYLOADS),--payloads $(PAYLOADS))
+CASES = $(if $(MACHINES),--machines $(MACHINES)) $(if $(MODES),--modes $(MODES)) $(if $(PAYLOADS),--payloads $(PAYLOADS)) $(if $(GROUND),--ground $(GROUND))
 RANDOM_DRIVES = $${CARGO_TARGET_DIR:-target}/release/random-drives --drives $(DRIVES) --seconds $(DRIVE_SECONDS) --seed $(SEED) $(CASES)
 evidence: cockpit/src/core.wasm $(VENV)/.tested
 	$(CARGO) build --quiet --release --package hydrocrane-evidence

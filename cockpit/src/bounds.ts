@@ -17,7 +17,17 @@ function outline(corners: Point[]): Point[] {
 export function drawable(description: Description): Description {
   const regions = description["keep-out"].slice(0, CORNERS).map(({ name, corners }) => ({ name, corners: outline(corners) }));
   const workspace = description.workspace.map((curve) => curve.map(([x, z]): Point => [near(x), near(z)]));
-  return { ...description, "keep-out": regions, workspace };
+  const ground = description.ground && {
+    height: near(description.ground.height),
+    supports: description.ground.supports.map((support) => ({
+      ...support,
+      height: near(support.height),
+      from: near(support.from),
+      to: near(support.to),
+      edge: near(support.edge),
+    })),
+  };
+  return { ...description, "keep-out": regions, ground, workspace };
 }
 
 /** Least and largest of each coordinate; null where there is no point. */

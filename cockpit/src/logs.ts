@@ -1,12 +1,14 @@
 /** Logs and what carries them: where they lie on the ground, what the grapple holds, the bunk, and how well a task was done. */
 
-import type { Description, Point } from "./messages";
+import type { Description, Point, Support } from "./messages";
 import type { Score } from "./tasks";
 
 /** Mass of a log of the task, kg. */
 export const LOG = 40;
-/** Distance from a log at which the grapple reaches it, m. */
+/** Distance from a log at which the grapple reaches it, and how far below its ring of that: lower, it would be pressed into the
+ * ground, m. */
 const GRIP = 0.15;
+const BELOW = 0.03;
 /** Way from the start at which the clock begins, m. */
 const OFF = 0.01;
 /** Where the outermost log and the bunk may stand, in shares of the reach; the first places with room are taken. */
@@ -22,15 +24,17 @@ const FLOOR = 0.35;
 export const HALF = 0.3;
 const ROOM = 0.5;
 
-/** Length of the line between tip and load, and radius of a load, m. */
-export const LINE = 0.12;
-export const radius = (mass: number): number => 0.1 + 0.022 * Math.sqrt(mass);
+/** The region that is the ground where the machine states none. */
+export const GROUND = "ground";
+/** Name of the bunk among the supports on the ground, and the room between its walls and its floor's half width, m. */
+export const BUNK = "bunk";
+const WALL = 0.1;
+/** Length of the line between tip and load, m, where what hangs there is long enough. */
+const LINE = 0.12;
 /** Logs that lie about at most; the first ones are taken away. */
 const MOST = 20;
-/** From the tip to the lowest point of a load that hangs. */
-const hanging = (mass: number): number => LINE + 2 * radius(mass);
-/** From log to log. */
-const APART = 2.2 * radius(LOG);
+/** From log to log, in radii. */
+const APART = 2.2;
 
 export interface Lying {
   /** Place of the tip that grips it. */
@@ -47,10 +51,11 @@ export class Logs {
   /** How far the logs in the bunk lie from its middle, m, outward positive. */
   readonly placed: number[] = [];
   /** Place of the tip where a log touches the floor of the bunk. */
-  readonly bunk: Point | null = null;
+  readonly bunk: Point | null;
 
   constructor(description: Description) {
     this.ground = new Ground(description);
+    this.bunk = this.ground.bunk;
     this.holds = description.payload;
   }
 
@@ -80,6 +85,7 @@ export class Logs {
     const away = ({ at: [x, z] }: Lying): number => Math.hypot(tip[0] - x, tip[1] - z);
     const nearest = this.lying.reduce((a, b) => (away(b) < away(a) ? b : a));
     if (away(nearest) > GRIP) return "No log within reach of the grapple: bring the tip to a ring.";
+    if (tip[1] < nearest.at[1] - BELOW) return "The grapple is too low: raise the tip to the middle of the ring.";
     this.take(nearest);
     return nearest.mass;
   }
@@ -89,15 +95,16 @@ export class Logs {
     this.holds = log.mass;
   }
 
-  /** A log that is let go falls to the ground, where there is some. */
+  /** A log that is let go falls into the bunk or to the ground, where there is some. */
   protected letGo([x]: Point): number | string {
-    if (this.ground.top(x) !== null) this.lying = [...this.lying.slice(1 - MOST), this.onGround(x, this.holds)];
+    if (this.bunk && Math.abs(x - this.bunk[0]) <= HALF) this.placed.push(x - this.bunk[0]);
+    else if (this.ground.top(x) !== null) this.lying = [...this.lying.slice(1 - MOST), this.onGround(x, this.holds)];
     this.holds = 0;
     return 0;
   }
 
   private onGround(x: number, mass: number): Lying {
-    return { at: [x, (this.ground.top(x) ?? 0) + hanging(mass)], mass };
+    return { at: [x, (this.ground.top(x) ?? 0) + this.ground.hanging(mass)], mass };
   }
 
   /** What the tip carries in a replay, where nobody here grips. */
@@ -111,7 +118,7 @@ export class Logs {
 
   /** Height of what a log at `x` lies on, null where there is nothing under it. */
   support(x: number): number | null {
-    if (this.bunk && Math.abs(x - this.bunk[0]) <= HALF) return this.bunk[1] - hanging(LOG);
+    if (this.bunk && Math.abs(x - this.bunk[0]) <= HALF) return this.bunk[1] - this.ground.hanging(LOG);
     return this.ground.top(x);
   }
 }
@@ -135,15 +142,25 @@ export class LogTask extends Logs {
     this.count = places.length;
   }
 
-  /** Logs and bunk where the tip, which is at `start`, can reach them; null where there is no room. */
-  static within(description: Description, start: Point): LogTask | null {
+  /** The machine's keys that put the bunk where the tip reaches it and some logs; null where there is no room. */
+  static keys(description: Description): Record<string, number> | null {
     const ground = new Ground(description);
     const bunk = BUNKS.map((share) => ground.place(share * ground.reach, FLOOR, LOG)).find((place) => place !== null);
-    if (!bunk) return null;
-    const trials = Array.from({ length: TRIALS }, (_, i) => OUTERMOST * ground.reach - i * APART);
-    const clear = trials.filter((x) => x > bunk[0] + 2 * HALF).map((x) => ground.place(x, 0, LOG));
-    const logs = clear.filter((place) => place !== null).slice(0, COUNT);
-    return logs.length ? new LogTask(description, start, logs, bunk) : null;
+    if (!bunk || !places(ground, bunk[0]).length) return null;
+    const [x, height] = [bunk[0], bunk[1] - ground.hanging(LOG)];
+    const floor = { height, from: x - HALF, to: x + HALF, edge: WALL };
+    return Object.fromEntries(Object.entries(floor).map(([key, value]) => [`ground.support.${BUNK}.${key}`, value]));
+  }
+
+  /** What is changed on a machine but for its bunk. */
+  static without<T>(overrides: Record<string, T>): Record<string, T> {
+    return Object.fromEntries(Object.entries(overrides).filter(([key]) => !key.startsWith(`ground.support.${BUNK}.`)));
+  }
+
+  /** Logs where the tip, which is at `start`, can reach them beside the bunk; null where there is no bunk. */
+  static within(description: Description, start: Point): LogTask | null {
+    const ground = new Ground(description);
+    return ground.bunk && new LogTask(description, start, places(ground, ground.bunk[0]), ground.bunk);
   }
 
   protected override letGo([x, z]: Point): number | string {
@@ -178,15 +195,40 @@ export class LogTask extends Logs {
   }
 }
 
-/** Where the ground is, and where the tip can be with a log that hangs clear of it. */
+/** Places of the tip that grips the logs of the task, outside of a bunk at `x`. */
+function places(ground: Ground, x: number): Point[] {
+  const apart = APART * ground.radius(LOG);
+  const trials = Array.from({ length: TRIALS }, (_, i) => OUTERMOST * ground.reach - i * apart);
+  const clear = trials.filter((trial) => trial > x + 2 * HALF).map((trial) => ground.place(trial, 0, LOG));
+  return clear.filter((place) => place !== null).slice(0, COUNT);
+}
+
+/** Where the ground is, how far loads hang, and where the tip can be with a log that hangs clear of it. */
 export class Ground {
   readonly reach: number;
+  /** Length of the line between tip and load, m. */
+  readonly line: number;
+  /** Place of the tip where a log touches the floor of the bunk; null where there is none. */
+  readonly bunk: Point | null;
+  /** Whether the ground carries. */
+  readonly carries: boolean;
+  private readonly height: number | null;
+  private readonly hang: [number, number];
+  private readonly supports: Support[];
   private readonly curves = new Path2D();
   private readonly context = document.createElement("canvas").getContext("2d")!;
   private readonly regions: { name: string; path: Path2D; left: number; right: number; top: number }[];
 
   constructor(description: Description) {
     this.reach = description.workspace.flat().reduce((most, [x]) => Math.max(most, x), 0);
+    this.hang = description.hang;
+    this.line = Math.min(LINE, 0.5 * this.hang[0]);
+    this.carries = description.ground !== null;
+    this.height = description.ground?.height ?? null;
+    const supports = description.ground?.supports ?? [];
+    this.supports = supports.filter(({ name }) => name !== BUNK);
+    const bunk = supports.find(({ name }) => name === BUNK);
+    this.bunk = bunk ? [0.5 * (bunk.from + bunk.to), bunk.height + this.hanging(LOG)] : null;
     for (const curve of description.workspace) {
       curve.forEach(([x, z], i) => (i ? this.curves.lineTo(x, z) : this.curves.moveTo(x, z)));
       this.curves.closePath();
@@ -200,9 +242,22 @@ export class Ground {
     });
   }
 
-  /** Height of the ground at `x`, or of what else is in the way there; null where there is none. */
+  /** From the tip to the lowest point of a load that hangs, m. */
+  hanging(mass: number): number {
+    return this.hang[0] + this.hang[1] * Math.sqrt(mass);
+  }
+
+  /** Radius of a load, m. */
+  radius(mass: number): number {
+    return 0.5 * (this.hanging(mass) - this.line);
+  }
+
+  /** Height of the ground at `x`, or of what else is in the way there but the bunk; null where there is none. */
   top(x: number): number | null {
-    const tops = this.regions.filter(({ left, right }) => left < x && x < right).map(({ top }) => top);
+    const here = this.regions.filter(({ name, left, right }) => left < x && x < right && !(this.carries && name === GROUND));
+    const carrying = this.supports.filter(({ from, to, edge }) => from - edge < x && x < to + edge);
+    const tops = [...here.map(({ top }) => top), ...carrying.map(({ height }) => height)];
+    if (this.height !== null) tops.push(this.height);
     return tops.length ? tops.reduce((a, b) => Math.max(a, b)) : null;
   }
 
@@ -215,7 +270,7 @@ export class Ground {
   place(x: number, above: number, mass: number): Point | null {
     const top = this.top(x);
     if (top === null) return null;
-    const z = top + hanging(mass) + above;
+    const z = top + this.hanging(mass) + above;
     const reached = (z: number): boolean => this.context.isPointInPath(this.curves, x, z);
     return reached(z) && reached(z + ROOM) ? [x, z] : null;
   }

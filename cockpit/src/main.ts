@@ -28,8 +28,8 @@ const CHARTS = 100;
 const TRAIL = 4;
 /** Size of tasks as a share of the reach. */
 const TASK_SIZE = 0.15;
-/** Where a drive begins unless the address says otherwise: comfortable sticks. */
-const COMFORT: Partial<Request> = { "dead-zone": 0.02, ramp: 0.15 };
+/** Where a drive begins unless the address says otherwise: comfortable sticks, ground that carries. */
+const COMFORT: Partial<Request> = { "dead-zone": 0.02, ramp: 0.15, ground: true };
 const USUAL: Request = { machine: "rottne-f9-lab", controller: "tip", ...COMFORT };
 
 const part = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
@@ -265,7 +265,7 @@ class CockpitPage {
 
   private showPanel(description: Description): void {
     const plane = description.controllers.includes("tip");
-    const logs: TaskName[] = LogTask.within(description, [0, 0]) ? ["logs"] : [];
+    const logs: TaskName[] = LogTask.keys(description) ? ["logs"] : [];
     const place: Place = {
       ground: this.logs?.somewhere(this.panel.mass) != null,
       tasks: plane ? ["line", "square", "circle", ...logs] : [],
@@ -290,20 +290,29 @@ class CockpitPage {
     this.task = task;
     this.todo = this.picture.task = null;
     this.taskWaits = task !== null;
-    // The logs of the task lie on the ground when it begins.
-    if (task === "logs") this.load(0);
-    else if (task) this.open(this.request);
-    else if (this.description && this.logs instanceof LogTask) this.open(this.request);
+    const overrides = LogTask.without(this.request.overrides ?? {});
+    if (task === "logs") this.beginLogs(overrides);
+    else if (task || this.logs?.bunk) this.open({ ...this.request, overrides });
     this.picture.stale = true;
+  }
+
+  /** The logs of the task lie on the ground when it begins, and a bunk stands there. */
+  private beginLogs({ "payload.mass": _, ...overrides }: NonNullable<Request["overrides"]>): void {
+    const bunk = this.description && LogTask.keys(this.description);
+    if (bunk) return this.open({ ...this.request, ground: true, overrides: { ...overrides, ...bunk }, payload: 0 });
+    this.refuse("This crane has no room for logs and a bunk.");
+    this.setTask(null);
   }
 
   /** The path begins where the tip is at rest after a fresh start. */
   private followTask(row: Float64Array): void {
     if (!this.task || this.taskWaits || !this.description) return;
+    // Another machine has no bunk yet.
+    if (this.task === "logs" && !this.logs?.bunk) return this.setTask("logs");
     const read = (name: string): number => row[this.history.at(name)]!;
     const tip: Point = [read("tip.x"), read("tip.z")];
     const task = (this.todo ??= this.newTask(this.task, tip, this.description));
-    if (!task) return this.setTask(null);
+    if (!task) return;
     const mode = this.description.controller;
     const score = task.over ? null : task.follow(read("time"), tip, read("ledger.supply"), mode);
     if (score) {
@@ -321,7 +330,7 @@ class CockpitPage {
     if (task) {
       this.setLogs(task);
       this.tell("Bring the tip to a ring, Space grips; bring the log over the bunk, Space lets go.", 10000);
-    } else this.refuse("This crane has no room for logs and a bunk.");
+    }
     return task;
   }
 

@@ -39,6 +39,15 @@ export interface Shape {
 
 export type Point = [number, number];
 
+/** A flat support on the ground: full height between `from` and `to`, m. */
+export interface Support {
+  name: string;
+  height: number;
+  from: number;
+  to: number;
+  edge: number;
+}
+
 /** What there is to see and steer. */
 export interface Description {
   version: string;
@@ -69,6 +78,10 @@ export interface Description {
   ledger: [string, number][];
   shapes: Shape[];
   "keep-out": { name: string; corners: Point[] }[];
+  /** What carries the tip and its load; null where nothing does. */
+  ground: { height: number; supports: Support[] } | null;
+  /** How far the underside of a load hangs below the tip: m, and m per root of its mass, m/kg^0.5. */
+  hang: [number, number];
   workspace: Point[][];
 }
 
@@ -87,6 +100,8 @@ export interface Request {
   "dead-zone"?: number;
   ramp?: number;
   delay?: number;
+  /** Whether the ground that is drawn carries, where the machine states none of its own. */
+  ground?: boolean;
   /** A scenario to be replayed; it stands for everything else but the `text` of its machine. */
   scenario?: string;
   "keep-state"?: boolean;

@@ -1,7 +1,7 @@
 /** The crane to scale: ground, reach, links, cylinders with their oil, load, trail, velocities. */
 
 import { extent, multiples } from "./bounds";
-import { HALF, LINE, LOG, radius, type Logs } from "./logs";
+import { BUNK, HALF, LOG, type Logs } from "./logs";
 import type { Cylinder, Description, Joint, Point, Shape } from "./messages";
 import { palette, scaleColour, type Palette } from "./palette";
 import { reachOf, type Reach } from "./reach";
@@ -153,6 +153,25 @@ export class Picture {
       c.fill(path);
       this.hatch(path, region.corners, colours.forbiddenEdge);
     }
+    this.drawGround(description, colours);
+  }
+
+  /** The surface that carries, and the supports on it; the bunk has its own picture. */
+  private drawGround({ ground }: Description, colours: Palette): void {
+    if (!ground) return;
+    const c = this.context;
+    const [[left], [right]] = this.view.shown;
+    c.strokeStyle = c.fillStyle = colours.forbiddenEdge;
+    c.lineWidth = this.pixels(1.5);
+    c.beginPath();
+    c.moveTo(left, ground.height);
+    c.lineTo(right, ground.height);
+    c.stroke();
+    for (const { name, height, from, to, edge } of ground.supports) {
+      const foot = ground.height;
+      const sides: Point[] = [[from - edge, foot], [from, height], [to, height], [to + edge, foot]];
+      if (name !== BUNK) c.fill(polygon(sides));
+    }
   }
 
   private hatch(path: Path2D, corners: Point[], colour: string): void {
@@ -209,7 +228,8 @@ export class Picture {
   /** Logs on the ground with the place of the tip that grips them, and the bunk with those that are done. */
   private drawLogs(logs: Logs, colours: Palette): void {
     for (const { at, mass } of logs.lying) {
-      this.log([at[0], at[1] - LINE - radius(mass)], radius(mass), colours);
+      const size = logs.ground.radius(mass);
+      this.log([at[0], at[1] - logs.ground.line - size], size, colours);
       this.context.strokeStyle = colours.task;
       this.ring(at, 0.15);
     }
@@ -218,7 +238,7 @@ export class Picture {
 
   private drawBunk(logs: Logs, x: number, colours: Palette): void {
     const c = this.context;
-    const size = radius(LOG);
+    const size = logs.ground.radius(LOG);
     const floor = logs.support(x) ?? 0;
     logs.placed.forEach((off, i) => this.log([x + off, floor + (1 + 1.6 * i) * size], size, colours));
     c.strokeStyle = logs.holds ? colours.task : colours.steelEdge;
@@ -346,10 +366,10 @@ export class Picture {
   private drawTip(tip: Point, read: Reader, colours: Palette): void {
     const c = this.context;
     const payload = read("payload");
-    if (payload > 0) {
-      const size = radius(payload);
-      const lowest = this.logs?.support(tip[0]) ?? -Infinity;
-      const middle: Point = [tip[0], Math.max(tip[1] - LINE - size, lowest + size)];
+    if (payload > 0 && this.logs) {
+      const size = this.logs.ground.radius(payload);
+      const lowest = this.logs.support(tip[0]) ?? -Infinity;
+      const middle: Point = [tip[0], Math.max(tip[1] - this.logs.ground.line - size, lowest + size)];
       c.strokeStyle = colours.ink;
       c.lineWidth = this.pixels(1.5);
       c.beginPath();

@@ -1,7 +1,7 @@
-/** What the picture says in numbers, and what it cannot show: where nothing carries. */
+/** What the picture says in numbers, and what it cannot show: what the ground carries. */
 
 import { make } from "./elements";
-import { LINE, radius, type Logs } from "./logs";
+import { GROUND, type Logs } from "./logs";
 import type { Description, Point } from "./messages";
 import { limitOf, type Reader } from "./picture";
 
@@ -26,17 +26,15 @@ export function showReadout(room: HTMLElement, description: Description, read: R
   room.replaceChildren(...entries.map(([name, value]) => make("span", {}, make("small", {}, name), make("b", {}, value))));
 }
 
-/** Laws know no contact: says so where the picture would show one. */
+/** What carries at this instant, and where nothing does though the picture shows something. */
 export function groundNote(logs: Logs, read: Reader): string {
   const tip: Point = [read("tip.x"), read("tip.z")];
   const place = logs.ground.within(tip);
-  if (place === "ground") return "The tip is below the ground: the ground carries nothing in this model.";
-  if (place) return `The tip is inside the ${place}: nothing carries or stops it there in this model.`;
-  const payload = read("payload");
-  const lowest = logs.support(tip[0]);
-  const touches = payload > 0 && lowest !== null && tip[1] - LINE - 2 * radius(payload) < lowest - TOUCH;
-  return touches ? "The log lies on, but what it lies on carries nothing in this model: its whole weight hangs on the tip." : "";
+  if (place && place !== GROUND) return `The tip is inside the ${place}: nothing carries or stops it there in this model.`;
+  if (place && !logs.ground.carries) return "The tip is below the ground: this drive has no ground that carries.";
+  const carried = read("tip.contact.z");
+  return carried > LIGHT ? `The ground carries ${(carried / 1000).toFixed(1)} kN.` : "";
 }
 
-/** Depth below which a log counts as lying on something, m. */
-const TOUCH = 0.005;
+/** Force below which the ground counts as carrying nothing, N. */
+const LIGHT = 50;

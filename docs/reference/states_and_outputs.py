@@ -26,6 +26,10 @@ read: with ideal sensors the joint coordinates and pressures, with those of the 
 machine has a sensor for. `set_point.*` and `tip.deviation` are there where the controller has a set-point of the tip.
 """
 
+GROUND = """The table is that of a machine without `[ground]`. One with it also has `energy.ground` (J, energy in the
+spring of the ground), `tip.contact.x` and `tip.contact.z` (N, force of the ground on the tip or its load), and in the
+ledger `ledger.ground.contact` (sign -1, heat of the contact)."""
+
 LEDGER = """Energies since the start, J. The sum of all terms, each times its sign, equals the gain of the `energy.*`
 outputs; a term of sign 0 moves inside the sum. `run.data[name].attrs["sign"]` holds the sign.
 """
@@ -71,6 +75,8 @@ def page() -> str:
         "## Outputs",
         "",
         table(names, [*commands, *outputs]),
+        "",
+        GROUND,
         "",
         "## Closed loop",
         "",

@@ -164,5 +164,10 @@ def _place(name: str) -> str:
         return "metering edges"
     if term.endswith("_leakage"):
         return "leakage"
-    places = {"friction": "seal friction", "tank": "into the tank", "impact": "impacts of loads"}
+    places = {
+        "friction": "seal friction",
+        "tank": "into the tank",
+        "impact": "impacts of loads",
+        "contact": "contact with the ground",
+    }
     return places.get(term, term.replace("_", " "))

@@ -116,10 +116,6 @@ impl<const N: usize> State<N> {
         let obstacles = self.reference.obstacles(nominal, &s.shape, open, &now.piston, BLOCKED);
         let (overloaded, limited) = self.sorted(&obstacles);
         let cause = if !overloaded.is_empty() {
-            if waiting < BLOCKED {
-                // Where the tip cannot be lifted back to is no place to wait for: the other ways must stay open.
-                self.reference = Reference::at(nominal, &s.shape, s.period, now.observed);
-            }
             Cause::Load(overloaded)
         } else if self.reference.leave.share < BLOCKED {
             Cause::Holding(self.reference.leave.joint)
@@ -130,6 +126,10 @@ impl<const N: usize> State<N> {
         } else {
             Cause::Range(limited)
         };
+        if waiting < BLOCKED && matches!(cause, Cause::Load(_) | Cause::Lag) {
+            // A place to which the load or the ground does not let the tip is none to wait for: other paths must stay open.
+            self.reference = Reference::at(nominal, &s.shape, s.period, now.observed);
+        }
         self.news.push(cause.text(&s.names));
     }
 

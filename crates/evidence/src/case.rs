@@ -13,6 +13,8 @@ pub struct Case {
     pub mode: String,
     /// kg
     pub payload: f64,
+    /// Whether the ground carries, as in drives of the page.
+    pub ground: bool,
 }
 
 /// Names of all bundled machines, and of all modes.
@@ -27,10 +29,10 @@ pub fn modes() -> Vec<&'static str> {
 impl Case {
     /// What the page asks for; sticks as it sets them up.
     pub fn request(&self) -> Value {
-        let Case { machine, mode, payload } = self;
+        let Case { machine, mode, payload, ground } = self;
         json!({
             "machine": machine, "controller": mode, "payload": payload,
-            "full-speed": 0.3, "dead-zone": 0.0, "ramp": 0.0,
+            "full-speed": 0.3, "dead-zone": 0.0, "ramp": 0.0, "ground": ground,
         })
     }
 

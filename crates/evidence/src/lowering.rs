@@ -67,17 +67,18 @@ fn lowered(model: &dyn Model, method: &str, tolerances: Tolerances) -> Result<En
 
 /// The run's states and energies as rows of a drive.
 fn gap(model: &dyn Model, rows: &[(&[f64], &[f64])]) -> Gap {
-    use hydrocrane_sim::{LEDGER_PER_CYLINDER, LEDGER_TERMS, PAYLOAD_TERMS};
-    let names = LEDGER_TERMS.iter().chain(&PAYLOAD_TERMS).map(|(name, _, _)| format!("ledger.{name}"));
+    use hydrocrane_sim::{ground_terms, LEDGER_PER_CYLINDER, LEDGER_TERMS, PAYLOAD_TERMS};
+    let terms = LEDGER_TERMS.iter().chain(ground_terms(model.machine())).chain(&PAYLOAD_TERMS);
+    let names = terms.map(|(name, _, _)| format!("ledger.{name}"));
     let signals: Vec<String> =
         std::iter::once("payload".to_string()).chain(model.layout().names.iter().cloned()).chain(names).collect();
     let row = |(x, energies): &(&[f64], &[f64])| {
-        let (own, loads) = energies.split_at(LEDGER_PER_CYLINDER * model.layout().joints());
+        let (own, shared) = energies.split_at(LEDGER_PER_CYLINDER * model.layout().joints());
         let total = |term: usize| own.iter().skip(term).step_by(LEDGER_PER_CYLINDER).sum::<f64>();
         let mut all = vec![PAYLOAD];
         all.extend_from_slice(x);
         all.extend((0..LEDGER_PER_CYLINDER).map(total));
-        all.extend_from_slice(loads);
+        all.extend_from_slice(shared);
         all
     };
     worst_gap(model, &signals, &rows.iter().map(row).collect::<Vec<_>>())

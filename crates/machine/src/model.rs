@@ -27,6 +27,8 @@ pub struct Machine {
     pub sensors: Vec<Sensor>,
     /// Polygons in the inertial frame that controllers keep the tip out of: name and corners (x, z), m.
     pub keep_out: Vec<(String, Vec<[f64; 2]>)>,
+    /// What carries the tip and its load from below; `None`: nothing does.
+    pub ground: Option<Ground>,
     pub control: Control,
     /// One entry per value of the file, in file order.
     pub provenance: Vec<Provenance>,
@@ -297,6 +299,37 @@ pub struct Supply {
 pub struct Payload {
     /// Point mass at the tip, kg.
     pub mass: f64,
+    /// From the tip down to the underside of a load, m, and its growth with the root of the mass, m/kg^(1/2): what the
+    /// ground touches.
+    pub hang: f64,
+    pub hang_growth: f64,
+}
+
+/// Flat ground with flat supports on it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ground {
+    /// Of its surface in the inertial frame, m.
+    pub height: f64,
+    /// N/m
+    pub stiffness: f64,
+    /// Growth of the normal force with the speed of sinking, s/m.
+    pub damping: f64,
+    /// Coulomb's coefficient.
+    pub friction: f64,
+    pub supports: Vec<Support>,
+}
+
+/// A flat support that stands on the ground.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Support {
+    pub name: String,
+    /// Of its surface in the inertial frame, m.
+    pub height: f64,
+    /// It has its full height between these, m.
+    pub from: f64,
+    pub to: f64,
+    /// Length over which the surface rises from the ground on either side of that, m.
+    pub edge: f64,
 }
 
 #[derive(Debug, Clone, PartialEq)]

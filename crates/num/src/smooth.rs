@@ -13,6 +13,35 @@ pub fn positive_part<T: Real>(x: T) -> T {
     T::select(zero.lt(x), x, T::select(x.lt(zero), zero, x * 0.5))
 }
 
+/// `max(x, 0)`, within `width` of zero the parabola that meets both sides with their slopes.
+#[inline(always)]
+pub fn rounded_positive_part<T: Real>(x: T, width: f64) -> T {
+    let parabola = (x + width).square() * (0.25 / width);
+    in_three(x, width, parabola, x)
+}
+
+/// Integral of [`rounded_positive_part`] from minus infinity.
+#[inline(always)]
+pub fn rounded_positive_integral<T: Real>(x: T, width: f64) -> T {
+    let from_the_edge = x + width;
+    let cubic = from_the_edge.square() * from_the_edge * (1.0 / (12.0 * width));
+    in_three(x, width, cubic, x.square() * 0.5 + width * width / 6.0)
+}
+
+/// Zero below `-width`, `middle` up to `width`, `above` from there on.
+#[inline(always)]
+fn in_three<T: Real>(x: T, width: f64, middle: T, above: T) -> T {
+    T::select(x.lt(T::c(-width)), T::c(0.0), T::select(T::c(width).lt(x), above, middle))
+}
+
+/// From zero at `x <= 0` to one at `x >= 1`, with two continuous derivatives, and the first of them.
+#[inline(always)]
+pub fn step<T: Real>(x: T) -> (T, T) {
+    let x = x.clamp(T::c(0.0), T::c(1.0));
+    let rest = T::c(1.0) - x;
+    (x.square() * x * ((x * 6.0 - 15.0) * x + 10.0), x.square() * rest.square() * 30.0)
+}
+
 /// `|x|^exponent` for `exponent >= 1`, rounded off within `scale` of zero (there it is about `scale^exponent`).
 #[inline(always)]
 pub fn power_of_magnitude<T: Real>(x: T, exponent: T, scale: f64) -> T {
@@ -94,6 +123,10 @@ mod tests {
                 signed_root(v, D::c(3e5), D::c(root_curvature(3e5))),
                 signed_three_halves(v, 1e-9),
                 decay(v.abs()),
+                rounded_positive_part(v, 1e-3),
+                rounded_positive_integral(v, 1e-3),
+                step(v).0,
+                step(v).1,
             ] {
                 assert!(y.value.is_finite() && y.derivative[0].is_finite(), "at {x}: {y:?}");
             }
@@ -110,6 +143,27 @@ mod tests {
         for x in [-2.0, -1e-5, 0.0, 3e-10, 0.04] {
             let (roots, power) = (signed_three_halves(x, 1e-9), signed_power(x, 1.5, 1e-9));
             assert!((roots - power).abs() <= 1e-14 * power.abs(), "{x}: {roots} {power}");
+        }
+    }
+
+    #[test]
+    fn a_rounded_positive_part_is_the_slope_of_its_integral_and_exact_outside_its_width() {
+        for x in [-1.0, -0.2, -0.1, 0.03, 0.2, 0.5] {
+            let (part, integral) = (rounded_positive_part(x, 0.2), rounded_positive_integral(D::variable(x, 0), 0.2));
+            assert!((integral.derivative[0] - part).abs() < 1e-15, "{x}");
+        }
+        assert_eq!([-3.0, -0.2, 7.0].map(|x| rounded_positive_part(x, 0.2)), [0.0, 0.0, 7.0]);
+        let edges = [-0.2, 0.2].map(|x| rounded_positive_part(D::variable(x, 0), 0.2).derivative[0]);
+        assert!(edges[0] == 0.0 && (edges[1] - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_step_goes_from_zero_to_one_with_the_slope_it_states() {
+        assert_eq!([-3.0, 0.0, 1.0, 2.0].map(|x| step(x)), [(0.0, 0.0), (0.0, 0.0), (1.0, 0.0), (1.0, 0.0)]);
+        assert!((step(0.5f64).0 - 0.5).abs() < 1e-15);
+        for x in [0.1, 0.5, 0.8] {
+            let (value, slope) = step(D::variable(x, 0));
+            assert!((value.derivative[0] - slope.value).abs() < 1e-14, "{x}");
         }
     }
 

@@ -47,9 +47,9 @@ pub(crate) fn build<const N: usize>(crane: &Crane<N>, name: &str) -> Result<Box<
 }
 
 impl<const N: usize> Crane<N> {
-    /// What a controller believes of this crane: the truth but for the bristles of its friction.
+    /// What a controller believes of this crane: the truth but for the bristles of its friction and the ground.
     pub fn nominal(&self) -> Nominal<N> {
-        let Plant { mechanics, actuations, cylinders, fluid, mains } = *self.plant();
+        let Plant { mechanics, actuations, cylinders, fluid, mains, .. } = *self.plant();
         let (strokes, limits) = (self.spool_strokes(), self.joint_limits());
         Nominal {
             mechanics,

@@ -161,6 +161,22 @@ impl<const N: usize> Crane<N> {
         q
     }
 
+    /// A crane can rest on the ground, and no deeper in it than its own weight and that of the load press it.
+    fn require_above_the_ground(&self, q: &[f64; N], payload: f64) -> Result<(), PoseError> {
+        let mechanics = &self.plant().mechanics;
+        let Some(ground) = &self.plant().ground else { return Ok(()) };
+        let pose = mechanics.pose(q);
+        let force = mechanics.contact(ground, &pose, &[0.0; N], payload).force;
+        let mass = mechanics.bodies.iter().map(|body| body.mass).sum::<f64>() + payload;
+        let (pushed, weight) = (force.z.hypot(force.x), mass * mechanics.gravity.abs());
+        if pushed <= weight {
+            return Ok(());
+        }
+        let tip = mechanics.tip_position(&pose);
+        let (surface, _) = ground.surface(tip.x);
+        Err(PoseError::InTheGround { tip: tip.z, hang: ground.hang(payload), surface, pushed, weight })
+    }
+
     fn write_outputs(&self, oil: Option<&OilTables>, x: &[f64], payload: f64, out: &mut [f64]) {
         let energy_density = |p| oil.map_or(f64::NAN, |oil| oil.energy_density(p));
         outputs::evaluate(self.plant(), &self.layout, energy_density, x, payload, out);
@@ -270,7 +286,8 @@ impl<const N: usize> Model for Crane<N> {
         let pose = self.plant().mechanics.pose(&array::<N>(q));
         let e = self.plant().mechanics.equations(&pose, &array::<N>(qd), payload);
         let gains = self.plant().strokes(&pose);
-        let driving = std::array::from_fn(|j| gains[j].1 * force[j] - e.bias[j]);
+        let mut driving = std::array::from_fn(|j| gains[j].1 * force[j] - e.bias[j]);
+        self.plant().add_contact(&pose, &array::<N>(qd), payload, &mut driving);
         qdd.copy_from_slice(&small::solve_spd(&e.mass_matrix, &driving));
     }
 
@@ -307,6 +324,12 @@ impl<const N: usize> Model for Crane<N> {
         let m = &self.plant().mechanics;
         let pose = m.pose(&array::<N>(q));
         (m.kinetic_energy(&pose, &array::<N>(qd), payload), m.potential_energy(&pose, payload))
+    }
+
+    fn ground_energy(&self, q: &[f64], payload: f64) -> f64 {
+        let mechanics = &self.plant().mechanics;
+        let tip = mechanics.tip_position(&mechanics.pose(&array::<N>(q)));
+        self.plant().ground.as_ref().map_or(0.0, |ground| ground.energy(tip, payload))
     }
 
     fn orifice_flow(&self, cylinder: usize, spool: f64, pressure_drop: f64) -> f64 {
@@ -346,8 +369,8 @@ impl<const N: usize> Model for Crane<N> {
         self.laws.update_input(x, u, dx, slopes);
     }
 
-    fn powers(&self, x: &[f64], powers: &mut [f64]) {
-        self.laws.powers(&self.layout, self.oil(), x, powers);
+    fn powers(&self, x: &[f64], payload: f64, powers: &mut [f64]) {
+        self.laws.powers(&self.layout, self.oil(), x, payload, powers);
     }
 
     fn reference_derivative(&self, x: &[f64], u: &[f64], payload: f64) -> Option<Vec<f64>> {
@@ -390,6 +413,7 @@ impl<const N: usize> Model for Crane<N> {
             return Err(PoseError::OutsideLimits(place));
         }
         let q = self.on_the_stops(array::<N>(q), payload);
+        self.require_above_the_ground(&q, payload)?;
         self.plant().rest(&self.machine, &self.layout, &q, mode, payload)
     }
     fn controller(&self, name: &str) -> Result<Box<dyn Controller>, String> {

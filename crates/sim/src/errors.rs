@@ -43,6 +43,11 @@ pub enum PoseError {
     )]
     OutsideStroke { joint: String, coordinate: f64, cylinder: String, position: f64, lower: f64, upper: f64 },
     #[error(
+        "the tip at {tip:.3} m with what hangs {hang:.3} m below it lies in the ground, whose surface is at {surface:.3} m: \
+         the ground would push with {pushed:.0} N, more than crane and load weigh ({weight:.0} N); raise the tip"
+    )]
+    InTheGround { tip: f64, hang: f64, surface: f64, pushed: f64, weight: f64 },
+    #[error(
         "cylinder `{cylinder}` cannot keep its pressures in this pose: it has to carry {force:.0} N, and no spool \
          opening balances its leakage between tank and supply pressure; lower the payload or choose mode \"hold\""
     )]

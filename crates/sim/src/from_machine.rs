@@ -5,6 +5,7 @@ use crate::errors::BuildError;
 use crate::plant::Plant;
 use hydrocrane_machine::model as file;
 use hydrocrane_num::{portable, smooth, Vec2};
+use hydrocrane_physics::dynamics::ground::{Ground, Soil, Support, MOST_SUPPORTS};
 use hydrocrane_physics::dynamics::{Body, Mechanics};
 use hydrocrane_physics::friction::{lugre::LuGre, StaticParameters};
 use hydrocrane_physics::geometry::four_bar::FourBar;
@@ -43,7 +44,28 @@ pub fn plant<const N: usize>(m: &file::Machine) -> Result<Plant<f64, N>, BuildEr
         cylinders: std::array::from_fn(|i| cylinder(m, &m.cylinders[i])),
         fluid: fluid(&m.fluid),
         mains: Mains { supply: m.supply.pressure, tank: m.supply.tank_pressure },
+        ground: m.ground.as_ref().map(|g| ground(g, &m.payload)),
     })
+}
+
+fn ground(g: &file::Ground, load: &file::Payload) -> Ground<f64> {
+    let mut supports: Vec<&file::Support> = g.supports.iter().collect();
+    supports.sort_by(|a, b| a.height.total_cmp(&b.height));
+    let support = |s: &file::Support| Support { height: s.height, from: s.from, to: s.to, edge: s.edge };
+    // Places that stay free are not looked at.
+    let none = Support { height: 0.0, from: 0.0, to: 0.0, edge: 1.0 };
+    Ground {
+        soil: Soil {
+            height: g.height,
+            stiffness: g.stiffness,
+            damping: g.damping,
+            friction: g.friction,
+            hang: load.hang,
+            hang_growth: load.hang_growth,
+        },
+        supports: std::array::from_fn(|i| supports.get(i).map_or(none, |s| support(s))),
+        count: supports.len().min(MOST_SUPPORTS),
+    }
 }
 
 fn joint(m: &file::Machine, i: usize) -> Joint<f64> {

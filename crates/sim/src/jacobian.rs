@@ -2,7 +2,7 @@
 //!
 //! A cylinder's laws see six local numbers (x, v, p1, p2, xs, z) and no other cylinder; the chain's forces hand out their
 //! slopes by joint coordinates and rates. The blocks are joined by the chain rule through x(q), v = g(q) q' and
-//! q'' = M^-1 (g f - b).
+//! q'' = M^-1 (g f + J^T F - b).
 
 use crate::cylinder_group::{CylinderGroup, Member};
 use crate::cylinder_slopes::{Piston, RateSlopes};
@@ -65,7 +65,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         (placed, gain_slopes)
     }
 
-    /// Slopes of q'' from those of g f - b - M q'' at given q'': solves M (dq''/dy) = d(g f - b - M q'')/dy column by column.
+    /// Slopes of q'' from those of g f + J^T F - b - M q'' at given q'': solves M (dq''/dy) = d(...)/dy column by column.
     #[inline(always)]
     fn write_accelerations(
         &self,
@@ -77,7 +77,17 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         out: &mut BlockArrow<T>,
     ) {
         let Accelerated { mass, qdd } = accelerated;
-        let needed = self.plant.mechanics.force_slopes(&placed.pose, &placed.rates, qdd, payload);
+        let mechanics = &self.plant.mechanics;
+        let mut needed = mechanics.force_slopes(&placed.pose, &placed.rates, qdd, payload);
+        if let Some(ground) = &self.ground {
+            let given = mechanics.contact_slopes(ground, &placed.pose, &placed.rates, payload);
+            for j in 0..N {
+                for c in 0..N {
+                    needed.by_q[j][c] -= given.by_q[j][c];
+                    needed.by_qd[j][c] -= given.by_qd[j][c];
+                }
+            }
+        }
         for c in 0..N {
             let gain = placed.gains[c];
             let slopes = &mut out.cylinders[c];

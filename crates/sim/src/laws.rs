@@ -74,11 +74,11 @@ impl<const N: usize> Laws<N> {
     }
 
     /// Writes the powers of the ledger at the state `x`.
-    pub fn powers(&self, layout: &Layout, oil: &OilTables, x: &[f64], out: &mut [f64]) {
+    pub fn powers(&self, layout: &Layout, oil: &OilTables, x: &[f64], payload: f64, out: &mut [f64]) {
         match self {
-            Laws::Wide(evaluator) => powers(evaluator, layout, oil, x, out),
+            Laws::Wide(evaluator) => powers(evaluator, layout, oil, x, payload, out),
             #[cfg(target_arch = "x86_64")]
-            Laws::Single(evaluator) => powers(evaluator, layout, oil, x, out),
+            Laws::Single(evaluator) => powers(evaluator, layout, oil, x, payload, out),
         }
     }
 }
@@ -120,10 +120,11 @@ fn powers<L: Pack<f64>, const N: usize>(
     layout: &Layout,
     oil: &OilTables,
     x: &[f64],
+    payload: f64,
     out: &mut [f64],
 ) {
     L::apart(
         #[inline(always)]
-        || evaluator.powers(layout, oil, x, out),
+        || evaluator.powers(layout, oil, x, payload, out),
     );
 }

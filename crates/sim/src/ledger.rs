@@ -1,14 +1,15 @@
 //! Energy ledger: the powers whose integrals explain where the pump's work went.
 //!
-//! With U the oil's elastic energy, T + V the mechanical energy, and the energies of end stops and bristles:
+//! With U the oil's elastic energy, T + V the mechanical energy, and the energies of end stops, bristles and ground:
 //! ```text
-//! d(U + T + V + stops + bristles)/dt = supply - tank + elastic
-//!     - edges - connectors - internal leakage - external leakage - friction - end stops
+//! d(U + T + V + stops + bristles + ground)/dt = supply - tank + elastic
+//!     - edges - connectors - internal leakage - external leakage - friction - end stops - contact
 //! ```
 //! `elastic` is the strain energy that oil carries with it through the chamber boundaries (w q, with w the
 //! energy density at the chamber's pressure). `work` (net force times velocity) is a transfer inside the sum.
 
 use crate::cylinder_unit::{LocalRates, LocalState};
+use hydrocrane_machine::Machine;
 use hydrocrane_num::Real;
 
 pub const LEDGER_PER_CYLINDER: usize = 13;
@@ -29,6 +30,18 @@ pub const LEDGER_TERMS: [(&str, &str, f64); LEDGER_PER_CYLINDER] = [
     ("friction", "heat of seal friction", -1.0),
     ("end_stop", "heat of end stop damping", -1.0),
 ];
+
+/// The same of what the ground takes.
+pub const GROUND_TERMS: [(&str, &str, f64); 1] = [("contact", "heat of the contact with the ground", -1.0)];
+
+/// Terms that follow those of the cylinders: none where a machine has no ground.
+pub fn ground_terms(machine: &Machine) -> &'static [(&'static str, &'static str, f64)] {
+    if machine.ground.is_some() {
+        &GROUND_TERMS
+    } else {
+        &[]
+    }
+}
 
 /// Powers (W) in the order of [`LEDGER_TERMS`]; `stored` are the oil's energy densities in the two chambers, J/m^3.
 #[inline(always)]

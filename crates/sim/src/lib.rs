@@ -52,7 +52,7 @@ pub use equilibrium::EquilibriumMode;
 pub use errors::{BuildError, PoseError, StrokeError};
 pub use hydrocrane_control::controller;
 pub use layout::Layout;
-pub use ledger::{LEDGER_PER_CYLINDER, LEDGER_TERMS};
+pub use ledger::{ground_terms, LEDGER_PER_CYLINDER, LEDGER_TERMS};
 pub use limits::{JointLimits, LimitReason};
 pub use live::Live;
 pub use model::{Model, Passivity};

@@ -84,8 +84,11 @@ pub trait Model: Send + Sync {
     fn linearise(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], slopes: &mut BlockArrow<f64>);
     /// Brings the derivative and its slopes at the state `x` up to other commands `u`.
     fn update_input(&self, x: &[f64], u: &[f64], dx: &mut [f64], slopes: &mut BlockArrow<f64>);
-    /// Writes the powers of the ledger, W: cylinder by cylinder its [terms](crate::LEDGER_TERMS).
-    fn powers(&self, x: &[f64], powers: &mut [f64]);
+    /// Energy in the spring of the ground, J.
+    fn ground_energy(&self, q: &[f64], payload: f64) -> f64;
+    /// Writes the powers of the ledger, W: cylinder by cylinder its [terms](crate::LEDGER_TERMS), then
+    /// [that of the ground](crate::ground_terms).
+    fn powers(&self, x: &[f64], payload: f64, powers: &mut [f64]);
     /// Row-major Jacobian.
     fn jacobian(&self, x: &[f64], u: &[f64], payload: f64, jacobian: &mut [f64]) {
         let mut slopes = BlockArrow::new(self.layout().axes());

@@ -35,14 +35,24 @@ const GLOBAL: [(&str, &str, &str); 9] = [
     ("energy.bristles", "J", "energy in the bristles of LuGre friction"),
 ];
 
+/// What follows where there is a ground.
+const OF_GROUND: [(&str, &str, &str); 3] = [
+    ("energy.ground", "J", "energy in the spring of the ground"),
+    ("tip.contact.x", "N", "force of the ground on the tip or its load, forward"),
+    ("tip.contact.z", "N", "force of the ground on the tip or its load, up"),
+];
+
 /// Where the stored energies stand.
-pub const ENERGIES: std::ops::Range<usize> = 4..GLOBAL.len();
+pub fn energies(machine: &Machine) -> std::ops::Range<usize> {
+    4..GLOBAL.len() + usize::from(machine.ground.is_some())
+}
 
 /// The outputs of a machine, in the order of [`evaluate`].
 pub fn info(machine: &Machine) -> Vec<OutputInfo> {
     let owned = |name: String, unit, long_name: String| OutputInfo { name, unit, long_name };
-    let mut all: Vec<OutputInfo> =
-        GLOBAL.iter().map(|(n, u, l)| owned((*n).to_string(), *u, (*l).to_string())).collect();
+    let of_ground = if machine.ground.is_some() { &OF_GROUND[..] } else { &[] };
+    let global = GLOBAL.iter().chain(of_ground);
+    let mut all: Vec<OutputInfo> = global.map(|(n, u, l)| owned((*n).to_string(), *u, (*l).to_string())).collect();
     for c in &machine.cylinders {
         for (name, unit, long_name) in PER_CYLINDER {
             all.push(owned(format!("cylinder.{}.{name}", c.name), unit, format!("{} {long_name}", c.name)));
@@ -87,8 +97,15 @@ pub fn evaluate<T: Real, const N: usize>(
         stops,
         bristles,
     ];
-    out[..global.len()].copy_from_slice(&global);
-    for ((s, r), row) in local.iter().zip(&rates).zip(out[global.len()..].chunks_exact_mut(PER_CYLINDER.len())) {
+    let (first, mut rest) = out.split_at_mut(global.len());
+    first.copy_from_slice(&global);
+    if let Some(ground) = &plant.ground {
+        let force = plant.mechanics.contact(ground, &e.pose, &e.rates, payload).force;
+        let (of_ground, others) = rest.split_at_mut(OF_GROUND.len());
+        of_ground.copy_from_slice(&[ground.energy(tip, payload), force.x, force.z]);
+        rest = others;
+    }
+    for ((s, r), row) in local.iter().zip(&rates).zip(rest.chunks_exact_mut(PER_CYLINDER.len())) {
         row.copy_from_slice(&[s.x, s.v, r.force, r.friction, r.edges.port_a(), r.edges.port_b()]);
     }
 }

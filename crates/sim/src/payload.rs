@@ -95,7 +95,8 @@ pub(crate) fn change_payload(model: &dyn Model, time: f64, x: &mut [f64], mass: 
         loss = model.attach(q, qd, mass[0], load, &mut rates);
         qd.copy_from_slice(&rates);
     }
-    let potential = |payload: f64| model.energies(q, &vec![0.0; n], payload).1;
+    // What hangs at the tip decides how deep the ground is pressed.
+    let potential = |payload: f64| model.energies(q, &vec![0.0; n], payload).1 + model.ground_energy(q, payload);
     // A load that is taken up lies still; one that is let go leaves with the tip's velocity.
     let carried_off = 0.5 * (-load).max(0.0) * (before[0] * before[0] + before[1] * before[1]);
     let brought = potential(mass[1]) - potential(mass[0]) - carried_off;

@@ -2,6 +2,7 @@
 
 use crate::cylinder_unit::{CylinderUnit, Mains};
 use hydrocrane_num::Real;
+use hydrocrane_physics::dynamics::ground::Ground;
 use hydrocrane_physics::dynamics::Mechanics;
 use hydrocrane_physics::geometry::chain::ChainPose;
 use hydrocrane_physics::geometry::stroke::Actuation;
@@ -15,6 +16,8 @@ pub struct Plant<T, const N: usize> {
     pub cylinders: [CylinderUnit<T>; N],
     pub fluid: Fluid<T>,
     pub mains: Mains<T>,
+    /// `None`: nothing carries the tip from below.
+    pub ground: Option<Ground<T>>,
 }
 
 impl<T: Copy, const N: usize> Plant<T, N> {
@@ -26,6 +29,7 @@ impl<T: Copy, const N: usize> Plant<T, N> {
             cylinders: self.cylinders.map(|c| c.map(f)),
             fluid: self.fluid.map(f),
             mains: self.mains.map(f),
+            ground: self.ground.map(|g| g.map(f)),
         }
     }
 }
@@ -49,10 +53,26 @@ impl<T: Real, const N: usize> Plant<T, N> {
         inside
     }
 
-    /// Net cylinder forces that hold the crane at rest, N.
+    /// Adds the forces of the ground to those that drive the joints.
+    #[inline(always)]
+    pub fn add_contact(&self, pose: &ChainPose<T, N>, rates: &[T; N], payload: T, driving: &mut [T; N]) {
+        let Some(ground) = &self.ground else { return };
+        let contact = self.mechanics.contact(ground, pose, rates, payload);
+        let along = self.mechanics.along_joints(pose, contact.force);
+        for j in 0..N {
+            driving[j] += along[j];
+        }
+    }
+
+    /// Net cylinder forces that hold the crane at rest, N, with what the ground carries.
     pub fn static_force(&self, q: &[T; N], payload: T) -> [T; N] {
-        let pose = self.mechanics.pose(q);
-        let bias = self.mechanics.equations(&pose, &[T::c(0.0); N], payload).bias;
+        let (pose, still) = (self.mechanics.pose(q), [T::c(0.0); N]);
+        let mut bias = self.mechanics.equations(&pose, &still, payload).bias;
+        if self.ground.is_some() {
+            let mut carried = still;
+            self.add_contact(&pose, &still, payload, &mut carried);
+            (0..N).for_each(|j| bias[j] -= carried[j]);
+        }
         let strokes = self.strokes(&pose);
         std::array::from_fn(|j| bias[j] / strokes[j].1)
     }

@@ -28,6 +28,50 @@ fn quarter(a: V) -> V {
     [-a[1], a[0]]
 }
 
+/// Force of the ground on the tip at `at` with velocity `v`.
+fn push_of_ground(ground: &Ground, load: &Payload, at: V, v: V, payload: f64) -> V {
+    // The highest of the supports, each with smooth flanks.
+    let (mut height, mut slope) = (ground.height, 0.0);
+    let mut supports: Vec<&Support> = ground.supports.iter().collect();
+    supports.sort_by(|a, b| a.height.partial_cmp(&b.height).expect("numbers"));
+    for s in supports {
+        let (share, share_slope) = if at[0] < s.from { flank((at[0] - s.from + s.edge) / s.edge) } else { (1.0, 0.0) };
+        let (falling, falling_slope) = if at[0] > s.to { flank((s.to + s.edge - at[0]) / s.edge) } else { (1.0, 0.0) };
+        let rise = s.height - height;
+        let (both, both_slope) = (share * falling, (share_slope - falling_slope) / s.edge);
+        (height, slope) = (height + rise * both, slope * (1.0 - both) + rise * both_slope);
+    }
+    let hang = match payload {
+        m if m <= 0.0 => 0.0,
+        // Below 1 kg a parabola stands for the root.
+        m if m < 1.0 => load.hang + load.hang_growth * m * (3.0 - m) / 2.0,
+        m => load.hang + load.hang_growth * m.sqrt(),
+    };
+    let depth = height - (at[1] - hang);
+    if depth <= 0.0 {
+        return [0.0; 2];
+    }
+    let pressed = if depth < 2e-3 { depth * depth / 4e-3 } else { depth - 1e-3 };
+    let hardening = 1.0 + ground.damping * (slope * v[0] - v[1]);
+    let factor = match hardening {
+        r if r <= -0.5 => 0.0,
+        r if r < 0.5 => (r + 0.5) * (r + 0.5) / 2.0,
+        r => r,
+    };
+    let normal = ground.stiffness * pressed * factor;
+    let rubbing = ground.friction * normal * ((v[0] + slope * v[1]) / 0.02).tanh();
+    add(scale([-slope, 1.0], normal), scale([1.0, slope], -rubbing))
+}
+
+/// A smooth rise from 0 to 1 and its slope.
+fn flank(t: f64) -> (f64, f64) {
+    match t {
+        t if t <= 0.0 => (0.0, 0.0),
+        t if t >= 1.0 => (1.0, 0.0),
+        t => (10.0 * t.powi(3) - 15.0 * t.powi(4) + 6.0 * t.powi(5), 30.0 * (t * (1.0 - t)).powi(2)),
+    }
+}
+
 /// State derivative of a corrected machine; `None` where any law is switched to as-printed.
 ///
 /// Order of states: joint coordinates, joint rates, then per cylinder p1, p2, xs, vs and, with LuGre, z.
@@ -190,6 +234,15 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         let force = p1 * a1 - p2 * a2 + push(inner) - push(outer) - damping - friction;
         torque[i] = gain * force;
         s += if f.model == FrictionModel::LuGre { 5 } else { 4 };
+    }
+
+    if let Some(ground) = &m.ground {
+        let at = world(&m.tip);
+        let v = (0..n).fold([0.0; 2], |sum, j| add(sum, scale(velocity(j, at), qd[j])));
+        let force = push_of_ground(ground, &m.payload, at, v, payload);
+        for (j, torque) in torque.iter_mut().enumerate() {
+            *torque += dot(velocity(j, at), force);
+        }
     }
 
     // Newton-Euler: joint forces needed for given accelerations; its value at zero is the bias force, its

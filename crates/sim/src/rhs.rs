@@ -8,6 +8,7 @@ use crate::plant::Plant;
 use hydrocrane_num::small::Spd;
 use hydrocrane_num::{Dual, Pack, Real};
 use hydrocrane_ode::AxisStates;
+use hydrocrane_physics::dynamics::ground::Ground;
 use hydrocrane_physics::geometry::chain::ChainPose;
 use hydrocrane_physics::geometry::frames::JointPose;
 use hydrocrane_physics::geometry::stroke::Actuation;
@@ -20,6 +21,8 @@ pub struct Evaluator<T, L, const N: usize> {
     pub groups: Vec<CylinderGroup<L>>,
     /// The pistons' places with their derivatives by the joints.
     pub pistons: [Actuation<Dual<T, 1>>; N],
+    /// The ground with its derivatives by place and velocity of the tip.
+    pub ground: Option<Ground<Dual<T, 4>>>,
 }
 
 /// Where everything is at one state. Pistons by cylinder: position (m), d(position)/d(joint coordinate), velocity (m/s).
@@ -83,6 +86,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
         for c in 0..N {
             driving[c] = placed.gains[c] * forces[c] - equations.bias[c];
         }
+        self.add_contact(&placed.pose, &placed.rates, payload, &mut driving);
         let mass = Spd::new(&equations.mass_matrix);
         Accelerated { mass, qdd: mass.solve(&driving) }
     }
@@ -94,6 +98,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
             plant: *plant,
             groups: CylinderGroup::all(plant, layout),
             pistons: plant.actuations.map(|actuation| actuation.map(&mut Dual::constant)),
+            ground: plant.ground.map(|ground| ground.map(&mut Dual::constant)),
         }
     }
 
@@ -140,10 +145,14 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         write_joints(layout, &placed.rates, &qdd, dx);
     }
 
-    /// Writes the powers of the ledger (W), cylinder by cylinder.
+    /// Writes the powers of the ledger (W), cylinder by cylinder, then that of the ground.
     #[inline(always)]
-    pub fn powers(&self, layout: &Layout, oil: &OilTables, x: &[T], out: &mut [T]) {
+    pub fn powers(&self, layout: &Layout, oil: &OilTables, x: &[T], payload: T, out: &mut [T]) {
         let placed = self.place(layout, x);
+        if let Some(ground) = &self.plant.ground {
+            let contact = self.plant.mechanics.contact(ground, &placed.pose, &placed.rates, payload);
+            out[N * LEDGER_PER_CYLINDER] = contact.heat;
+        }
         for group in &self.groups {
             let local = group.local(&placed.positions, &placed.velocities, x);
             group.write_powers(&group.powers(oil, &local), out);

@@ -1,6 +1,6 @@
 //! Open-loop runs: spool commands in, a record and an outcome out.
 
-use crate::ledger::LEDGER_PER_CYLINDER;
+use crate::ledger::{ground_terms, LEDGER_PER_CYLINDER};
 use crate::model::{Model, MAX_JOINTS};
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::payload::{self, Loads, PayloadChange, PayloadEvent};
@@ -39,7 +39,7 @@ impl RunOptions {
     /// Number of energies integrated along.
     pub(crate) fn quadratures(&self, model: &dyn Model) -> usize {
         if self.ledger {
-            LEDGER_PER_CYLINDER * model.layout().joints()
+            LEDGER_PER_CYLINDER * model.layout().joints() + ground_terms(model.machine()).len()
         } else {
             0
         }
@@ -52,8 +52,8 @@ pub struct Run {
     pub times: Vec<f64>,
     /// Row-major, one row per time.
     pub states: Vec<f64>,
-    /// Energies (J) since the start, one row per time: the cylinders' terms, then those of the payload; empty without
-    /// ledger.
+    /// Energies (J) since the start, one row per time: the cylinders' terms, that of the ground where there is one,
+    /// those of the payload; empty without ledger.
     pub ledger: Vec<f64>,
     /// kg at the tip, one per time. A row at the instant of a change has the state before it.
     pub payloads: Vec<f64>,
@@ -112,7 +112,7 @@ impl System for Driven<'_> {
         self.model.derivative(x, &self.command(t), self.payload, dx);
     }
     fn quadrature_rates(&self, x: &[f64], dw: &mut [f64]) {
-        self.model.powers(x, dw);
+        self.model.powers(x, self.payload, dw);
     }
     fn linearise(&self, t: f64, x: &[f64], at: &mut Linearisation) {
         let (rate, slopes) = at.block_arrow(self.model.layout().axes(), 0);

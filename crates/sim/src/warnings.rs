@@ -1,9 +1,9 @@
 //! What makes a run doubtful, with its cause and its cure.          reference: docs/reference/warnings.md
 
-use crate::ledger::LEDGER_TERMS;
+use crate::ledger::{ground_terms, LEDGER_PER_CYLINDER, LEDGER_TERMS};
 use crate::limits::JointLimits;
 use crate::model::Model;
-use crate::outputs::ENERGIES;
+use crate::outputs::energies;
 use crate::payload::PAYLOAD_TERMS;
 use crate::run::Driven;
 use hydrocrane_machine::model::{Cavitation, Cylinder, Joint, JointKind};
@@ -153,8 +153,11 @@ impl Watch {
         let Some(audit) = &mut self.audit else { return };
         audit.next = stepper.t + AUDIT_INTERVAL;
         let gained = stored(driven.model, driven.payload, stepper, &mut audit.outputs) - audit.start;
-        let own = stepper.integrals().chunks_exact(LEDGER_TERMS.len()).flat_map(|row| row.iter().zip(&LEDGER_TERMS));
-        let entries = own.chain(driven.loads.account.iter().zip(&PAYLOAD_TERMS));
+        let machine = driven.model.machine();
+        let (of_cylinders, of_ground) = stepper.integrals().split_at(LEDGER_PER_CYLINDER * machine.cylinders.len());
+        let own = of_cylinders.chunks_exact(LEDGER_PER_CYLINDER).flat_map(|row| row.iter().zip(&LEDGER_TERMS));
+        let shared = of_ground.iter().zip(ground_terms(machine));
+        let entries = own.chain(shared).chain(driven.loads.account.iter().zip(&PAYLOAD_TERMS));
         let (mut balance, mut flowed) = (0.0, 0.0);
         for (energy, (_, _, sign)) in entries {
             balance += sign * energy;
@@ -199,7 +202,7 @@ const STANDARD_VACUUM: f64 = -1e5;
 /// Energy stored in crane and oil, J.
 fn stored(model: &dyn Model, payload: f64, stepper: &Stepper, outputs: &mut [f64]) -> f64 {
     model.outputs(&stepper.x, payload, outputs);
-    outputs[ENERGIES].iter().sum()
+    outputs[energies(model.machine())].iter().sum()
 }
 
 impl Found {

@@ -234,6 +234,7 @@ fn begin(request: Request, stage: Option<Stage>, replay: Option<Replay>) -> Resu
     let stated = now.request.pose(&machine)?;
     let limits = now.model.joint_limits();
     let pose: Vec<f64> = stated.iter().zip(limits).map(|(q, l)| q.unwrap_or(0.5 * (l.lower + l.upper))).collect();
+    let pose = if replay.is_none() { clear_of_the_ground(&now, pose, payload) } else { pose };
     let at_rest = now.model.equilibrium(&pose, EquilibriumMode::Hold, payload);
     let x0 = at_rest.map_err(|error| Problem::plain(error.to_string()))?;
     let doubts = [implausible(&machine), moved_starts(now.model.as_ref(), &pose, &x0)].concat();
@@ -261,6 +262,22 @@ fn begin(request: Request, stage: Option<Stage>, replay: Option<Replay>) -> Resu
     };
     drive.live.end_phase_at(drive.next_phase());
     Ok(drive)
+}
+
+/// A start that the request leaves open is raised by the first joint until the load hangs clear of the ground.
+fn clear_of_the_ground(now: &Setting, pose: Vec<f64>, payload: f64) -> Vec<f64> {
+    const PARTS: u32 = 50;
+    let stated = now.request.joints.contains_key(&now.model.machine().joints[0].name);
+    if stated || now.model.ground_energy(&pose, payload) == 0.0 {
+        return pose;
+    }
+    let limits = &now.model.joint_limits()[0];
+    let raised = |end: f64, part: u32| {
+        let first = pose[0] + (end - pose[0]) * f64::from(part) / f64::from(PARTS + 1);
+        [&[first], &pose[1..]].concat()
+    };
+    let tries = (1..=PARTS).flat_map(|part| [limits.upper, limits.lower].map(|end| raised(end, part)));
+    tries.into_iter().find(|q| now.model.ground_energy(q, payload) == 0.0).unwrap_or_else(|| pose.clone())
 }
 
 /// What a request puts in force from time zero on, after what was changed `before`.

@@ -1,7 +1,7 @@
 //! The numbers of an instant in one row, for charts and drawing.
 
 use crate::cockpit::Drive;
-use hydrocrane_sim::{LEDGER_PER_CYLINDER, LEDGER_TERMS, PAYLOAD_TERMS};
+use hydrocrane_sim::{ground_terms, Model, LEDGER_PER_CYLINDER, LEDGER_TERMS, PAYLOAD_TERMS};
 use serde_json::{json, Value};
 
 /// What stands before the lists.
@@ -46,7 +46,7 @@ pub fn signals(drive: &Drive) -> Vec<Value> {
         let long = format!("{} spool command at the valve", cylinder.name);
         all.push(entry(&format!("command.{}", cylinder.name), "m", &long));
     }
-    for (name, long, _) in LEDGER_TERMS.iter().chain(&PAYLOAD_TERMS) {
+    for (name, long, _) in ledger_terms(drive.now.model.as_ref()) {
         all.push(entry(&format!("ledger.{name}"), "J", long));
     }
     all
@@ -82,7 +82,8 @@ impl Frame {
         if state.len() != layout.len() {
             return None;
         }
-        let unknown = vec![f64::NAN; cylinders * LEDGER_PER_CYLINDER + PAYLOAD_TERMS.len()];
+        let shared = ground_terms(drive.now.model.machine()).len() + PAYLOAD_TERMS.len();
+        let unknown = vec![f64::NAN; cylinders * LEDGER_PER_CYLINDER + shared];
         let instant = Instant {
             time: *time,
             payload: *payload,
@@ -125,11 +126,16 @@ struct Instant<'a> {
     energies: &'a [f64],
 }
 
-/// The terms of the account, each over all cylinders.
+/// Name, meaning and sign of the account's terms.
+pub fn ledger_terms(model: &dyn Model) -> impl Iterator<Item = &'static (&'static str, &'static str, f64)> {
+    LEDGER_TERMS.iter().chain(ground_terms(model.machine())).chain(&PAYLOAD_TERMS)
+}
+
+/// The terms of the account, those of cylinders each over all of them.
 fn ledger(energies: &[f64], cylinders: usize) -> Vec<f64> {
-    let (own, payload) = energies.split_at(cylinders * LEDGER_PER_CYLINDER);
+    let (own, shared) = energies.split_at(cylinders * LEDGER_PER_CYLINDER);
     let total = |term: usize| own.iter().skip(term).step_by(LEDGER_PER_CYLINDER).sum();
-    (0..LEDGER_PER_CYLINDER).map(total).chain(payload.iter().copied()).collect()
+    (0..LEDGER_PER_CYLINDER).map(total).chain(shared.iter().copied()).collect()
 }
 
 /// The velocity of the tip that the stick asks for; none where levers move the cylinders.

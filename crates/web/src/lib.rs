@@ -7,6 +7,7 @@ mod description;
 pub mod face;
 mod frame;
 mod friction;
+mod ground;
 mod offered;
 mod problem;
 mod replay;

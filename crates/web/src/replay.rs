@@ -89,6 +89,7 @@ fn stage(
         dead_zone: stick.map_or(0.0, |stick| stick.dead_zone),
         ramp: stick.map_or(0.0, |stick| stick.ramp),
         scenario: None,
+        ground: false,
         keep_state: false,
     };
     let rows = 0..stick.map_or(0, |stick| stick.time.len());

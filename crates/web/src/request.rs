@@ -1,6 +1,7 @@
 //! What a page asks for: machine, start, controller, sensors, as JSON.
 
 use crate::friction;
+use crate::ground;
 use crate::problem::Problem;
 use hydrocrane_machine::{
     bundled_scenarios, load, parse, parse_scenario, quantity, Machine, OverrideValue, CONTROLLERS, MOST_SEED,
@@ -44,6 +45,9 @@ pub struct Request {
     pub ramp: f64,
     /// A scenario whose sticks and loads are repeated; it stands for everything above but the `text` of its machine.
     pub scenario: Option<String>,
+    /// Whether the ground that is drawn carries, where the machine states no ground of its own.
+    #[serde(default)]
+    pub ground: bool,
     /// Go on from the state at hand where the machine still has the same states.
     #[serde(default)]
     pub keep_state: bool,
@@ -134,6 +138,11 @@ impl Request {
             let speeds = CONTROLLERS.iter().map(|(name, _)| format!("control.{name}.full-speed"));
             replace(&mut changes, speeds.map(|key| (key, OverrideValue::Number(speed))).collect());
         }
+        if self.ground {
+            let own = changes.iter().filter(|(key, _)| !ground::is_its(key)).cloned().collect::<Vec<_>>();
+            let others = ground::drawn(&self.load(&own)?);
+            changes.extend(others.into_iter().filter(|(key, _)| !self.overrides.contains_key(key)));
+        }
         let mut machine = self.load(&changes)?;
         if self.friction != 1.0 {
             replace(&mut changes, friction::changes(&machine, self.friction));
@@ -191,7 +200,7 @@ fn replace(changes: &mut Vec<(String, OverrideValue)>, others: Vec<(String, Over
 }
 
 /// The numbers that the machine states for a key.
-fn stated(machine: &Machine, key: &str) -> Option<OverrideValue> {
+pub fn stated(machine: &Machine, key: &str) -> Option<OverrideValue> {
     let entry = machine.provenance.iter().find(|entry| entry.key == key && !entry.value.si.is_empty())?;
     Some(in_si(&entry.value.si, 1.0))
 }

@@ -7,9 +7,9 @@ use hydrocrane_evidence::lowering::lowering;
 use serde_json::json;
 use std::process::ExitCode;
 
-const OPTIONS: [&str; 14] = [
+const OPTIONS: [&str; 15] = [
     "machines", "modes", "payloads", "drives", "seconds", "followed", "seed", "threads", "script", "core", "against",
-    "output", "lowering", "keep",
+    "output", "lowering", "keep", "ground",
 ];
 
 fn main() -> ExitCode {
@@ -59,11 +59,16 @@ fn cases(given: &Arguments) -> Result<Vec<Case>, String> {
         .map(|text| text.parse().map_err(|_| format!("--payloads: `{text}` is no number of kg")))
         .collect();
     let payloads = payloads?;
+    let ground = match given.text("ground") {
+        Some("yes") => true,
+        Some("no") | None => false,
+        Some(other) => return Err(format!("--ground {other}: give yes or no")),
+    };
     let mut cases = Vec::new();
     for machine in given.list("machines", &machines()) {
         for mode in given.list("modes", &modes()) {
             for payload in &payloads {
-                cases.push(Case { machine: machine.clone(), mode: mode.clone(), payload: *payload });
+                cases.push(Case { machine: machine.clone(), mode: mode.clone(), payload: *payload, ground });
             }
         }
     }

@@ -18,7 +18,12 @@ fn random_drives_hold_with_every_machine_mode_and_payload() {
     for machine in machines() {
         for mode in modes() {
             let payloads = [0.0, 80.0, 300.0];
-            cases.extend(payloads.map(|payload| Case { machine: machine.into(), mode: mode.into(), payload }));
+            cases.extend(payloads.map(|payload| Case {
+                machine: machine.into(),
+                mode: mode.into(),
+                payload,
+                ground: true,
+            }));
         }
     }
     let all = campaign(&cases, &options(1, 8.0), &|_| ()).expect("drives");
@@ -55,7 +60,7 @@ impl Core for Wrong {
 
 #[test]
 fn every_kind_of_wrong_drive_is_found() {
-    let case = Case { machine: "rig-rottne".into(), mode: "lever".into(), payload: 0.0 };
+    let case = Case { machine: "rig-rottne".into(), mode: "lever".into(), payload: 0.0, ground: false };
     type Change = fn(&mut Course);
     let wrong: [(&str, Change); 5] = [
         ("ended", |course| {
@@ -87,7 +92,7 @@ fn every_kind_of_wrong_drive_is_found() {
 #[test]
 fn the_bound_at_rest_is_that_of_a_hanging_load() {
     // Rod side of the friction rig: piston side on the supply, and the load pulls outward.
-    let case = Case { machine: "rig-rottne".into(), mode: "lever".into(), payload: 115.0 };
+    let case = Case { machine: "rig-rottne".into(), mode: "lever".into(), payload: 115.0, ground: false };
     let (machine, model) = case.model().expect("a machine");
     let [piston, rod] = [0.05f64, 0.03].map(|d| std::f64::consts::FRAC_PI_4 * d * d);
     let load = -(115.0 + 5.173) * 9.81;

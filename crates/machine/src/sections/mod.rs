@@ -7,6 +7,7 @@ mod cylinder;
 mod errata;
 mod fluid;
 mod friction;
+mod ground;
 mod joint;
 mod keep_out;
 mod link;
@@ -20,13 +21,13 @@ pub use joint::coordinate;
 
 use crate::document::Node;
 use crate::errors::MachineError;
-use crate::model::{Equilibrium, Machine, Payload};
+use crate::model::{Equilibrium, Machine};
 use crate::quantities;
 use crate::reader::{Log, Reader, Sign};
 
 type Result<T> = std::result::Result<T, MachineError>;
 
-const ROOT_KEYS: [&str; 17] = [
+const ROOT_KEYS: [&str; 18] = [
     "extends",
     "include",
     "machine",
@@ -42,6 +43,7 @@ const ROOT_KEYS: [&str; 17] = [
     "equilibrium",
     "sensor",
     "keep-out",
+    "ground",
     "control",
     "errata",
 ];
@@ -69,11 +71,12 @@ pub fn machine(tree: &Node) -> Result<Machine> {
         tip: reference::point(&head.required("tip", "a point as \"link.point\"")?, &links)?,
         fluid: fluid::read(&root)?,
         supply: fluid::supply(&root)?,
-        payload: payload(&root)?,
+        payload: ground::payload(&root)?,
         equilibrium: equilibrium(&root)?,
         errata: errata::read(&root, &cylinders)?,
         sensors: sensor::read(&root, &joints, &cylinders)?,
         keep_out: keep_out::read(&root)?,
+        ground: ground::read(&root)?,
         control: control::read(&root, &joints)?,
         links,
         joints,
@@ -98,12 +101,6 @@ fn gravity(root: &Reader) -> Result<f64> {
         &quantities::acceleration(),
         Sign::NonNegative,
     )
-}
-
-fn payload(root: &Reader) -> Result<Payload> {
-    let table = root.table("payload", &["mass"])?;
-    let mass = table.map(|table| table.quantity("mass", &quantities::mass(), Sign::NonNegative)).transpose()?;
-    Ok(Payload { mass: mass.unwrap_or(0.0) })
 }
 
 fn equilibrium(root: &Reader) -> Result<Equilibrium> {

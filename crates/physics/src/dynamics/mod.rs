@@ -3,6 +3,7 @@
 pub mod attachment;
 pub mod energy;
 pub mod equations_of_motion;
+pub mod ground;
 pub mod slopes;
 
 use crate::geometry::chain::ChainPose;

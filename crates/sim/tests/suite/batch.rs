@@ -210,3 +210,23 @@ fn a_load_taken_up_brakes_the_tip_as_it_does_for_one_crane() {
     assert_eq!(before[6..], after[6..]);
     assert_eq!((batch.payload(0), batch.payload(1)), (tasks[0].payload, tasks[1].payload + 50.0));
 }
+
+#[test]
+fn the_ground_carries_in_lanes_as_it_does_for_one_crane() {
+    let free = machine(&[]);
+    let tasks = tasks(free.as_ref(), 12, 60);
+    let height = |task: &Task| free.tip(&task.start[..3])[1];
+    // The lowest tip begins in the ground, and some of the others come to it.
+    let lowest = tasks.iter().map(height).fold(f64::INFINITY, f64::min);
+    let model = machine(&[("ground.height".to_string(), OverrideValue::Number(lowest + 0.02))]);
+    let moved = |model: &Arc<dyn Model>| run(&mut begun(model, &tasks, &options(1)), &tasks);
+    let (on_the_ground, without) = (moved(&model), moved(&free));
+    let touched = (0..tasks.len()).filter(|&crane| on_the_ground[crane] != without[crane]).count();
+    assert!((1..tasks.len()).contains(&touched), "{touched} of {}", tasks.len());
+    for set in ["sse2", "avx2", "avx512"] {
+        let options = BatchOptions { instruction_set: Some(set.to_string()), ..options(1) };
+        assert_eq!(run(&mut begun(&model, &tasks, &options), &tasks), on_the_ground, "{set}");
+    }
+    let (coarse, fine) = (worst_tip(&model, &tasks, TOLERANCE), worst_tip(&model, &tasks, 0.05 * TOLERANCE));
+    assert!(coarse < 1e-3 && fine < coarse / 3.0, "{coarse} {fine}");
+}

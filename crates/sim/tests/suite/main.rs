@@ -4,6 +4,7 @@ mod batch;
 mod block_arrow;
 mod effort;
 mod fixed_steps;
+mod ground;
 mod integrators;
 mod keep_out;
 mod outcomes;

@@ -1,0 +1,5 @@
+//! Drives in the cockpit. One binary: linking takes longer than compiling.
+
+mod cockpit;
+mod common;
+mod ground;
