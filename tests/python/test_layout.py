@@ -22,8 +22,9 @@ MAY_USE = {
     "machine": set(),
     "ode": {"num"},
     "physics": {"num"},
+    "plant": {"num", "ode", "machine", "physics"},
     "control": {"num", "physics"},
-    "sim": {"num", "ode", "machine", "physics", "control"},
+    "sim": {"num", "ode", "machine", "physics", "plant", "control"},
     "web": {"machine", "ode", "sim"},
     "evidence": {"num", "ode", "machine", "sim", "web"},
     "python": {"machine", "ode", "sim"},
@@ -71,7 +72,7 @@ def test_numerics_need_no_other_library(crate):
 
 def test_the_core_neither_prints_nor_reads_files():
     """Only the description crate opens files; nothing prints."""
-    for crate in ("num", "ode", "physics", "control", "sim"):
+    for crate in ("num", "ode", "physics", "plant", "control", "sim"):
         for path in source_files(f"crates/{crate}/src", ".rs"):
             code = without_comments(path.read_text(encoding="utf-8"))
             assert not re.search(r"std::fs|std::net|println!|eprintln!|dbg!", code), name_of(path)
@@ -136,12 +137,12 @@ PLATFORM = "acos|asin|atan|atan2|cbrt|cos|cosh|exp_m1|hypot|ln_1p|log|log10|log2
 AMBIGUOUS = "exp|ln|sin|cos|sin_cos|tanh"
 # Crates and files whose numbers are all `f64`, and the second, independent right-hand side, which is a test's oracle.
 PLAIN = ("crates/machine/", "crates/control/", "crates/web/")
-ORACLES = {"crates/sim/src/reference.rs"}
+ORACLES = {"crates/plant/src/reference.rs"}
 
 
 def test_runs_have_the_same_bits_on_every_platform():
     """Elementary functions come from `hydrocrane_num`, or from `libm`, never from the platform."""
-    for crate in ("num", "ode", "physics", "machine", "control", "sim", "web"):
+    for crate in ("num", "ode", "physics", "machine", "plant", "control", "sim", "web"):
         for path in source_files(f"crates/{crate}/src", ".rs"):
             if name_of(path) in ORACLES or path.name.endswith("_tests.rs"):
                 continue

@@ -1,13 +1,10 @@
 //! From a machine description to the model that answers for it, by its number of joints.
 
-use crate::crane::Crane;
-use crate::errors::BuildError;
 use crate::model::Model;
 use hydrocrane_machine::model as file;
+use hydrocrane_plant::errors::BuildError;
+use hydrocrane_plant::Crane;
 use std::sync::Arc;
-
-/// Numbers of joints that there are laws for.
-pub(crate) const CHAINS: &str = if cfg!(feature = "chains") { "1 to 6" } else { "1 or 3" };
 
 /// Builds the model of a machine.
 pub fn build(machine: &file::Machine) -> Result<Arc<dyn Model>, BuildError> {

@@ -1,10 +1,7 @@
 //! Controllers by name, each with a nominal model taken from a machine description.
 
-use crate::crane::Crane;
-use crate::cylinder_unit::{CylinderUnit, FrictionLaw};
-use crate::model::Model;
+use crate::controller_model::nominal;
 use crate::monitored::names;
-use crate::plant::Plant;
 use hydrocrane_control::controller::Controller;
 use hydrocrane_control::drive::DriveGains;
 use hydrocrane_control::feed_forward::{steady_speed, Mains};
@@ -12,13 +9,14 @@ use hydrocrane_control::heinze_pid::{self, Extension, HeinzePid};
 use hydrocrane_control::inverse_kinematics::Printed;
 use hydrocrane_control::keep_out::{KeepOut, Region};
 use hydrocrane_control::lever::Lever;
-use hydrocrane_control::nominal::{Nominal, NominalCylinder};
+use hydrocrane_control::nominal::Nominal;
 use hydrocrane_control::penalty::Weights;
 use hydrocrane_control::set_point::Shape;
 use hydrocrane_control::tip::{self, Tip};
 use hydrocrane_control::working_area::WorkingArea;
 use hydrocrane_machine::Machine;
 use hydrocrane_num::portable;
+use hydrocrane_plant::{Crane, Hydraulics, StateSpace};
 
 /// Names of the controllers, the default first.
 pub const CONTROLLERS: [&str; 2] = ["tip", "heinze-pid"];
@@ -33,48 +31,16 @@ pub(crate) fn build<const N: usize>(crane: &Crane<N>, name: &str) -> Result<Box<
     match name {
         LEVER => Ok(Box::new(Lever::new(machine.control.period.unwrap_or(LEVER_PERIOD), crane.spool_strokes()))),
         "tip" => {
-            let nominal = crane.nominal();
+            let nominal = nominal(crane);
             let settings = tip_settings(machine, &nominal);
             Ok(Box::new(Tip::new(nominal, settings)))
         }
         "heinze-pid" => {
-            let nominal = crane.nominal();
+            let nominal = nominal(crane);
             let settings = heinze_settings(machine, &nominal);
             Ok(Box::new(HeinzePid::new(nominal, settings)))
         }
         _ => Err(format!("no controller `{name}`; there are {}, {LEVER}", CONTROLLERS.join(", "))),
-    }
-}
-
-impl<const N: usize> Crane<N> {
-    /// What a controller believes of this crane: the truth but for the bristles of its friction and the ground.
-    pub fn nominal(&self) -> Nominal<N> {
-        let Plant { mechanics, actuations, cylinders, fluid, mains, .. } = *self.plant();
-        let (strokes, limits) = (self.spool_strokes(), self.joint_limits());
-        Nominal {
-            mechanics,
-            actuations,
-            cylinders: std::array::from_fn(|c| nominal_cylinder(&cylinders[c], strokes[c])),
-            fluid,
-            supply: mains.supply,
-            tank: mains.tank,
-            payload: self.machine().payload.mass,
-            joint_limits: std::array::from_fn(|i| [limits[i].lower, limits[i].upper]),
-        }
-    }
-}
-
-pub(crate) fn nominal_cylinder(unit: &CylinderUnit<f64>, stroke: f64) -> NominalCylinder {
-    let stop = &unit.end_stop;
-    let (FrictionLaw::Static { map, .. } | FrictionLaw::Printed { map, .. } | FrictionLaw::LuGre { map, .. }) =
-        unit.friction;
-    NominalCylinder {
-        chambers: unit.chambers,
-        valve: unit.valve,
-        leakage: unit.leakage,
-        friction: map,
-        stroke,
-        free: [stop.lower + stop.zone, stop.upper - stop.zone],
     }
 }
 
@@ -211,6 +177,7 @@ fn penalty_weights<const N: usize>(machine: &Machine, nominal: &Nominal<N>) -> W
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Model;
     use hydrocrane_machine::{load, OverrideValue, CONTROLLERS as IN_FILES};
 
     fn crane(changes: &[(String, OverrideValue)]) -> Crane<3> {
@@ -242,7 +209,7 @@ mod tests {
             let searched = ("control.heinze-pid.extension".to_string(), OverrideValue::Text("penalty".into()));
             let gain = (format!("control.{name}.{key}"), OverrideValue::Number(value));
             let crane = crane(&[searched, gain]);
-            let (machine, nominal) = (crane.machine(), crane.nominal());
+            let (machine, nominal) = (crane.machine(), nominal(&crane));
             format!("{:?} {:?}", tip_settings(machine, &nominal), heinze_settings(machine, &nominal))
         };
         let weights = ["motion-weight.boom", "middle-weight.extension"].map(|key| ("heinze-pid", key));

@@ -1,13 +1,13 @@
 //! One step of a whole crane and how exact it is, over any number type: f64, or the lanes of a batch.
 
-use crate::layout::Layout;
-use crate::rhs::Evaluator;
 use hydrocrane_num::Real;
 use hydrocrane_ode::grk4t::{end, error, stages, Linearised, GAMMA, STAGES};
 use hydrocrane_ode::BlockArrow;
 use hydrocrane_ode::SchurFactors;
 use hydrocrane_ode::FLUSH;
-use hydrocrane_physics::hydraulics::fluid::Fluid;
+use hydrocrane_plant::layout::Layout;
+use hydrocrane_plant::precision::Precision;
+use hydrocrane_plant::rhs::Evaluator;
 
 /// The laws of a crane and what drives it during a step.
 pub struct Scene<'a, T, const N: usize> {
@@ -19,60 +19,13 @@ pub struct Scene<'a, T, const N: usize> {
     pub payload: T,
 }
 
-/// How exact a step must be.
-#[derive(Debug, Clone)]
-pub struct Precision {
-    /// Inverse tolerances of the states.
-    weights: Vec<f64>,
-    /// Inverse tolerance of the relative density of the oil in the chambers.
-    density: f64,
-}
-
-/// Relative density of the oil that counts as much as a state's scale.
-const DENSITY_SCALE: f64 = 1e-3;
-
-impl Precision {
-    /// Errors as large as `tolerance` times the states' scales. Spools do not count by themselves: where one is matters
-    /// by what the oil does.
-    pub fn new(layout: &Layout, tolerance: f64) -> Self {
-        let mut weights: Vec<f64> = layout.scales.iter().map(|scale| 1.0 / (tolerance * scale)).collect();
-        for c in 0..layout.joints() {
-            weights[layout.xs(c)] = 0.0;
-            weights[layout.vs(c)] = 0.0;
-        }
-        Precision { weights, density: 1.0 / (tolerance * DENSITY_SCALE) }
-    }
-
-    /// Mean square of the errors of a step that led to the state `reached`, relative to their tolerances.
-    #[inline(always)]
-    pub fn mean_square<T: Real>(
-        &self,
-        fluid: &Fluid<T>,
-        layout: &Layout,
-        reached: &[T],
-        error: impl Fn(usize) -> T,
-    ) -> T {
-        let mut sum = T::c(0.0);
-        for (i, weight) in self.weights.iter().enumerate() {
-            sum += (error(i) * *weight).square();
-        }
-        for c in 0..layout.joints() {
-            for i in [layout.p1(c), layout.p2(c)] {
-                let density = error(i) / fluid.bulk_modulus(reached[i]);
-                sum += (density * self.density).square();
-            }
-        }
-        sum / layout.len() as f64
-    }
-}
-
 /// Room for steps by GRK4T: without allocation, and the same work for every step.
 #[derive(Debug, Clone)]
 pub struct CraneStep<T> {
     k: [Vec<T>; STAGES],
     reached: Vec<T>,
     slopes: BlockArrow<T>,
-    elimination: SchurFactors<T>,
+    schur: SchurFactors<T>,
 }
 
 impl<T: Real> CraneStep<T> {
@@ -82,7 +35,7 @@ impl<T: Real> CraneStep<T> {
             k: std::array::from_fn(|_| room.clone()),
             reached: room,
             slopes: BlockArrow { secants: true, ..BlockArrow::new(layout.axes()) },
-            elimination: SchurFactors::default(),
+            schur: SchurFactors::default(),
         }
     }
 
@@ -91,16 +44,16 @@ impl<T: Real> CraneStep<T> {
     #[inline(always)]
     pub fn attempt<const N: usize>(&mut self, scene: &Scene<T, N>, h: T, x: &[T], precision: &Precision) -> T {
         let Scene { evaluator, layout, spools, payload } = *scene;
-        let CraneStep { k, reached, slopes, elimination } = self;
+        let CraneStep { k, reached, slopes, schur } = self;
         T::apart(
             #[inline(always)]
             || evaluator.linearise(layout, x, spools, payload, &mut k[0], slopes),
         );
         T::apart(
             #[inline(always)]
-            || elimination.factor_sized::<N, _>(slopes, T::c(1.0 / GAMMA) / h),
+            || schur.factor_sized::<N, _>(slopes, T::c(1.0 / GAMMA) / h),
         );
-        stages(&mut Here { scene, slopes, elimination }, h, x, k, reached);
+        stages(&mut Here { scene, slopes, schur }, h, x, k, reached);
         for (i, reached) in reached.iter_mut().enumerate() {
             let new = end(x[i], k, i);
             *reached = T::select(new.abs().lt(T::c(FLUSH)), T::c(0.0), new);
@@ -126,7 +79,7 @@ impl<T: Real> CraneStep<T> {
 struct Here<'a, T, const N: usize> {
     scene: &'a Scene<'a, T, N>,
     slopes: &'a BlockArrow<T>,
-    elimination: &'a SchurFactors<T>,
+    schur: &'a SchurFactors<T>,
 }
 
 impl<T: Real, const N: usize> Linearised<T> for Here<'_, T, N> {
@@ -143,7 +96,7 @@ impl<T: Real, const N: usize> Linearised<T> for Here<'_, T, N> {
     fn solve(&self, r: &mut [T]) {
         T::apart(
             #[inline(always)]
-            || self.elimination.solve_sized::<N, _>(self.slopes, r),
+            || self.schur.solve_sized::<N, _>(self.slopes, r),
         );
     }
 }
@@ -151,12 +104,12 @@ impl<T: Real, const N: usize> Linearised<T> for Here<'_, T, N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::crane::Crane;
     use crate::run::RunOptions;
-    use crate::{EquilibriumMode, Model, Simulator};
+    use crate::{EquilibriumMode, Model, Simulator, StateSpace};
     use hydrocrane_machine::{load, OverrideValue};
     use hydrocrane_num::Lanes;
     use hydrocrane_ode::Tolerances;
+    use hydrocrane_plant::Crane;
     use std::sync::Arc;
 
     const SPOOLS: [f64; 3] = [0.02, 0.006, -0.01];

@@ -1,72 +1,47 @@
-//! Simulation: a machine description becomes a plant, the plant a system of ordinary differential equations,
-//! and the system a run with a record, an energy ledger and an outcome.
+//! Simulation: a plant and what drives it become a run with a record, an energy ledger, warnings and an outcome.
 
 #[cfg(feature = "batch")]
 pub mod batch;
 mod build;
+mod controller_model;
 pub mod controllers;
-mod crane;
 mod crane_step;
-mod cylinder_group;
-mod cylinder_slopes;
-mod cylinder_unit;
-mod drawing;
-mod equilibrium;
-mod errors;
-mod from_machine;
-mod inverse;
-mod jacobian;
-mod laws;
-mod layout;
-mod ledger;
-mod limits;
 mod live;
 mod model;
 mod monitored;
 mod outcome;
-mod outputs;
 mod payload;
 mod phases;
-mod plant;
 mod recorder;
-mod rhs;
 mod run;
 mod sampled;
 mod sensing;
 pub mod sensitivity;
 mod simulator;
-mod steady_friction;
 mod stick;
 mod tip_rates;
 mod valve_line;
 mod warnings;
-mod workspace;
-
-pub mod reference;
 
 pub use build::build;
-pub use crane::Crane;
+pub use controller_model::nominal;
 pub use crane_step::{CraneStep, Scene};
-pub use drawing::{Shape, ShapeKind};
-pub use equilibrium::EquilibriumMode;
-pub use errors::{BuildError, PoseError, StrokeError};
 pub use hydrocrane_control::controller;
-pub use layout::Layout;
-pub use ledger::{ground_terms, LEDGER_PER_CYLINDER, LEDGER_TERMS};
-pub use limits::{JointLimits, LimitReason};
+pub use hydrocrane_plant::{
+    ground_terms, map_point, reference, BuildError, Crane, Dynamics, EquilibriumMode, Hydraulics, JointLimits,
+    Kinematics, Layout, LimitReason, MapPoint, OutputInfo, Passivity, Plant, PoseError, Shape, ShapeKind, StateSpace,
+    StrokeError, LEDGER_PER_CYLINDER, LEDGER_TERMS, MAP_PARAMETERS,
+};
 pub use live::Live;
-pub use model::{Model, Passivity};
+pub use model::Model;
 pub use monitored::PLAUSIBILITY;
 pub use outcome::{Outcome, OutcomeKind};
-pub use outputs::OutputInfo;
 pub use payload::{PayloadChange, PayloadEvent, PAYLOAD_TERMS};
 pub use phases::{simulate_phases, Phase, PhasedRun};
-pub use plant::Plant;
 pub use run::{simulate, Commands, Run, RunOptions};
 pub use sampled::{simulate_sampled, Event, SampledPlan, SampledRun, Samples, FAILURES_IN_A_ROW};
 pub use sensing::{FaultKind, SensorFault, SensorMode, Sensors};
 pub use simulator::Simulator;
-pub use steady_friction::{map_point, MapPoint, MAP_PARAMETERS};
 pub use stick::{StickKind, Sticks};
 pub use tip_rates::{resolve_rates, RateWish};
 pub use warnings::{implausible, moved_starts, Warning};

@@ -1,7 +1,6 @@
 //! The monitor of a machine's sensors around any controller.       theory: docs/theory/control/plausibility.md
 
-use crate::crane::Crane;
-use crate::model::Model;
+use crate::controller_model::nominal;
 use crate::valve_line::through;
 use hydrocrane_control::controller::Controller;
 use hydrocrane_control::guard::{Guard, Names};
@@ -10,6 +9,7 @@ use hydrocrane_control::witness::Trust;
 use hydrocrane_machine::model::{Cylinder, Sensor};
 use hydrocrane_machine::Machine;
 use hydrocrane_num::portable;
+use hydrocrane_plant::{Crane, Kinematics, StateSpace};
 
 /// Thresholds where the machine file gives none, SI.
 pub const PLAUSIBILITY: [(&str, f64); 8] = [
@@ -30,7 +30,7 @@ pub(crate) fn monitored<const N: usize>(
     delay: f64,
 ) -> Box<dyn Controller> {
     let machine = crane.machine();
-    let monitor = Monitor::new(crane.nominal(), settings(crane, delay));
+    let monitor = Monitor::new(nominal(crane), settings(crane, delay));
     let names = names(machine, crane.plant().mechanics.joints.map(|j| j.revolute).into());
     let valves: Vec<_> = machine.cylinders.iter().map(|c| (c.valve.command, c.valve.stroke)).collect();
     let spool_of = move |c: usize, u: f64| {

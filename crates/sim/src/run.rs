@@ -1,6 +1,5 @@
 //! Open-loop runs: spool commands in, a record and an outcome out.
 
-use crate::ledger::{ground_terms, LEDGER_PER_CYLINDER};
 use crate::model::{Model, MAX_JOINTS};
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::payload::{self, Loads, PayloadChange, PayloadEvent};
@@ -8,6 +7,7 @@ use crate::recorder::Recorder;
 use crate::warnings::{Warning, Watch};
 use hydrocrane_ode::System;
 use hydrocrane_ode::{method, Effort, Linearisation, StepFailure, Stepper, Tolerances, CRAWL_ATTEMPTS, METHODS};
+use hydrocrane_plant::ledger::{ground_terms, LEDGER_PER_CYLINDER};
 
 /// Spool commands against time: one row per time, one column per cylinder, m.
 #[derive(Debug, Clone, Default)]

@@ -1,14 +1,15 @@
 //! What makes a run doubtful, with its cause and its cure.          reference: docs/reference/warnings.md
 
-use crate::ledger::{ground_terms, LEDGER_PER_CYLINDER, LEDGER_TERMS};
-use crate::limits::JointLimits;
 use crate::model::Model;
-use crate::outputs::energies;
 use crate::payload::PAYLOAD_TERMS;
 use crate::run::Driven;
-use hydrocrane_machine::model::{Cavitation, Cylinder, Joint, JointKind};
+use hydrocrane_machine::model::{Cavitation, Cylinder};
 use hydrocrane_machine::Machine;
 use hydrocrane_ode::Stepper;
+use hydrocrane_plant::ledger::{ground_terms, LEDGER_PER_CYLINDER, LEDGER_TERMS};
+use hydrocrane_plant::limits::in_words;
+use hydrocrane_plant::limits::JointLimits;
+use hydrocrane_plant::outputs::energies;
 
 /// Why a run may be wrong.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,8 +28,6 @@ pub struct Warning {
 const RATING: f64 = 1.5;
 /// Pressure below vacuum that is rounding, Pa.
 const VACUUM_ROUNDING: f64 = 1e3;
-/// Distance beyond a joint limit that is rounding, as a share of the range.
-const LIMIT_ROUNDING: f64 = 1e-6;
 /// Time between two looks at the energy ledger, s.
 const AUDIT_INTERVAL: f64 = 0.5;
 /// Share of the energy that flowed by which a ledger may be open.
@@ -99,7 +98,7 @@ impl Watch {
             Cavitation::FreeGas { vacuum } => vacuum,
             Cavitation::None => STANDARD_VACUUM,
         };
-        self.limits = model.joint_limits().iter().map(widened).collect();
+        self.limits = model.joint_limits().iter().map(JointLimits::widened).collect();
     }
 
     /// The values of the machine have changed from `before` to those of `driven`.
@@ -237,7 +236,7 @@ impl Found {
             ),
             Finding::OutsideLimits(i) => (
                 "joint-outside-limits",
-                format!("joint {} is at {}", machine.joints[i].name, against_limits(model, i, value)),
+                format!("joint {} is at {}", machine.joints[i].name, model.joint_limits()[i].compared(&machine.joints[i], value)),
                 "stop the cylinder sooner; nothing in the model holds the joint at this limit".to_string(),
             ),
             Finding::DeadCentre(i) => (
@@ -245,7 +244,7 @@ impl Found {
                 format!(
                     "joint {} is past the dead centre of its linkage, at {}: its cylinder moves it the other way there",
                     machine.joints[i].name,
-                    against_limits(model, i, value)
+                    model.joint_limits()[i].compared(&machine.joints[i], value)
                 ),
                 "start farther inside the limits or stop the cylinder sooner; what follows is not what the machine does"
                     .to_string(),
@@ -264,38 +263,6 @@ impl Found {
         };
         Warning { time: self.time, kind, text, cure }
     }
-}
-
-/// Where joint `i` is and what its limits are, in degrees or metres.
-fn against_limits(model: &dyn Model, i: usize, q: f64) -> String {
-    let (joint, limits) = (&model.machine().joints[i], &model.joint_limits()[i]);
-    let [low, high] = limits.reasons.map(|reason| reason.name());
-    let [lower, upper] = [limits.lower, limits.upper].map(|q| in_words(joint, q));
-    format!("{}, outside its limits {lower} ({low}) and {upper} ({high})", in_words(joint, q))
-}
-
-/// A joint coordinate with its unit.
-fn in_words(joint: &Joint, q: f64) -> String {
-    match joint.kind {
-        JointKind::Revolute(_) => format!("{:.2} deg", q.to_degrees()),
-        JointKind::Prismatic { .. } => format!("{q:.4} m"),
-    }
-}
-
-/// Limits of a joint with room for rounding.
-fn widened(limits: &JointLimits) -> [f64; 2] {
-    let room = LIMIT_ROUNDING * (limits.upper - limits.lower);
-    [limits.lower - room, limits.upper + room]
-}
-
-/// Which joint of a pose lies outside its limits, and how, if one does.
-pub(crate) fn outside_limits(model: &dyn Model, q: &[f64]) -> Option<String> {
-    let outside = |(q, limits): (&f64, &JointLimits)| {
-        let [lower, upper] = widened(limits);
-        !(*q >= lower && *q <= upper)
-    };
-    let i = q.iter().zip(model.joint_limits()).position(outside)?;
-    Some(format!("joint {} is at {}", model.machine().joints[i].name, against_limits(model, i, q[i])))
 }
 
 /// Values of a machine outside their usual ranges.

@@ -3,15 +3,16 @@
 //! The laws are those of one crane. None of them contracts or reorders arithmetic, so that all instruction sets give the
 //! same bits.
 
-use crate::crane_step::{CraneStep, Precision, Scene};
-use crate::layout::Layout;
+use crate::crane_step::{CraneStep, Scene};
 use crate::model::MAX_JOINTS;
-use crate::plant::Plant;
-use crate::rhs::Evaluator;
 use hydrocrane_num::register::Register;
 #[cfg(target_arch = "x86_64")]
 use hydrocrane_num::register_x86::{Avx2, Avx512, Sse2};
 use hydrocrane_num::{Field, Lanes, Real};
+use hydrocrane_plant::layout::Layout;
+use hydrocrane_plant::plant::Plant;
+use hydrocrane_plant::precision::Precision;
+use hydrocrane_plant::rhs::Evaluator;
 
 /// Bounds of the change of step size from one step to the next.
 const SHRINK: f64 = 0.2;
@@ -159,7 +160,7 @@ impl<R: Register, const N: usize> LaneMover<'_, R, N> {
             let (h, payload) = (Lanes::<R>::load(&trial.h[first..]), Lanes::load(&trial.payload[first..]));
             let scene = Scene { evaluator, layout, spools: &*spools, payload };
             let error = room.attempt(&scene, h, states, &demand.precision);
-            let stays = evaluator.plant.stays(room.reached());
+            let stays = stays(&evaluator.plant, room.reached());
             let good = error.le(Lanes::c(1.0)) | (h.le(Lanes::c(demand.finest)) & error.finite());
             for i in 0..states.len() {
                 Lanes::select(good & stays, room.reached()[i], states[i]).store(&mut x[i][first..]);
@@ -195,11 +196,9 @@ fn suggested<R: Register>(error: Lanes<R>) -> Lanes<R> {
     Lanes::select(error.lt(Lanes::c(1e-12)), Lanes::c(GROW), low.min(Lanes::c(GROW)))
 }
 
-impl<R: Register, const N: usize> Plant<Lanes<R>, N> {
-    /// Whether every piston is inside its cylinder in the state `x`.
-    #[inline(always)]
-    fn stays(&self, x: &[Lanes<R>]) -> R::Mask {
-        let q: [Lanes<R>; N] = std::array::from_fn(|i| x[i]);
-        self.admissible(&self.mechanics.pose(&q))
-    }
+/// Whether every piston is inside its cylinder in the state `x`.
+#[inline(always)]
+fn stays<R: Register, const N: usize>(plant: &Plant<Lanes<R>, N>, x: &[Lanes<R>]) -> R::Mask {
+    let q: [Lanes<R>; N] = std::array::from_fn(|i| x[i]);
+    plant.admissible(&plant.mechanics.pose(&q))
 }

@@ -10,10 +10,10 @@ mod ride;
 
 pub use kernel::{kernel, Demand, Group, Kernel, Mover, Trial, Verdict, WIDTH};
 
-use crate::crane_step::Precision;
 use crate::model::Model;
 use crate::outcome::OutcomeKind;
 use crate::payload::change_payload;
+use hydrocrane_plant::precision::Precision;
 use line::CommandLine;
 use rayon::prelude::*;
 use ride::{Block, Ride, Steps};

@@ -5,11 +5,11 @@
 
 use super::key::Keys;
 use super::SensitivityError;
-use crate::cylinder_unit::FrictionLaw;
-use crate::from_machine::plant;
-use crate::plant::Plant;
 use hydrocrane_machine::Machine;
 use hydrocrane_num::Dual;
+use hydrocrane_plant::from_machine::plant;
+use hydrocrane_plant::hydraulic_axis::FrictionLaw;
+use hydrocrane_plant::plant::Plant;
 
 type Result<T> = std::result::Result<T, SensitivityError>;
 

@@ -1,7 +1,7 @@
 //! What can be wrong with a request for sensitivities.
 
-use crate::errors::{BuildError, PoseError};
 use hydrocrane_machine::MachineError;
+use hydrocrane_plant::errors::{BuildError, PoseError};
 
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SensitivityError {

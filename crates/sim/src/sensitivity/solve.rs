@@ -5,17 +5,17 @@ use super::key::{Keys, Parameter};
 use super::tangent_system::{Group, Number, TangentSystem};
 use super::SensitivityError;
 use crate::build::build;
-use crate::equilibrium::EquilibriumMode;
-use crate::errors::BuildError;
-use crate::layout::Layout;
 use crate::model::Model;
 use crate::outcome::{Outcome, OutcomeKind};
-use crate::outputs::{self, OutputInfo};
 use crate::run::{given_up, start_fault, step_of, Commands, Driven, RunOptions, Schedule};
 use crate::warnings::{Warning, Watch};
 use hydrocrane_machine::{Machine, OverrideValue, Template};
 use hydrocrane_ode::System;
 use hydrocrane_ode::{method, Effort, Stepper};
+use hydrocrane_plant::equilibrium::EquilibriumMode;
+use hydrocrane_plant::errors::BuildError;
+use hydrocrane_plant::layout::Layout;
+use hydrocrane_plant::outputs::{self, OutputInfo};
 
 type Result<T> = std::result::Result<T, SensitivityError>;
 

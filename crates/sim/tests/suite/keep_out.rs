@@ -6,6 +6,7 @@ use hydrocrane_control::nominal::Nominal;
 use hydrocrane_machine::{load, Machine, OverrideValue};
 use hydrocrane_num::Draws;
 use hydrocrane_ode::Tolerances;
+use hydrocrane_sim::nominal;
 use hydrocrane_sim::{
     build, simulate_sampled, Crane, EquilibriumMode, Model, OutcomeKind, RunOptions, SampledPlan, SampledRun,
     SensorMode, Sensors, StickKind, Sticks,
@@ -69,7 +70,7 @@ impl Case {
         assert_eq!(done.run.outcome.kind, OutcomeKind::Completed, "{}", done.run.outcome.message);
         // A tip that stands may say so.
         assert!(done.events.iter().all(|e| e.text.starts_with("the tip stands")), "{:?}", done.events);
-        Ride { believed: Crane::new(&self.machine).expect("a machine that can be built").nominal(), model, done }
+        Ride { believed: nominal(&Crane::new(&self.machine).expect("a machine that can be built")), model, done }
     }
 
     fn keep_out(&self) -> KeepOut {

@@ -39,7 +39,7 @@ const IDEAL: Reality =
 
 /// What a controller believes of this machine.
 fn nominal(machine: &Machine) -> Nominal<3> {
-    Crane::new(machine).expect("a machine that can be built").nominal()
+    hydrocrane_sim::nominal(&Crane::new(machine).expect("a machine that can be built"))
 }
 
 fn crane(overrides: &[(&str, f64)]) -> Arc<dyn Model> {

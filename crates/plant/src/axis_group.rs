@@ -1,7 +1,7 @@
 //! Cylinders that obey the same laws, side by side: the numbers of one cylinder in one lane.
 
-use crate::cylinder_slopes::{Lifted, Piston, RateSlopes};
-use crate::cylinder_unit::{CylinderUnit, LocalRates, LocalState, Mains};
+use crate::axis_derivatives::{Lifted, Piston, RateSlopes};
+use crate::hydraulic_axis::{HydraulicAxis, LocalRates, LocalState, SupplyPressures};
 use crate::layout::Layout;
 use crate::ledger::{powers, LEDGER_PER_CYLINDER};
 use crate::plant::Plant;
@@ -11,12 +11,12 @@ use hydrocrane_physics::hydraulics::fluid::{Fluid, OilTables};
 
 /// Up to as many cylinders as the type `L` has lanes. Lanes that are left over repeat the last cylinder.
 #[derive(Debug, Clone)]
-pub struct CylinderGroup<L> {
+pub struct AxisGroup<L> {
     members: [Member; WIDEST],
     count: usize,
-    pub unit: CylinderUnit<L>,
+    pub unit: HydraulicAxis<L>,
     pub fluid: Fluid<L>,
-    pub mains: Mains<L>,
+    pub mains: SupplyPressures<L>,
     pub lifted: Lifted<L>,
 }
 
@@ -27,7 +27,7 @@ pub struct Member {
     pub at: AxisStates,
 }
 
-impl<L: Real> CylinderGroup<L> {
+impl<L: Real> AxisGroup<L> {
     /// All cylinders of a plant, in as few groups as can be.
     pub fn all<T: Real, const N: usize>(plant: &Plant<T, N>, layout: &Layout) -> Vec<Self>
     where
@@ -62,7 +62,7 @@ impl<L: Real> CylinderGroup<L> {
         });
         let everywhere = &mut |number| L::gather(|_| number);
         let (fluid, mains) = (plant.fluid.map(everywhere), plant.mains.map(everywhere));
-        CylinderGroup {
+        AxisGroup {
             members: std::array::from_fn(|lane| Member { cylinder: in_lane(lane), at: layout.own(in_lane(lane)) }),
             count,
             unit,
@@ -139,19 +139,20 @@ impl<L: Real> CylinderGroup<L> {
 #[cfg(all(test, target_arch = "x86_64"))]
 mod tests {
     use super::*;
-    use crate::{build, Crane};
+    use crate::Crane;
     use hydrocrane_machine::{load, OverrideValue};
     use hydrocrane_num::{register_x86::Sse2, Field, Lanes};
 
     type Side = Lanes<Sse2>;
 
     /// The laboratory crane, with a static map on one cylinder if `mixed`.
-    fn groups(mixed: bool) -> (Plant<f64, 3>, Vec<CylinderGroup<Side>>) {
+    fn groups(mixed: bool) -> (Plant<f64, 3>, Vec<AxisGroup<Side>>) {
         let other = [("friction.jib.model".to_string(), OverrideValue::Text("static".to_string()))];
         let machine = load("rottne-f9-lab", if mixed { &other } else { &[] }).expect("a bundled machine");
-        let layout = build(&machine).expect("it can be built").layout().clone();
-        let plant = *Crane::<3>::new(&machine).expect("three joints").plant();
-        (plant, CylinderGroup::all(&plant, &layout))
+        let crane = Crane::<3>::new(&machine).expect("three joints");
+        let layout = crane.layout.clone();
+        let plant = *crane.plant();
+        (plant, AxisGroup::all(&plant, &layout))
     }
 
     fn moving() -> LocalState<Side> {

@@ -1,10 +1,13 @@
 //! What can be wrong with a machine, a pose or a stroke.
 
+/// Numbers of joints that there are laws for.
+const CHAINS: &str = if cfg!(feature = "chains") { "1 to 6" } else { "1 or 3" };
+
 /// A machine that is described well but cannot be simulated here.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BuildError {
     /// With so many joints.
-    #[error("the machine has {0} joints; chains of {chains} joints can be simulated", chains = crate::build::CHAINS)]
+    #[error("the machine has {0} joints; chains of {chains} joints can be simulated", chains = CHAINS)]
     Chain(usize),
     #[error("machine.tip lies on link `{0}`; it must lie on the last link of the chain, `{1}`")]
     TipNotOnLastLink(String, String),

@@ -43,14 +43,14 @@ const SHARE: f64 = 1.0 / 1000.0;
 const MOST_STEPS: f64 = 2e5;
 
 /// One joint with its cylinder.
-pub struct Drivetrain<'a> {
+pub struct JointActuation<'a> {
     pub joint: &'a Joint<f64>,
     pub actuation: &'a Actuation<f64>,
     pub description: &'a file::Joint,
     pub cylinder: &'a file::Cylinder,
 }
 
-impl Drivetrain<'_> {
+impl JointActuation<'_> {
     /// Piston position and slope, `None` where the linkage does not close.
     fn stroke(&self, q: f64) -> Option<(f64, f64)> {
         let pose = self.joint.pose(q);
@@ -199,4 +199,40 @@ fn bisect(mut inside: f64, mut outside: f64, holds: impl Fn(f64) -> bool) -> f64
         }
     }
     inside
+}
+
+/// Rounding allowed at a joint limit, as a share of the joint's range.
+const LIMIT_ROUNDING: f64 = 1e-6;
+
+impl JointLimits {
+    /// The limits with room for rounding.
+    pub fn widened(&self) -> [f64; 2] {
+        let room = LIMIT_ROUNDING * (self.upper - self.lower);
+        [self.lower - room, self.upper + room]
+    }
+
+    /// Where `joint` is and what its limits are, in degrees or metres.
+    pub fn compared(&self, joint: &file::Joint, q: f64) -> String {
+        let [low, high] = self.reasons.map(|reason| reason.name());
+        let [lower, upper] = [self.lower, self.upper].map(|q| in_words(joint, q));
+        format!("{}, outside its limits {lower} ({low}) and {upper} ({high})", in_words(joint, q))
+    }
+}
+
+/// Which of the `joints` lies outside its limits in the pose `q`, and how, if one does.
+pub fn outside_limits(joints: &[file::Joint], limits: &[JointLimits], q: &[f64]) -> Option<String> {
+    let outside = |(q, limits): (&f64, &JointLimits)| {
+        let [lower, upper] = limits.widened();
+        !(*q >= lower && *q <= upper)
+    };
+    let i = q.iter().zip(limits).position(outside)?;
+    Some(format!("joint {} is at {}", joints[i].name, limits[i].compared(&joints[i], q[i])))
+}
+
+/// A joint coordinate with its unit.
+pub fn in_words(joint: &file::Joint, q: f64) -> String {
+    match joint.kind {
+        file::JointKind::Revolute(_) => format!("{:.2} deg", q.to_degrees()),
+        file::JointKind::Prismatic { .. } => format!("{q:.4} m"),
+    }
 }

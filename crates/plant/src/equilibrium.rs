@@ -1,7 +1,7 @@
 //! Equilibrium states: the load at rest on its cylinders.
 
-use crate::cylinder_unit::{CylinderUnit, LocalState, Mains};
 use crate::errors::PoseError;
+use crate::hydraulic_axis::{HydraulicAxis, LocalState, SupplyPressures};
 use crate::layout::Layout;
 use crate::plant::Plant;
 use hydrocrane_machine::Machine;
@@ -78,7 +78,7 @@ const HALVINGS: usize = 80;
 /// Where a piston comes to rest that was put to `position` (m) under `load` (N, what its force must hold): there, unless
 /// pressing it so far into an end stop takes more than the `supply` pressure. Then it leans on the stop, with both chambers
 /// at the pressure `back`, or stands where the stop begins if the load pulls it away.
-pub fn resting_position(unit: &CylinderUnit<f64>, position: f64, load: f64, back: f64, supply: f64) -> f64 {
+pub fn resting_position(unit: &HydraulicAxis<f64>, position: f64, load: f64, back: f64, supply: f64) -> f64 {
     let stop = |x: f64| unit.end_stop.force(x, 0.0).0;
     let (p1, p2) = hold_pressures(unit, load - stop(position), back);
     if stop(position) == 0.0 || p1.max(p2) <= supply {
@@ -102,7 +102,7 @@ pub fn resting_position(unit: &CylinderUnit<f64>, position: f64, load: f64, back
 
 fn require_inside(
     machine: &Machine,
-    unit: &CylinderUnit<f64>,
+    unit: &HydraulicAxis<f64>,
     c: usize,
     coordinate: f64,
     position: f64,
@@ -116,7 +116,7 @@ fn require_inside(
 }
 
 /// p1 A1 - p2 A2 = force with the chamber that carries less at the back pressure.
-fn hold_pressures<T: Real>(unit: &CylinderUnit<T>, force: T, back: T) -> (T, T) {
+fn hold_pressures<T: Real>(unit: &HydraulicAxis<T>, force: T, back: T) -> (T, T) {
     let (a1, a2) = (unit.chambers.area_1, unit.chambers.area_2);
     let pushed = (back * (a1 - a2)).le(force);
     (T::select(pushed, (force + back * a2) / a1, back), T::select(pushed, back, (back * a1 - force) / a2))
@@ -124,9 +124,9 @@ fn hold_pressures<T: Real>(unit: &CylinderUnit<T>, force: T, back: T) -> (T, T) 
 
 /// One cylinder standing still under a force: both pressures constant through a slightly open spool.
 struct Balance<'a> {
-    unit: &'a CylinderUnit<f64>,
+    unit: &'a HydraulicAxis<f64>,
     fluid: &'a Fluid<f64>,
-    mains: &'a Mains<f64>,
+    mains: &'a SupplyPressures<f64>,
     position: f64,
     force: f64,
 }

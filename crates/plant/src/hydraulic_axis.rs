@@ -31,7 +31,7 @@ pub enum FrictionLaw<T> {
 
 /// Parameters of one cylinder and its valve.
 #[derive(Debug, Clone, Copy)]
-pub struct CylinderUnit<T> {
+pub struct HydraulicAxis<T> {
     pub chambers: Chambers<T>,
     pub valve: SpoolValve<T>,
     pub spool: Spool<T>,
@@ -43,7 +43,7 @@ pub struct CylinderUnit<T> {
 
 /// Pressures that all valves share, Pa.
 #[derive(Debug, Clone, Copy)]
-pub struct Mains<T> {
+pub struct SupplyPressures<T> {
     pub supply: T,
     pub tank: T,
 }
@@ -114,15 +114,15 @@ impl<T: Copy> LocalRates<T> {
 
 impl<T: Real> FrictionLaw<T> {
     #[inline(always)]
-    pub fn evaluate(&self, v: T, z: T) -> Rubbing<T> {
+    pub fn evaluate(&self, v: T, z: T) -> FrictionOutput<T> {
         let none = T::c(0.0);
-        let static_force = |force| Rubbing { force, deflection_rate: none, bristle_power: none };
+        let static_force = |force| FrictionOutput { force, deflection_rate: none, bristle_power: none };
         match self {
             FrictionLaw::Static { map, width } => static_force(static_map::force(map, *width, v)),
             FrictionLaw::Printed { map, width } => static_force(static_map::printed(map, *width, v)),
             FrictionLaw::LuGre { map, bristle } => {
                 let Friction { force, deflection_rate } = bristle.evaluate(map, v, z);
-                Rubbing { force, deflection_rate, bristle_power: bristle.stiffness * z * deflection_rate }
+                FrictionOutput { force, deflection_rate, bristle_power: bristle.stiffness * z * deflection_rate }
             }
         }
     }
@@ -159,7 +159,7 @@ pub struct Parts<T> {
     pub port_b: Port<T>,
     /// Bulk moduli of the oil in both chambers, Pa.
     pub bulk: (T, T),
-    pub rubbing: Rubbing<T>,
+    pub rubbing: FrictionOutput<T>,
     /// Forces of the end stops' springs and dampers, N, positive outward.
     pub stops: (T, T),
 }
@@ -183,7 +183,7 @@ impl<T: Copy> Port<T> {
 
 /// Friction of the seals.
 #[derive(Debug, Clone, Copy)]
-pub struct Rubbing<T> {
+pub struct FrictionOutput<T> {
     /// N, positive against positive velocity
     pub force: T,
     /// m/s
@@ -192,16 +192,20 @@ pub struct Rubbing<T> {
     pub bristle_power: T,
 }
 
-impl<T: Copy> Rubbing<T> {
+impl<T: Copy> FrictionOutput<T> {
     #[inline(always)]
-    pub fn map<U>(&self, f: impl Fn(T) -> U) -> Rubbing<U> {
-        Rubbing { force: f(self.force), deflection_rate: f(self.deflection_rate), bristle_power: f(self.bristle_power) }
+    pub fn map<U>(&self, f: impl Fn(T) -> U) -> FrictionOutput<U> {
+        FrictionOutput {
+            force: f(self.force),
+            deflection_rate: f(self.deflection_rate),
+            bristle_power: f(self.bristle_power),
+        }
     }
 }
 
-impl<T: Real> CylinderUnit<T> {
+impl<T: Real> HydraulicAxis<T> {
     #[inline(always)]
-    pub fn rates(&self, fluid: &Fluid<T>, mains: &Mains<T>, s: &LocalState<T>) -> LocalRates<T> {
+    pub fn rates(&self, fluid: &Fluid<T>, mains: &SupplyPressures<T>, s: &LocalState<T>) -> LocalRates<T> {
         let parts = Parts {
             port_a: self.port_a(mains, s.v, s.p1, s.spool),
             port_b: self.port_b(mains, s.v, s.p2, s.spool),
@@ -213,14 +217,14 @@ impl<T: Real> CylinderUnit<T> {
     }
 
     #[inline(always)]
-    pub fn port_a(&self, mains: &Mains<T>, v: T, p1: T, spool: T) -> Port<T> {
+    pub fn port_a(&self, mains: &SupplyPressures<T>, v: T, p1: T, spool: T) -> Port<T> {
         let pressure = p1 - self.connector.rises(v).0;
         let (fed, drained) = self.valve.flows_at_a(spool, mains.supply, mains.tank, pressure);
         Port { pressure, fed, drained }
     }
 
     #[inline(always)]
-    pub fn port_b(&self, mains: &Mains<T>, v: T, p2: T, spool: T) -> Port<T> {
+    pub fn port_b(&self, mains: &SupplyPressures<T>, v: T, p2: T, spool: T) -> Port<T> {
         let pressure = p2 - self.connector.rises(v).1;
         let (fed, drained) = self.valve.flows_at_b(spool, mains.supply, mains.tank, pressure);
         Port { pressure, fed, drained }
@@ -228,7 +232,7 @@ impl<T: Real> CylinderUnit<T> {
 
     /// The sums and products that lead from the parts to force and rates.
     #[inline(always)]
-    pub fn join(&self, mains: &Mains<T>, s: &LocalState<T>, parts: &Parts<T>) -> LocalRates<T> {
+    pub fn join(&self, mains: &SupplyPressures<T>, s: &LocalState<T>, parts: &Parts<T>) -> LocalRates<T> {
         let Parts { port_a, port_b, rubbing, stops, .. } = parts;
         let edges = EdgeFlows {
             supply_to_a: port_a.fed,
@@ -262,16 +266,16 @@ impl<T: Real> CylinderUnit<T> {
     }
 }
 
-impl<T: Copy> Mains<T> {
-    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> Mains<U> {
-        Mains { supply: f(self.supply), tank: f(self.tank) }
+impl<T: Copy> SupplyPressures<T> {
+    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> SupplyPressures<U> {
+        SupplyPressures { supply: f(self.supply), tank: f(self.tank) }
     }
 }
 
-impl<T: Copy> CylinderUnit<T> {
+impl<T: Copy> HydraulicAxis<T> {
     /// The same cylinder with `f` of every number.
-    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> CylinderUnit<U> {
-        CylinderUnit {
+    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> HydraulicAxis<U> {
+        HydraulicAxis {
             chambers: self.chambers.map(f),
             valve: self.valve.map(f),
             spool: self.spool.map(f),

@@ -1,6 +1,6 @@
 //! The plant: all parameters of the laws, immutable, generic over the number type.
 
-use crate::cylinder_unit::{CylinderUnit, Mains};
+use crate::hydraulic_axis::{HydraulicAxis, SupplyPressures};
 use hydrocrane_num::Real;
 use hydrocrane_physics::dynamics::ground::Ground;
 use hydrocrane_physics::dynamics::Mechanics;
@@ -13,9 +13,9 @@ use hydrocrane_physics::hydraulics::fluid::Fluid;
 pub struct Plant<T, const N: usize> {
     pub mechanics: Mechanics<T, N>,
     pub actuations: [Actuation<T>; N],
-    pub cylinders: [CylinderUnit<T>; N],
+    pub cylinders: [HydraulicAxis<T>; N],
     pub fluid: Fluid<T>,
-    pub mains: Mains<T>,
+    pub mains: SupplyPressures<T>,
     /// `None`: nothing carries the tip from below.
     pub ground: Option<Ground<T>>,
 }

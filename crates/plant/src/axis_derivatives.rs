@@ -1,7 +1,9 @@
 //! A cylinder's laws with their slopes, by narrow duals: each law is differentiated by those local numbers alone that it
 //! sees, and the results are joined among all six.
 
-use crate::cylinder_unit::{CylinderUnit, FrictionLaw, LocalRates, LocalState, Mains, Parts, Port, Rubbing};
+use crate::hydraulic_axis::{
+    FrictionLaw, FrictionOutput, HydraulicAxis, LocalRates, LocalState, Parts, Port, SupplyPressures,
+};
 use hydrocrane_num::{Dual, Real};
 use hydrocrane_ode::Row;
 use hydrocrane_physics::hydraulics::end_stop::EndStop;
@@ -27,8 +29,8 @@ pub struct Lifted<L> {
     friction: FrictionLaw<Dual<L, 2>>,
     end_stop: EndStop<Dual<L, 2>>,
     spool: Spool<Dual<L, 2>>,
-    ports: (CylinderUnit<Dual<L, 3>>, Mains<Dual<L, 3>>),
-    whole: (CylinderUnit<Sloped<L>>, Mains<Sloped<L>>),
+    ports: (HydraulicAxis<Dual<L, 3>>, SupplyPressures<Dual<L, 3>>),
+    whole: (HydraulicAxis<Sloped<L>>, SupplyPressures<Sloped<L>>),
 }
 
 /// How a piston follows its joint: g, dg/dq and the joint's rate.
@@ -66,7 +68,7 @@ pub struct RateSlopes<L> {
 }
 
 impl<L: Real> Lifted<L> {
-    pub fn new(unit: &CylinderUnit<L>, fluid: &Fluid<L>, mains: &Mains<L>) -> Self {
+    pub fn new(unit: &HydraulicAxis<L>, fluid: &Fluid<L>, mains: &SupplyPressures<L>) -> Self {
         Lifted {
             bulk: fluid.map(&mut Dual::constant),
             friction: unit.friction.map(&mut Dual::constant),
@@ -158,7 +160,7 @@ impl<L: Real> Lifted<L> {
     }
 
     #[inline(always)]
-    fn rubbing(&self, s: &LocalState<L>) -> Rubbing<Sloped<L>> {
+    fn rubbing(&self, s: &LocalState<L>) -> FrictionOutput<Sloped<L>> {
         let rubbing = self.friction.evaluate(Dual::variable(s.v, 0), Dual::variable(s.z, 1));
         rubbing.map(|number| number.among([V, Z]))
     }

@@ -1,6 +1,6 @@
 //! What a run records besides its states.
 
-use crate::cylinder_unit::{FrictionLaw, LocalRates, LocalState};
+use crate::hydraulic_axis::{FrictionLaw, LocalRates, LocalState};
 use crate::layout::Layout;
 use crate::plant::Plant;
 use hydrocrane_machine::Machine;

@@ -8,7 +8,7 @@
 //! `elastic` is the strain energy that oil carries with it through the chamber boundaries (w q, with w the
 //! energy density at the chamber's pressure). `work` (net force times velocity) is a transfer inside the sum.
 
-use crate::cylinder_unit::{LocalRates, LocalState};
+use crate::hydraulic_axis::{LocalRates, LocalState};
 use hydrocrane_machine::Machine;
 use hydrocrane_num::Real;
 

@@ -1,7 +1,7 @@
 //! The right-hand side: geometry, cylinders, forces, accelerations.
 
-use crate::cylinder_group::{CylinderGroup, Member};
-use crate::cylinder_unit::{LocalRates, LocalState};
+use crate::axis_group::{AxisGroup, Member};
+use crate::hydraulic_axis::{LocalRates, LocalState};
 use crate::layout::Layout;
 use crate::ledger::LEDGER_PER_CYLINDER;
 use crate::plant::Plant;
@@ -18,7 +18,7 @@ use hydrocrane_physics::hydraulics::fluid::OilTables;
 #[derive(Debug, Clone)]
 pub struct Evaluator<T, L, const N: usize> {
     pub plant: Plant<T, N>,
-    pub groups: Vec<CylinderGroup<L>>,
+    pub groups: Vec<AxisGroup<L>>,
     /// The pistons' places with their derivatives by the joints.
     pub pistons: [Actuation<Dual<T, 1>>; N],
     /// The ground with its derivatives by place and velocity of the tip.
@@ -96,7 +96,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
     pub fn new(plant: &Plant<T, N>, layout: &Layout) -> Self {
         Evaluator {
             plant: *plant,
-            groups: CylinderGroup::all(plant, layout),
+            groups: AxisGroup::all(plant, layout),
             pistons: plant.actuations.map(|actuation| actuation.map(&mut Dual::constant)),
             ground: plant.ground.map(|ground| ground.map(&mut Dual::constant)),
         }
@@ -168,7 +168,7 @@ pub fn write_joints<T: Real, const N: usize>(layout: &Layout, qd: &[T; N], qdd: 
     }
 }
 
-impl<L: Real> CylinderGroup<L> {
+impl<L: Real> AxisGroup<L> {
     /// Net forces of the cylinders, and the rates of their pressures and bristles.
     #[inline(always)]
     pub fn write_rates<T: Real, const N: usize>(&self, rates: &LocalRates<L>, forces: &mut [T; N], dx: &mut [T])

@@ -1,7 +1,7 @@
 //! From a machine description to the parameters of the laws: the one place where the two meet.
 
-use crate::cylinder_unit::{CylinderUnit, FrictionLaw, Mains};
 use crate::errors::BuildError;
+use crate::hydraulic_axis::{FrictionLaw, HydraulicAxis, SupplyPressures};
 use crate::plant::Plant;
 use hydrocrane_machine::model as file;
 use hydrocrane_num::{portable, smooth, Vec2};
@@ -43,7 +43,7 @@ pub fn plant<const N: usize>(m: &file::Machine) -> Result<Plant<f64, N>, BuildEr
         actuations: std::array::from_fn(|i| actuations[i]),
         cylinders: std::array::from_fn(|i| cylinder(m, &m.cylinders[i])),
         fluid: fluid(&m.fluid),
-        mains: Mains { supply: m.supply.pressure, tank: m.supply.tank_pressure },
+        mains: SupplyPressures { supply: m.supply.pressure, tank: m.supply.tank_pressure },
         ground: m.ground.as_ref().map(|g| ground(g, &m.payload)),
     })
 }
@@ -122,7 +122,7 @@ fn actuation(m: &file::Machine, c: &file::Cylinder) -> Result<Actuation<f64>, Bu
     Ok(Actuation { drive, mid_length: c.mid_length })
 }
 
-fn cylinder(m: &file::Machine, c: &file::Cylinder) -> CylinderUnit<f64> {
+fn cylinder(m: &file::Machine, c: &file::Cylinder) -> HydraulicAxis<f64> {
     let area_1 = FRAC_PI_4 * c.bore * c.bore;
     let area_2 = area_1 - FRAC_PI_4 * c.rod_diameter * c.rod_diameter;
     let dead = match c.printed_dead_volume {
@@ -130,7 +130,7 @@ fn cylinder(m: &file::Machine, c: &file::Cylinder) -> CylinderUnit<f64> {
         _ => c.dead_volume,
     };
     let rise = |area: f64| c.port_diameter.map_or(0.0, |d| rise_coefficient(m.fluid.density, area, FRAC_PI_4 * d * d));
-    CylinderUnit {
+    HydraulicAxis {
         chambers: Chambers {
             area_1,
             area_2,

@@ -4,8 +4,8 @@
 //! slopes by joint coordinates and rates. The blocks are joined by the chain rule through x(q), v = g(q) q' and
 //! q'' = M^-1 (g f + J^T F - b).
 
-use crate::cylinder_group::{CylinderGroup, Member};
-use crate::cylinder_slopes::{Piston, RateSlopes};
+use crate::axis_derivatives::{Piston, RateSlopes};
+use crate::axis_group::{AxisGroup, Member};
 use crate::layout::Layout;
 use crate::rhs::{joint_state, write_joints, Accelerated, Evaluator, Placed};
 use hydrocrane_num::{Pack, Real};
@@ -110,7 +110,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
     }
 }
 
-impl<L: Real> CylinderGroup<L> {
+impl<L: Real> AxisGroup<L> {
     #[inline(always)]
     fn write_slopes<T: Real>(&self, sloped: &RateSlopes<L>, out: &mut BlockArrow<T>)
     where

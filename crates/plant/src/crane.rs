@@ -1,0 +1,181 @@
+//! A machine with `N` joints, ready to be asked.
+
+use crate::equilibrium::resting_position;
+use crate::errors::{BuildError, PoseError};
+use crate::from_machine::plant;
+use crate::laws::Laws;
+use crate::layout::{Layout, Unit};
+use crate::limits::{JointActuation, JointLimits};
+use crate::outputs::{self, OutputInfo};
+use crate::plant::Plant;
+use crate::precision::Precision;
+use crate::state_space::StateSpace;
+use hydrocrane_machine::Machine;
+use hydrocrane_num::small;
+use hydrocrane_physics::hydraulics::fluid::OilTables;
+use std::sync::OnceLock;
+
+pub struct Crane<const N: usize> {
+    pub(crate) machine: Machine,
+    pub(crate) laws: Laws<N>,
+    /// Made when first asked for: only energies and densities need them.
+    pub(crate) oil: OnceLock<OilTables>,
+    pub(crate) layout: Layout,
+    pub(crate) precision: Precision,
+    pub(crate) limits: Vec<JointLimits>,
+    /// Coordinates between which every state is admissible.
+    pub(crate) safe: [[f64; 2]; N],
+    pub(crate) outputs: Vec<OutputInfo>,
+}
+
+/// Share of a mass matrix entry that must be left after elimination: four digits beyond rounding.
+const LEAST_PIVOT: f64 = 1e-12;
+/// Share of a joint's range at either end where admissibility is looked at closely.
+const EDGE: f64 = 1e-3;
+
+impl<const N: usize> Crane<N> {
+    pub fn new(machine: &Machine) -> Result<Self, BuildError> {
+        let plant = plant::<N>(machine)?;
+        let units: Vec<Unit> = (machine.joints.iter().zip(&machine.cylinders).zip(&plant.cylinders))
+            .map(|((j, c), p)| Unit {
+                joint: j.name.clone(),
+                cylinder: c.name.clone(),
+                revolute: matches!(j.kind, hydrocrane_machine::model::JointKind::Revolute(_)),
+                bristle: p.friction.has_bristle(),
+                spool: (c.valve.stroke, c.valve.natural_frequency),
+            })
+            .collect();
+        let layout = Layout::new(&units);
+        let mut crane = Crane {
+            laws: Laws::new(&plant, &layout),
+            oil: OnceLock::new(),
+            precision: Precision::new(&layout, 1.0),
+            layout,
+            limits: Vec::with_capacity(N),
+            safe: [[f64::INFINITY, f64::NEG_INFINITY]; N],
+            outputs: outputs::info(machine),
+            machine: machine.clone(),
+        };
+        for i in 0..N {
+            let limits = crane.actuation_of(i).limits()?;
+            crane.limits.push(limits);
+        }
+        crane.safe = crane.safe_ranges();
+        crane.check_mass_matrix()?;
+        crane.require_finite()?;
+        Ok(crane)
+    }
+
+    /// Whether rounding leaves anything of the lighter links, in the middle of all ranges.
+    fn check_mass_matrix(&self) -> Result<(), BuildError> {
+        let mechanics = &self.plant().mechanics;
+        let middle = self.limit_pairs().map(|[lower, upper]| 0.5 * (lower + upper));
+        let mass_matrix = mechanics.equations(&mechanics.pose(&middle), &[0.0; N], 0.0).mass_matrix;
+        if small::least_pivot(&mass_matrix) > LEAST_PIVOT {
+            return Ok(());
+        }
+        let heavy = |i: &usize| mechanics.bodies[*i].inertia.abs().max(mechanics.bodies[*i].mass);
+        let heaviest = (0..N).max_by(|a, b| heavy(a).total_cmp(&heavy(b))).unwrap_or(0);
+        Err(BuildError::Unresolvable(self.machine.links[heaviest + 1].name.clone()))
+    }
+
+    /// A file can hold numbers that are fine one by one and overflow together; one look at the middle tells.
+    fn require_finite(&self) -> Result<(), BuildError> {
+        let mut x = vec![0.0; self.layout.len()];
+        for (i, limits) in self.limits.iter().enumerate() {
+            x[self.layout.q(i)] = 0.5 * (limits.lower + limits.upper);
+            x[self.layout.p1(i)] = 0.5 * self.plant().mains.supply;
+            x[self.layout.p2(i)] = 0.4 * self.plant().mains.supply;
+        }
+        let mut dx = vec![0.0; x.len()];
+        self.derivative(&x, &[0.0; N], self.machine.payload.mass, &mut dx);
+        match dx.iter().position(|d| !d.is_finite()) {
+            Some(i) => Err(BuildError::NotFinite(self.layout.names[i].clone())),
+            None => Ok(()),
+        }
+    }
+
+    /// All parameters of the laws.
+    pub fn plant(&self) -> &Plant<f64, N> {
+        self.laws.plant()
+    }
+
+    pub(crate) fn oil(&self) -> &OilTables {
+        self.oil.get_or_init(|| OilTables::new(self.plant().fluid))
+    }
+
+    pub(crate) fn actuation_of(&self, i: usize) -> JointActuation<'_> {
+        JointActuation {
+            joint: &self.plant().mechanics.joints[i],
+            actuation: &self.plant().actuations[i],
+            description: &self.machine.joints[i],
+            cylinder: &self.machine.cylinders[i],
+        }
+    }
+
+    /// The joints' ranges but for their edges: on its branch a piston goes one way only, so that what is admissible at both
+    /// ends is so between them. Nothing is known where it is not.
+    fn safe_ranges(&self) -> [[f64; 2]; N] {
+        let inner = self.limit_pairs().map(|[lower, upper]| {
+            let edge = EDGE * (upper - lower);
+            [lower + edge, upper - edge]
+        });
+        let fits = |end: usize| self.fits(&inner.map(|range| range[end]));
+        if fits(0) && fits(1) {
+            inner
+        } else {
+            [[f64::INFINITY, f64::NEG_INFINITY]; N]
+        }
+    }
+
+    /// Whether every piston is inside its cylinder and every linkage closes.
+    pub(crate) fn fits(&self, q: &[f64; N]) -> bool {
+        self.plant().admissible(&self.plant().mechanics.pose(q))
+    }
+
+    /// The pose in which the crane comes to rest that was put into pose `q`: another one where the supply cannot press a
+    /// piston so far into its end stop.
+    pub(crate) fn on_the_stops(&self, mut q: [f64; N], payload: f64) -> [f64; N] {
+        let (plant, back) = (self.plant(), self.machine.equilibrium.back_pressure);
+        for c in 0..N {
+            let load = plant.static_force(&q, payload)[c];
+            let (position, _) = plant.strokes(&plant.mechanics.pose(&q))[c];
+            let rest = resting_position(&plant.cylinders[c], position, load, back, plant.mains.supply);
+            if rest != position {
+                q[c] = self.actuation_of(c).joint_from_stroke(&self.limits[c], rest);
+            }
+        }
+        q
+    }
+
+    /// A crane can rest on the ground, and no deeper in it than its own weight and that of the load press it.
+    pub(crate) fn require_above_the_ground(&self, q: &[f64; N], payload: f64) -> Result<(), PoseError> {
+        let mechanics = &self.plant().mechanics;
+        let Some(ground) = &self.plant().ground else { return Ok(()) };
+        let pose = mechanics.pose(q);
+        let force = mechanics.contact(ground, &pose, &[0.0; N], payload).force;
+        let mass = mechanics.bodies.iter().map(|body| body.mass).sum::<f64>() + payload;
+        let (pushed, weight) = (force.z.hypot(force.x), mass * mechanics.gravity.abs());
+        if pushed <= weight {
+            return Ok(());
+        }
+        let tip = mechanics.tip_position(&pose);
+        let (surface, _) = ground.surface(tip.x);
+        Err(PoseError::InTheGround { tip: tip.z, hang: ground.hang(payload), surface, pushed, weight })
+    }
+
+    pub(crate) fn write_outputs(&self, oil: Option<&OilTables>, x: &[f64], payload: f64, out: &mut [f64]) {
+        let energy_density = |p| oil.map_or(f64::NAN, |oil| oil.energy_density(p));
+        outputs::evaluate(self.plant(), &self.layout, energy_density, x, payload, out);
+    }
+
+    /// Lowest and highest coordinate of each joint.
+    pub fn limit_pairs(&self) -> [[f64; 2]; N] {
+        std::array::from_fn(|i| [self.limits[i].lower, self.limits[i].upper])
+    }
+}
+
+/// The first `N` numbers of a slice, as an array.
+pub(crate) fn array<const N: usize>(x: &[f64]) -> [f64; N] {
+    std::array::from_fn(|i| x[i])
+}

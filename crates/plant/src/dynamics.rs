@@ -1,0 +1,54 @@
+//! Forces and accelerations of the chain.
+//!
+//! Slices of joints, cylinders and states have the lengths that the layout tells; SI units throughout.
+
+use crate::crane::{array, Crane};
+use hydrocrane_num::small;
+
+pub trait Dynamics {
+    /// Row-major mass matrix and bias force.
+    fn equations(&self, q: &[f64], qd: &[f64], payload: f64, mass: &mut [f64], bias: &mut [f64]);
+    fn forward_dynamics(&self, q: &[f64], qd: &[f64], force: &[f64], payload: f64, qdd: &mut [f64]);
+    fn static_force(&self, q: &[f64], payload: f64, force: &mut [f64]);
+    /// The tip with `payload` takes up `load` (kg) that lies still: writes the joint rates after it, tells the loss (J).
+    fn attach(&self, q: &[f64], qd: &[f64], payload: f64, load: f64, rates: &mut [f64]) -> f64;
+    /// (kinetic, potential), J.
+    fn energies(&self, q: &[f64], qd: &[f64], payload: f64) -> (f64, f64);
+}
+
+impl<const N: usize> Dynamics for Crane<N> {
+    fn equations(&self, q: &[f64], qd: &[f64], payload: f64, mass: &mut [f64], bias: &mut [f64]) {
+        let pose = self.plant().mechanics.pose(&array::<N>(q));
+        let e = self.plant().mechanics.equations(&pose, &array::<N>(qd), payload);
+        for j in 0..N {
+            mass[j * N..(j + 1) * N].copy_from_slice(&e.mass_matrix[j]);
+        }
+        bias.copy_from_slice(&e.bias);
+    }
+
+    fn forward_dynamics(&self, q: &[f64], qd: &[f64], force: &[f64], payload: f64, qdd: &mut [f64]) {
+        let pose = self.plant().mechanics.pose(&array::<N>(q));
+        let e = self.plant().mechanics.equations(&pose, &array::<N>(qd), payload);
+        let gains = self.plant().strokes(&pose);
+        let mut driving = std::array::from_fn(|j| gains[j].1 * force[j] - e.bias[j]);
+        self.plant().add_contact(&pose, &array::<N>(qd), payload, &mut driving);
+        qdd.copy_from_slice(&small::solve_spd(&e.mass_matrix, &driving));
+    }
+
+    fn static_force(&self, q: &[f64], payload: f64, force: &mut [f64]) {
+        force.copy_from_slice(&self.plant().static_force(&array::<N>(q), payload));
+    }
+
+    fn attach(&self, q: &[f64], qd: &[f64], payload: f64, load: f64, rates: &mut [f64]) -> f64 {
+        let pose = self.plant().mechanics.pose(&array::<N>(q));
+        let attachment = self.plant().mechanics.attach(&pose, &array::<N>(qd), payload, load);
+        rates.copy_from_slice(&attachment.rates);
+        attachment.loss
+    }
+
+    fn energies(&self, q: &[f64], qd: &[f64], payload: f64) -> (f64, f64) {
+        let m = &self.plant().mechanics;
+        let pose = m.pose(&array::<N>(q));
+        (m.kinetic_energy(&pose, &array::<N>(qd), payload), m.potential_energy(&pose, payload))
+    }
+}

@@ -1,0 +1,43 @@
+//! From a machine description to ordinary differential equations: state layout, right-hand side, exact Jacobian,
+//! limits, equilibrium, outputs, energy ledger, and a second, readable right-hand side. No time stepping, no controllers.
+
+pub mod axis_derivatives;
+pub mod axis_group;
+mod crane;
+mod drawing;
+mod dynamics;
+pub mod equilibrium;
+pub mod errors;
+pub mod from_machine;
+pub mod hydraulic_axis;
+mod hydraulics;
+mod inverse;
+mod jacobian;
+mod kinematics;
+mod laws;
+pub mod layout;
+pub mod ledger;
+pub mod limits;
+pub mod outputs;
+pub mod plant;
+pub mod precision;
+pub mod reference;
+pub mod rhs;
+mod state_space;
+pub mod steady_friction;
+mod workspace;
+
+pub use crane::Crane;
+pub use drawing::{Shape, ShapeKind};
+pub use dynamics::Dynamics;
+pub use equilibrium::EquilibriumMode;
+pub use errors::{BuildError, PoseError, StrokeError};
+pub use hydraulics::{Hydraulics, Passivity};
+pub use kinematics::Kinematics;
+pub use layout::Layout;
+pub use ledger::{ground_terms, LEDGER_PER_CYLINDER, LEDGER_TERMS};
+pub use limits::{JointLimits, LimitReason};
+pub use outputs::OutputInfo;
+pub use plant::Plant;
+pub use state_space::StateSpace;
+pub use steady_friction::{map_point, MapPoint, MAP_PARAMETERS};

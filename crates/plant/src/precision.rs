@@ -1,0 +1,52 @@
+//! How exact a step must be: errors relative to the states' scales and to the density of the oil.
+
+use crate::layout::Layout;
+use hydrocrane_num::Real;
+use hydrocrane_physics::hydraulics::fluid::Fluid;
+
+/// How exact a step must be.
+#[derive(Debug, Clone)]
+pub struct Precision {
+    /// Inverse tolerances of the states.
+    weights: Vec<f64>,
+    /// Inverse tolerance of the relative density of the oil in the chambers.
+    density: f64,
+}
+
+/// Relative density of the oil that counts as much as a state's scale.
+const DENSITY_SCALE: f64 = 1e-3;
+
+impl Precision {
+    /// Errors as large as `tolerance` times the states' scales. Spools do not count by themselves: where one is matters
+    /// by what the oil does.
+    pub fn new(layout: &Layout, tolerance: f64) -> Self {
+        let mut weights: Vec<f64> = layout.scales.iter().map(|scale| 1.0 / (tolerance * scale)).collect();
+        for c in 0..layout.joints() {
+            weights[layout.xs(c)] = 0.0;
+            weights[layout.vs(c)] = 0.0;
+        }
+        Precision { weights, density: 1.0 / (tolerance * DENSITY_SCALE) }
+    }
+
+    /// Mean square of the errors of a step that led to the state `reached`, relative to their tolerances.
+    #[inline(always)]
+    pub fn mean_square<T: Real>(
+        &self,
+        fluid: &Fluid<T>,
+        layout: &Layout,
+        reached: &[T],
+        error: impl Fn(usize) -> T,
+    ) -> T {
+        let mut sum = T::c(0.0);
+        for (i, weight) in self.weights.iter().enumerate() {
+            sum += (error(i) * *weight).square();
+        }
+        for c in 0..layout.joints() {
+            for i in [layout.p1(c), layout.p2(c)] {
+                let density = error(i) / fluid.bulk_modulus(reached[i]);
+                sum += (density * self.density).square();
+            }
+        }
+        sum / layout.len() as f64
+    }
+}

@@ -1,0 +1,124 @@
+//! The crane as a system of ordinary differential equations x' = f(x, u) with outputs and an energy ledger.
+//!
+//! Slices of joints, cylinders and states have the lengths that the layout tells; SI units throughout.
+
+use crate::crane::{array, Crane};
+use crate::equilibrium::EquilibriumMode;
+use crate::errors::PoseError;
+use crate::laws::Moment;
+use crate::layout::Layout;
+use crate::limits::outside_limits;
+use crate::outputs::OutputInfo;
+use crate::reference;
+use hydrocrane_machine::Machine;
+use hydrocrane_ode::BlockArrow;
+
+pub trait StateSpace: Send + Sync {
+    fn machine(&self) -> &Machine;
+    fn layout(&self) -> &Layout;
+    /// Writes the state derivative.
+    fn derivative(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64]);
+    /// The derivative and its slopes.
+    fn linearise(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], slopes: &mut BlockArrow<f64>);
+    /// Brings the derivative and its slopes at the state `x` up to other commands `u`.
+    fn update_input(&self, x: &[f64], u: &[f64], dx: &mut [f64], slopes: &mut BlockArrow<f64>);
+    /// Energy in the spring of the ground, J.
+    fn ground_energy(&self, q: &[f64], payload: f64) -> f64;
+    /// Writes the powers of the ledger, W: cylinder by cylinder its [terms](crate::LEDGER_TERMS), then
+    /// [that of the ground](crate::ground_terms).
+    fn powers(&self, x: &[f64], payload: f64, powers: &mut [f64]);
+    /// Row-major Jacobian.
+    fn jacobian(&self, x: &[f64], u: &[f64], payload: f64, jacobian: &mut [f64]) {
+        let mut slopes = BlockArrow::new(self.layout().axes());
+        self.linearise(x, u, payload, &mut vec![0.0; x.len()], &mut slopes);
+        slopes.write_dense(x.len(), jacobian);
+    }
+    /// The same derivative by the readable one-function model; `None` where a law is switched to as-printed.
+    fn reference_derivative(&self, x: &[f64], u: &[f64], payload: f64) -> Option<Vec<f64>>;
+    /// Derivative of the state derivative by time where the commands change at `rate` (m/s).
+    fn command_slope(&self, rate: &[f64], slope: &mut [f64]);
+    /// Size of the estimated `error` of a step that led to the state `reached`: one where each state errs by its scale, or
+    /// the density of the oil by a thousandth.
+    fn error_size(&self, reached: &[f64], error: &[f64]) -> f64;
+    /// Whether every piston is inside its cylinder.
+    fn admissible(&self, x: &[f64]) -> bool;
+    fn output_info(&self) -> &[OutputInfo];
+    fn outputs(&self, x: &[f64], payload: f64, out: &mut [f64]);
+    /// The same with NaN for `energy.oil`, whose tables take longer to make than a run of a few seconds.
+    fn outputs_without_oil(&self, x: &[f64], payload: f64, out: &mut [f64]);
+    fn equilibrium(&self, q: &[f64], mode: EquilibriumMode, payload: f64) -> Result<Vec<f64>, PoseError>;
+}
+
+impl<const N: usize> StateSpace for Crane<N> {
+    fn machine(&self) -> &Machine {
+        &self.machine
+    }
+
+    fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    fn derivative(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64]) {
+        self.laws.derivative(Moment { layout: &self.layout, x, u, payload }, dx);
+    }
+
+    fn linearise(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], slopes: &mut BlockArrow<f64>) {
+        self.laws.linearise(Moment { layout: &self.layout, x, u, payload }, dx, slopes);
+    }
+
+    fn update_input(&self, x: &[f64], u: &[f64], dx: &mut [f64], slopes: &mut BlockArrow<f64>) {
+        self.laws.update_input(x, u, dx, slopes);
+    }
+
+    fn ground_energy(&self, q: &[f64], payload: f64) -> f64 {
+        let mechanics = &self.plant().mechanics;
+        let tip = mechanics.tip_position(&mechanics.pose(&array::<N>(q)));
+        self.plant().ground.as_ref().map_or(0.0, |ground| ground.energy(tip, payload))
+    }
+
+    fn powers(&self, x: &[f64], payload: f64, powers: &mut [f64]) {
+        self.laws.powers(&self.layout, self.oil(), x, payload, powers);
+    }
+
+    fn reference_derivative(&self, x: &[f64], u: &[f64], payload: f64) -> Option<Vec<f64>> {
+        reference::state_derivative(&self.machine, x, u, payload)
+    }
+
+    fn command_slope(&self, rate: &[f64], slope: &mut [f64]) {
+        slope.fill(0.0);
+        for c in 0..N {
+            let w = self.plant().cylinders[c].spool.natural_frequency;
+            slope[self.layout.vs(c)] = w * w * rate[c];
+        }
+    }
+
+    fn error_size(&self, reached: &[f64], error: &[f64]) -> f64 {
+        self.precision.mean_square(&self.plant().fluid, &self.layout, reached, |i| error[i]).sqrt()
+    }
+
+    fn admissible(&self, x: &[f64]) -> bool {
+        let q: [f64; N] = std::array::from_fn(|i| x[self.layout.q(i)]);
+        q.iter().zip(&self.safe).all(|(q, [lower, upper])| lower <= q && q <= upper) || self.fits(&q)
+    }
+
+    fn output_info(&self) -> &[OutputInfo] {
+        &self.outputs
+    }
+
+    fn outputs(&self, x: &[f64], payload: f64, out: &mut [f64]) {
+        self.write_outputs(Some(self.oil()), x, payload, out);
+    }
+
+    fn outputs_without_oil(&self, x: &[f64], payload: f64, out: &mut [f64]) {
+        self.write_outputs(None, x, payload, out);
+    }
+
+    fn equilibrium(&self, q: &[f64], mode: EquilibriumMode, payload: f64) -> Result<Vec<f64>, PoseError> {
+        if let Some(place) = outside_limits(&self.machine.joints, &self.limits, q) {
+            return Err(PoseError::OutsideLimits(place));
+        }
+        let q = self.on_the_stops(array::<N>(q), payload);
+        self.require_above_the_ground(&q, payload)?;
+        self.plant().rest(&self.machine, &self.layout, &q, mode, payload)
+    }
+}
