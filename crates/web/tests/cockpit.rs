@@ -3,9 +3,8 @@
 mod common;
 
 use common::{built, index, opened, simulated, tip};
-use hydrocrane_machine::scenario::{Interpolation, Joystick};
-use hydrocrane_machine::{load, parse_scenario, OverrideValue};
-use hydrocrane_sim::Sticks;
+use hydrocrane_machine::scenario::Interpolation;
+use hydrocrane_machine::{parse_scenario, OverrideValue};
 use hydrocrane_web::Cockpit;
 use serde_json::{json, Value};
 
