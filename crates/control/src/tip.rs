@@ -89,17 +89,17 @@ impl<const N: usize> State<N> {
         })
     }
 
-    /// 1 with the tip at its set-point, 0 with the tip too far behind.
-    fn governor(&self, q: &[f64; N], measured: &Posture<N>, observed: &[f64; N], lag_limit: f64) -> f64 {
+    /// From the tip to its set-point, m.
+    fn lag(&self, q: &[f64; N], measured: &Posture<N>, observed: &[f64; N]) -> Vec2<f64> {
         // Observed and measured lie within a count of the sensor: the Jacobian takes one to the other.
         let tip: [f64; 2] = std::array::from_fn(|r| {
             measured.tip[r] + (0..N).map(|i| measured.jacobian[r][i] * (observed[i] - q[i])).sum::<f64>()
         });
-        let lag = (Vec2::<f64>::c(self.reference.set_point) - Vec2::c(tip)).norm();
-        (2.0 - 2.0 * lag / lag_limit).clamp(0.0, 1.0)
+        Vec2::<f64>::c(self.reference.set_point) - Vec2::c(tip)
     }
 
-    /// Finds out why the tip stands though it is told to move at `wish`, m/s. `waiting`: as [`Self::governor`].
+    /// Finds out why the tip stands though it is told to move at `wish`, m/s. `waiting`: share of it that is left at this
+    /// `lag`, m.
     fn look_for_standstill(
         &mut self,
         nominal: &Nominal<N>,
@@ -107,6 +107,7 @@ impl<const N: usize> State<N> {
         wish: [f64; 2],
         now: &Means<N>,
         waiting: f64,
+        lag: Vec2<f64>,
     ) {
         let asked = Vec2::<f64>::c(wish).norm();
         if !self.standstill.watch(asked, self.reference.pace, s.period) {
@@ -126,7 +127,8 @@ impl<const N: usize> State<N> {
         } else {
             Cause::Range(limited)
         };
-        if waiting < BLOCKED && matches!(cause, Cause::Load(_) | Cause::Lag) {
+        let leads_back = Vec2::<f64>::c(wish).dot(lag) < 0.0;
+        if waiting < BLOCKED && (matches!(cause, Cause::Load(_)) || leads_back) {
             // A place to which the load or the ground does not let the tip is none to wait for: other paths must stay open.
             self.reference = Reference::at(nominal, &s.shape, s.period, now.observed);
         }
@@ -173,10 +175,12 @@ impl<const N: usize> State<N> {
             self.reference.stand();
         } else {
             let observed = self.observed(q, &measured);
-            let waiting = self.governor(q, &measured, &observed, s.lag_limit);
+            let lag = self.lag(q, &measured, &observed);
+            // 1 with the tip at its set-point, 0 with the tip too far behind.
+            let waiting = (2.0 - 2.0 * lag.norm() / s.lag_limit).clamp(0.0, 1.0);
             let now = Means { observed, piston: self.drives.map(|drive| drive.range()), oil };
             self.reference.advance(nominal, &s.shape, wish.map(|w| w * waiting), &now);
-            self.look_for_standstill(nominal, s, wish, &now, waiting);
+            self.look_for_standstill(nominal, s, wish, &now, waiting, lag);
             target = self.reference.posture.stroke;
         }
         let rates = self.reference.rates;

@@ -11,7 +11,7 @@ use crate::plant::Plant;
 use crate::precision::Precision;
 use crate::state_space::StateSpace;
 use hydrocrane_machine::Machine;
-use hydrocrane_num::small;
+use hydrocrane_num::{portable, small};
 use hydrocrane_physics::hydraulics::fluid::OilTables;
 use std::sync::OnceLock;
 
@@ -155,7 +155,7 @@ impl<const N: usize> Crane<N> {
         let pose = mechanics.pose(q);
         let force = mechanics.contact(ground, &pose, &[0.0; N], payload).force;
         let mass = mechanics.bodies.iter().map(|body| body.mass).sum::<f64>() + payload;
-        let (pushed, weight) = (force.z.hypot(force.x), mass * mechanics.gravity.abs());
+        let (pushed, weight) = (portable::hypot(force.z, force.x), mass * mechanics.gravity.abs());
         if pushed <= weight {
             return Ok(());
         }

@@ -5,7 +5,10 @@ use hydrocrane_evidence::case::{machines, modes, Case};
 use hydrocrane_evidence::drives::{campaign, Figures, Options};
 use hydrocrane_evidence::lowering::lowering;
 use serde_json::json;
+use std::fs::File;
+use std::io::Write;
 use std::process::ExitCode;
+use std::sync::Mutex;
 
 const OPTIONS: [&str; 15] = [
     "machines", "modes", "payloads", "drives", "seconds", "followed", "seed", "threads", "script", "core", "against",
@@ -42,7 +45,16 @@ fn run() -> Result<bool, String> {
         },
     };
     let others = given.text("against").map_or(Ok(Vec::new()), read)?;
-    let mut all = campaign(&cases, &options, &|figures| eprintln!("{}", told(figures)))?;
+    // Case by case as they end, so that a campaign that is broken off leaves what it has; in order at the end.
+    let so_far = given.text("output").map(|path| File::create(path).map_err(|error| format!("{path}: {error}")));
+    let so_far = so_far.transpose()?.map(Mutex::new);
+    let tell = |figures: &Figures| {
+        eprintln!("{}", told(figures));
+        if let Some(Ok(mut file)) = so_far.as_ref().map(Mutex::lock) {
+            let _ = writeln!(file, "{}", json!(figures));
+        }
+    };
+    let mut all = campaign(&cases, &options, &tell)?;
     all.iter_mut().for_each(|figures| figures.compare(&others));
     write(&given, &all)?;
     let faults: Vec<String> =
