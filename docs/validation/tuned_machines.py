@@ -11,9 +11,9 @@ from pathlib import Path
 
 import hydrocrane as hc
 from hydrocrane import _core
-from hydrocrane.benchmark import run_case
-from hydrocrane.fitted_tasks import tuning_cases
-from hydrocrane.tuning import TUNED
+from hydrocrane.benchmark.cases import run_case
+from hydrocrane.benchmark.fitted_tasks import tuning_cases
+from hydrocrane.benchmark.tuning import TUNED
 
 TABLE = Path(__file__).resolve().parent / "tip-control" / "tuned-machines.csv"
 MACHINES = ("rottne-f9-lab", "hiab-xs031")

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import hydrocrane as hc
-from hydrocrane import tasks
 from hydrocrane.app import control
 from hydrocrane.app.cli import main
-from hydrocrane.benchmark import (
+from hydrocrane.benchmark import tasks
+from hydrocrane.benchmark.cases import (
     MACHINE,
     Benchmark,
     Case,
@@ -27,7 +27,7 @@ from hydrocrane.benchmark import (
     run_case,
     scenario_of,
 )
-from hydrocrane.metrics import Motion, metrics, nearest_on_path, significant
+from hydrocrane.benchmark.metrics import Motion, metrics, nearest_on_path, significant
 from hydrocrane.plots.benchmark import control_benchmark
 
 EVERY_TASK = [*tasks.lines(), tasks.square(), tasks.circle(), tasks.reach(), tasks.pick_and_place()]

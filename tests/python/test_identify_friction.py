@@ -12,7 +12,6 @@ import hydrocrane as hc
 from hydrocrane import rig
 from hydrocrane.app.cli import main
 from hydrocrane.identification import FrictionPoints, fit_static
-from hydrocrane.identification.campaign_report import summary
 from hydrocrane.identification.sensors import bow
 from hydrocrane.signals import steady_windows
 
@@ -206,12 +205,12 @@ def test_what_is_left_of_a_damaged_log_is_used_and_said(log, case):
     spoil, word = FLAGGED[case]
     found = hc.identify_friction(spoil(log), "rig-rottne")
     assert any(word in text for text in found.warnings), found.warnings
-    assert found.static is not None and word in summary(found)
+    assert found.static is not None and word in found.summary()
 
 
 def test_one_level_of_one_direction_gives_no_block(log, tmp_path):
     found = hc.identify_friction(part(log, 0.0, 3.4), "rig-rottne")
-    assert summary(found).count("not told by the data") == 4
+    assert found.summary().count("not told by the data") == 4
     with pytest.raises(hc.InputError, match="retracting"):
         found.write(tmp_path / "friction.toml")
 

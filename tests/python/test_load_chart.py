@@ -5,7 +5,7 @@ import pytest
 
 import hydrocrane as hc
 from hydrocrane import plots
-from hydrocrane.capacity import Places, capacity
+from hydrocrane.analysis.capacity import Places, capacity
 from hydrocrane.plots.loadchart import load_chart as draw
 
 LAB, HIAB, SLIDER = "rottne-f9-lab", "hiab-xs031", "single-cylinder"

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import hydrocrane as hc
-from hydrocrane.benchmark import Case, Condition, run_case
-from hydrocrane.tasks import straight
+from hydrocrane.benchmark.cases import Case, Condition, run_case
+from hydrocrane.benchmark.tasks import straight
 
 CRANE = hc.load_machine("rottne-f9-lab")
 # Direction and 80 % of its feasible speed, m/s; 0.4 m each way.

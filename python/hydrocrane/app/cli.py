@@ -23,8 +23,8 @@ from hydrocrane.app.view import view
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from hydrocrane.machine import Machine
-    from hydrocrane.result import Run
+    from hydrocrane.machine.machine import Machine
+    from hydrocrane.results.run import Run
 
 app = typer.Typer(
     name="hydrocrane",
@@ -103,7 +103,7 @@ def simulate(
 def _data_suffixes(name: str, also: list[str], film: str) -> list[str]:
     """Suffixes of the data files of the run `name`; what cannot be written here is an error before anything runs."""
     from hydrocrane.errors import InputError
-    from hydrocrane.files import checked_suffix
+    from hydrocrane.files.datasets import checked_suffix
 
     found = [".nc"]
     for suffix in also:
@@ -245,7 +245,8 @@ def modes(
     settings: Settings = [],  # noqa: B006
 ) -> None:
     """Natural frequencies and damping in a pose, with and without friction, and their map over the workspace."""
-    from hydrocrane import linear, plots
+    from hydrocrane import plots
+    from hydrocrane.analysis import linear
     from hydrocrane.app.options import pose
     from hydrocrane.app.report import modes_table
 
@@ -336,7 +337,7 @@ def _root(
 
 def _machine(source: str, settings: list[str]) -> Machine:
     from hydrocrane.app.options import checked_machine, overrides
-    from hydrocrane.machine import load_machine
+    from hydrocrane.machine.machine import load_machine
 
     return load_machine(checked_machine(source), overrides(settings))
 

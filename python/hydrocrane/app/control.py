@@ -12,7 +12,7 @@ from hydrocrane.app.console import bar, say
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from hydrocrane.benchmark import Benchmark
+    from hydrocrane.benchmark.cases import Benchmark
 
 control = typer.Typer(name="control", help="Crane-tip control.", no_args_is_help=True)
 
@@ -53,7 +53,7 @@ def run_benchmark(
 
     from hydrocrane import benchmark, fitted_tasks
     from hydrocrane.app.options import overrides
-    from hydrocrane.machine import load_machine
+    from hydrocrane.machine.machine import load_machine
 
     crane = load_machine(machine, overrides(settings))
     # A folder that cannot be made shall not cost the runs.
@@ -82,10 +82,10 @@ def run_tune(
     seed: Annotated[int, typer.Option(help="Draws the errors of the sensors.")] = 0,
 ) -> None:
     """Search the gains of the controller `tip` by simulation, and report them before and after."""
-    from hydrocrane import tuning
     from hydrocrane.app.options import overrides
-    from hydrocrane.machine import load_machine
-    from hydrocrane.whole_file import write_text
+    from hydrocrane.benchmark import tuning
+    from hydrocrane.files.whole_file import write_text
+    from hydrocrane.machine.machine import load_machine
 
     crane = load_machine(machine, overrides(settings))
     with bar("tuning") as progress:
@@ -131,7 +131,7 @@ def benchmark_table(found: Benchmark) -> Table:
 
 def _standings(found: Benchmark) -> str:
     """Mean scores, and who never moved the tip."""
-    from hydrocrane.benchmark import STANDING
+    from hydrocrane.benchmark.cases import STANDING
 
     told = []
     for controller, score in found.standings.items():
@@ -142,7 +142,7 @@ def _standings(found: Benchmark) -> str:
 
 
 def _cell(value: float | None, factor: float) -> str:
-    from hydrocrane.metrics import significant
+    from hydrocrane.benchmark.metrics import significant
 
     if value is None:
         return "-"

@@ -15,8 +15,8 @@ from hydrocrane.errors import InputError
 
 if TYPE_CHECKING:
     from hydrocrane.app.live_server import Server
-    from hydrocrane.machine import Machine
-    from hydrocrane.scenario import Scenario
+    from hydrocrane.machine.machine import Machine
+    from hydrocrane.scenario.scenario import Scenario
 
 
 def drive_request(target: str, settings: Mapping[str, Any]) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from hydrocrane.errors import InputError, unknown
 
 if TYPE_CHECKING:
     from hydrocrane.arrays import Array
-    from hydrocrane.machine import Machine
+    from hydrocrane.machine.machine import Machine
 
 _UNITS = {"rad": {"rad": 1.0, "deg": math.pi / 180}, "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3}}
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-z]*)\s*")

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 from rich.text import Text
 
-from hydrocrane.capacity import Height, at_height
-from hydrocrane.machine import PROVENANCE_CLASSES
+from hydrocrane.analysis.capacity import Height, at_height
+from hydrocrane.machine.machine import PROVENANCE_CLASSES
 
 if TYPE_CHECKING:
-    from hydrocrane.capacity import LoadChart
-    from hydrocrane.linear import Modes
-    from hydrocrane.machine import Machine
+    from hydrocrane.analysis.capacity import LoadChart
+    from hydrocrane.analysis.linear import Modes
+    from hydrocrane.machine.machine import Machine
     from hydrocrane.result_warning import ResultWarning
-    from hydrocrane.scenario import Scenario
+    from hydrocrane.scenario.scenario import Scenario
 
 _SHOWN = {"rad": ("deg", 180 / math.pi), "m": ("mm", 1e3)}
 

@@ -25,7 +25,7 @@ def _group() -> None:
 @rig.command(name="list", epilog="Example:  hydrocrane rig list")
 def list_experiments() -> None:
     """List the experiments and the rigs."""
-    from hydrocrane.machine import bundled_machines
+    from hydrocrane.machine.machine import bundled_machines
     from hydrocrane.rig.experiments import EXPERIMENTS
 
     width = max(len(name) for name in EXPERIMENTS)

@@ -15,7 +15,7 @@ from hydrocrane.errors import InputError
 if TYPE_CHECKING:
     from hydrocrane.app.live_server import Server
     from hydrocrane.arrays import Array
-    from hydrocrane.result import Run
+    from hydrocrane.results.run import Run
 
 
 def recording(run: Run) -> tuple[dict[str, Any], Array]:

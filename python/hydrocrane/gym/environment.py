@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrocrane.gym.task import Numbers, TipTask
-from hydrocrane.machine import MachineLike
+from hydrocrane.machine.machine import MachineLike
 
 
 class CraneTipEnv(gymnasium.Env[Numbers, NDArray[np.floating]]):

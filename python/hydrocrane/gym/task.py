@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrocrane.arrays import Array
-from hydrocrane.batch import BatchObservation, BatchSimulator
-from hydrocrane.machine import Machine, MachineLike, as_machine
+from hydrocrane.machine.machine import Machine, MachineLike, as_machine
+from hydrocrane.simulation.batch import BatchObservation, BatchSimulator
 
 Numbers = NDArray[np.float32]
 

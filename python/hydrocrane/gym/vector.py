@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hydrocrane.arrays import Array
 from hydrocrane.gym.task import Numbers, TipTask
-from hydrocrane.machine import MachineLike
+from hydrocrane.machine.machine import MachineLike
 
 
 class CraneTipVectorEnv(VectorEnv[Numbers, NDArray[np.floating], NDArray[np.bool_]]):

@@ -19,7 +19,7 @@ from hydrocrane.identification.records import RAMP, STEADY, STEP, Reading, Recor
 from hydrocrane.identification.sensors import PRESSURES, bias_without_zero, bow, largest_error, span_error
 from hydrocrane.identification.setup import Exponents
 from hydrocrane.identification.static_stage import StaticIdentification, identify_static
-from hydrocrane.machine import MachineLike, as_machine
+from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.signals import RigParameters, SteadyWindows, steady_windows
 
 if TYPE_CHECKING:

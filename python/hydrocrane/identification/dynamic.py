@@ -31,7 +31,7 @@ from hydrocrane.identification.rig_unknowns import (
     with_values,
 )
 from hydrocrane.logs import Log
-from hydrocrane.machine import Machine
+from hydrocrane.machine.machine import Machine
 
 # A root-mean-square residual beyond this many standard deviations is not noise.
 TOO_FAR = 1.5

@@ -12,14 +12,14 @@ from scipy import stats
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
-from hydrocrane.identification.block import friction_block, interval, signature
+from hydrocrane.identification.block import interval, signature
 from hydrocrane.identification.bristle import Reading
 from hydrocrane.identification.output_error import Estimate
 from hydrocrane.identification.report import Section, Table
 from hydrocrane.identification.result import StaticFit
 from hydrocrane.identification.rig_misfit import RigMisfit
 from hydrocrane.identification.rig_unknowns import DYNAMIC
-from hydrocrane.machine import Machine
+from hydrocrane.machine.machine import Machine
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -141,7 +141,7 @@ class DynamicFit:
         ]
         cylinder = self.rig.cylinder_names[0]
         if self.static is not None:
-            return friction_block(self.static, cylinder, name=self.table.split(".", 1)[1], bristles=lines)
+            return self.static.toml(cylinder, name=self.table.split(".", 1)[1], bristles=lines)
         head = [f"[{self.table}]", f"cylinder = {json.dumps(cylinder)}", 'model = "lugre"']
         return "\n".join([*head, *lines]) + "\n"
 

@@ -12,7 +12,7 @@ from hydrocrane.identification.motions import motions
 from hydrocrane.identification.rig_unknowns import DYNAMIC, key_of, number, rig_map
 from hydrocrane.identification.static_map import StaticMap
 from hydrocrane.logs import Log
-from hydrocrane.machine import Machine
+from hydrocrane.machine.machine import Machine
 
 Readings = dict[str, dict[str, bristle.Reading]]
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 from hydrocrane.logs import Log
-from hydrocrane.machine import Machine
+from hydrocrane.machine.machine import Machine
 from hydrocrane.signals import RigParameters, friction_force
 
 # The spool counts as open beyond this share of its largest opening.

@@ -14,7 +14,7 @@ import numpy as np
 from hydrocrane.errors import InputError
 from hydrocrane.identification.sensors import PRESSURES, largest_error
 from hydrocrane.logs import Log, read_log
-from hydrocrane.machine import Machine
+from hydrocrane.machine.machine import Machine
 from hydrocrane.signals import ZeroCalibrated, zero_calibrated
 
 STEADY, RAMP, STEP = "steady", "ramp", "step"

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hydrocrane.errors import ResultFileError
-from hydrocrane.whole_file import write_text
+from hydrocrane.files.whole_file import write_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -5,22 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
+from hydrocrane.identification.block import head, interval, signature
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.reach import BOUND, reach
-from hydrocrane.identification.static_map import BREAKAWAY_SPEED, LABELS, LOGARITHMIC, StaticMap, unit_of
+from hydrocrane.identification.static_map import BREAKAWAY_SPEED, LABELS, LOGARITHMIC, PARAMETERS, StaticMap, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
-
-    from hydrocrane.identification.profile import Solved
 
 OFFSET, SPANS, BOW = "offset", ("span.p1", "span.p2"), "bow"
 # Errors of the sensors that a fit may carry along; with one offset for each log these are offset.1, offset.2 ...
@@ -63,6 +62,13 @@ class Spread:
     scale: float
     condition: float
     floor: float = 0.0
+
+
+class Profile(Protocol):
+    """A solved fit in which parameters can be moved while all others follow."""
+
+    def ends(self, label: str, sigma: float, far: float) -> tuple[float, float]:
+        """The interval of a parameter whose standard error is `sigma`, `far` standard errors to either side."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +116,7 @@ class StaticFit:
     rejected: tuple[Rejected, ...] = ()
     at_bounds: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
-    solved: Solved | None = field(default=None, repr=False)
+    solved: Profile | None = field(default=None, repr=False)
 
     @property
     def offset(self) -> float:
@@ -250,11 +256,62 @@ class StaticFit:
             return value / factor, value * factor
         return float(value - far * sigma), float(value + far * sigma)
 
-    def toml(self, cylinder: str, *, name: str | None = None, source: Iterable[str] = (), date: str = "") -> str:
-        """The block ``[friction.<name>]`` for a machine file; see :mod:`hydrocrane.identification.block`."""
-        from hydrocrane.identification.block import friction_block
+    def toml(
+        self,
+        cylinder: str,
+        *,
+        name: str | None = None,
+        source: Iterable[str] = (),
+        date: str = "",
+        bristles: Iterable[str] = (),
+    ) -> str:
+        """``[friction.<name>]`` with class ``fitted``; parameters that were held are ``assumed`` and say so.
 
-        return friction_block(self, cylinder, name=name, source=source, date=date)
+        Parameters
+        ----------
+        cylinder : str
+            The cylinder it belongs to; also the table's name unless `name` is given.
+        source : iterable of str
+            Names of the logs; by default those the points came from.
+        date : str
+            Day of the fit, by default today.
+        bristles : iterable of str
+            Lines of the bristles' values; with any, the model is LuGre's.
+
+        Comments give the 95 % intervals.
+        """
+        missing = [name for side, name in enumerate(DIRECTIONS) if not self._finite(side)]
+        if missing:
+            raise InputError(
+                f"no friction {missing[0]} was measured, so there is no block for a machine file; "
+                f"add logs of the piston {missing[0]}"
+            )
+        added = list(bristles)
+        logs = ", ".join(source) or ", ".join(self.points.source) or "points handed over in Python"
+        origin = f"{logs}; {self.method} fit of {int(self.accepted.sum())} points, {signature(date)}"
+        lines = head(name or cylinder, cylinder, origin, "lugre" if added else "static")
+        # Exponents are rounded first, because the unit of the viscous coefficient carries them.
+        powers = [float(f"{p:.4g}") for p in self.params["viscous-exponent"]]
+        return "\n".join([*lines, *(self._line(key, powers) for key in PARAMETERS), *added]) + "\n"
+
+    def _finite(self, side: int) -> bool:
+        return bool(np.isfinite(self.law.values.reshape(-1, 2)[:, side]).all())
+
+    def _line(self, key: str, powers: list[float]) -> str:
+        """One key of the block."""
+        values = []
+        for side, direction in enumerate(DIRECTIONS):
+            unit = unit_of(f"{key}.{direction}", powers[side])
+            value = powers[side] if key == "viscous-exponent" else self.params[key][side]
+            values.append(f"{value:.4g}" if unit == "1" else f'"{value:.5g} {unit}"')
+        pair = f"[{', '.join(values)}]"
+        if self.spread is None:
+            return f"{key} = {pair}"
+        if not any(label.startswith(f"{key}.") for label in self.spread.labels):
+            return f'{key} = {{ value = {pair}, class = "assumed", source = "held in the fit" }}'
+        known = self.intervals(0.95)
+        ends = [known.get(f"{key}.{direction}") for direction in DIRECTIONS]
+        return f"{key} = {pair}  # 95 %: {' and '.join(interval(*e) for e in ends if e is not None)}"
 
     def plot(self) -> Figure:
         """Points and map, near zero velocity and over the whole range, with residuals."""

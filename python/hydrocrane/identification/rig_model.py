@@ -15,15 +15,17 @@ from typing import Any
 
 import numpy as np
 
+from hydrocrane.analysis.sensitivity import Experiment, solve
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
 from hydrocrane.identification.block_means import Blocks
 from hydrocrane.identification.rig_sensors import RigSensors, whitened
 from hydrocrane.identification.rig_unknowns import with_values
 from hydrocrane.logs import Log
-from hydrocrane.machine import Machine
-from hydrocrane.scenario import Command, Scenario, Solver
-from hydrocrane.sensitivity import Experiment, solve
+from hydrocrane.machine.machine import Machine
+from hydrocrane.scenario.command import Command
+from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.scenario.solver import Solver
 
 SIGNALS = ("x", "p1", "p2")
 # Share of its own largest value to which the logged command is followed by straight lines.

@@ -17,7 +17,7 @@ from scipy.linalg import cholesky, solve_triangular
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError
 from hydrocrane.identification.sensors import ENDINGS, UNIFORM, properties
-from hydrocrane.machine import Machine
+from hydrocrane.machine.machine import Machine
 
 # Zero error of a pressure that a zero calibration is supposed to leave where nobody says what it left, Pa.
 CALIBRATED_ZERO = 500.0

@@ -16,7 +16,7 @@ from hydrocrane.identification.result import StaticFit
 from hydrocrane.identification.rig_sensors import NUISANCES, OF_A_LOG, RigSensors
 from hydrocrane.identification.static_map import PARAMETERS, StaticMap
 from hydrocrane.logs import Log
-from hydrocrane.machine import Machine
+from hydrocrane.machine.machine import Machine
 from hydrocrane.rig import damping
 
 DYNAMIC = ("bristle-stiffness", "bristle-damping")

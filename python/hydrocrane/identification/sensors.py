@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hydrocrane.machine import Machine
+from hydrocrane.machine.machine import Machine
 from hydrocrane.signals import RigParameters
 
 # Standard deviations as shares of the accuracy: of an error that is evenly likely within it, and of the error at zero,

@@ -11,9 +11,9 @@ from typing import Any
 from hydrocrane import _core
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, nearest
+from hydrocrane.files.toml_file import read_toml
 from hydrocrane.logs.signals import SIGNALS
 from hydrocrane.logs.table import LEAST_UNIT, known_unit, scaled
-from hydrocrane.toml_file import read_toml
 
 _SIGNAL_KEYS = ("column", "unit", "sign", "offset")
 _TIME_KEYS = ("column", "unit", "sample-rate")

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from hydrocrane.errors import InputError, ResultFileError
+from hydrocrane.files.toml_file import parsed
 from hydrocrane.logs.clock import is_moment, seconds_of
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.table import Table, check_width, plain_facts, split_name, tidy_unit
-from hydrocrane.toml_file import parsed
 
 DELIMITERS = ("\t", ";", ",")
 COMMENTS = ("#", "%", "//")

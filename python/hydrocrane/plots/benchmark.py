@@ -10,12 +10,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from hydrocrane.benchmark.metrics import nearest_on_path, significant
 from hydrocrane.errors import InputError
-from hydrocrane.metrics import nearest_on_path, significant
 from hydrocrane.plots.style import COLOURS, INK, MUTED, styled, title
 
 if TYPE_CHECKING:
-    from hydrocrane.benchmark import Benchmark, Result
+    from hydrocrane.benchmark.cases import Benchmark, Result
 
 # Shapes of paths, those first that are drawn where there is room for PANELS only.
 SHAPES = ("up", "out", "square", "circle", "reach", "log", "down", "in")

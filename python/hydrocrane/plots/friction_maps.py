@@ -9,11 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hydrocrane.errors import InputError, unknown
-from hydrocrane.machine import MachineLike, as_machine
+from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.plots.style import COLOURS, MUTED, figure, styled, title
 
 if TYPE_CHECKING:
-    from hydrocrane.machine import Machine
+    from hydrocrane.machine.machine import Machine
 
 # Far above any Stribeck velocity, so that only Coulomb and viscous friction are left, m/s.
 _FAST = 10.0

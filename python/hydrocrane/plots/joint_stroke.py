@@ -9,11 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hydrocrane.errors import HydrocraneError, unknown
-from hydrocrane.machine import MachineLike, as_machine
+from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.plots.style import COLOURS, MUTED, figure, shown, styled, title
 
 if TYPE_CHECKING:
-    from hydrocrane.machine import Machine
+    from hydrocrane.machine.machine import Machine
 
 
 @styled

@@ -8,14 +8,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hydrocrane.capacity import Height, at_height
-from hydrocrane.machine import MachineLike, as_machine
+from hydrocrane.analysis.capacity import Height, at_height
+from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.plots.field import paint
 from hydrocrane.plots.style import COLOURS, INK, draw_crane, figure, styled, title
 from hydrocrane.plots.workspace import draw_boundary, metres
 
 if TYPE_CHECKING:
-    from hydrocrane.capacity import LoadChart
+    from hydrocrane.analysis.capacity import LoadChart
 
 
 @styled

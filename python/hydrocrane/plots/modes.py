@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from hydrocrane.linear import FRICTION_WORDS
-from hydrocrane.machine import MachineLike, as_machine
+from hydrocrane.analysis.linear import FRICTION_WORDS
+from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.plots.field import paint
 from hydrocrane.plots.style import INK, MUTED, draw_crane, figure, styled, title
 from hydrocrane.plots.workspace import draw_boundary, metres
 
 if TYPE_CHECKING:
-    from hydrocrane.linear import ModeMap
+    from hydrocrane.analysis.linear import ModeMap
 
 
 @styled

@@ -15,7 +15,7 @@ from hydrocrane.plots.style import COLOURS, figure, shown, styled
 if TYPE_CHECKING:
     import xarray as xr
 
-    from hydrocrane.result import Run
+    from hydrocrane.results.record import Record
 
 # Colours come round after six runs; dashes then tell them apart.
 DASHES = ("-", "--", ":")
@@ -23,7 +23,7 @@ DASHES = ("-", "--", ":")
 
 @styled
 def overlay(
-    runs: Mapping[str, Run],
+    runs: Mapping[str, Record],
     signals: str | Sequence[str],
     *,
     against: str = "time",
@@ -68,7 +68,7 @@ def _look(number: int) -> dict[str, Any]:
     return {"color": COLOURS[number % len(COLOURS)], "ls": DASHES[number // len(COLOURS) % len(DASHES)], "lw": 1.2}
 
 
-def _check(runs: Mapping[str, Run], names: Sequence[str], against: str, relative_to: str | None) -> None:
+def _check(runs: Mapping[str, Record], names: Sequence[str], against: str, relative_to: str | None) -> None:
     if not isinstance(runs, Mapping):
         raise InputError(f'runs must be a mapping from label to run, {{"label": run}}; got {type(runs).__name__}')
     if relative_to is not None and relative_to not in runs:
@@ -83,7 +83,7 @@ def _check(runs: Mapping[str, Run], names: Sequence[str], against: str, relative
                 raise unknown(f"signal of run `{label}`", name, [str(known) for known in run.data.variables])
 
 
-def _stretch(label: str, run: Run, span: tuple[float, float] | None) -> xr.Dataset:
+def _stretch(label: str, run: Record, span: tuple[float, float] | None) -> xr.Dataset:
     """The record of a run within `span`."""
     if not run.data.sizes["time"]:
         raise InputError(f"run `{label}` recorded nothing to draw: {run.outcome.kind}, {run.outcome.message}")

@@ -12,7 +12,7 @@ from hydrocrane.errors import InputError, unknown
 from hydrocrane.plots.style import COLOURS, MUTED, figure, shown, styled, title
 
 if TYPE_CHECKING:
-    from hydrocrane.sensitivity import Sensitivities
+    from hydrocrane.analysis.sensitivity import Sensitivities
 
 
 @styled

@@ -16,7 +16,7 @@ from matplotlib.backend_bases import FigureCanvasBase
 from matplotlib.figure import Figure
 
 from hydrocrane.errors import ResultFileError
-from hydrocrane.whole_file import written_whole
+from hydrocrane.files.whole_file import written_whole
 
 INK = "#22313f"
 MUTED = "#7b8794"

@@ -9,13 +9,13 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from hydrocrane.linear import pose_grid
-from hydrocrane.machine import MachineLike, as_machine
+from hydrocrane.analysis.linear import pose_grid
+from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.plots.field import patches
 from hydrocrane.plots.style import COLOURS, GRID, MUTED, draw_crane, figure, styled, title
 
 if TYPE_CHECKING:
-    from hydrocrane.machine import Machine
+    from hydrocrane.machine.machine import Machine
 
 _AREA = "#dfebf0"
 

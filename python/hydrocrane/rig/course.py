@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
-from hydrocrane.machine import Machine
+from hydrocrane.machine.machine import Machine
 from hydrocrane.rig.log import Segment
 
 # Time in which a commanded step is made, s: a real-time computer's sample or two, well below the spool's own time.

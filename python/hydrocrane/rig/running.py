@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrocrane.errors import InputError
-from hydrocrane.machine import Machine, plain_overrides
-from hydrocrane.precedence import check_equal
+from hydrocrane.machine.machine import Machine
+from hydrocrane.machine.overrides import plain_overrides
 from hydrocrane.rig.course import Course, seal_of
 from hydrocrane.rig.experiments import course_of, experiment
-from hydrocrane.rig.log import RigLog
-from hydrocrane.rig.reading import Rig, machine_of, reading
+from hydrocrane.rig.log import Rig, RigLog, machine_of, reading
 from hydrocrane.rig.steady import SteadyValve
-from hydrocrane.scenario import Command, Scenario, Solver
+from hydrocrane.scenario.command import Command
+from hydrocrane.scenario.precedence import check_equal
+from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.scenario.solver import Solver
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -87,7 +89,7 @@ def run(
     **options
         Of the experiment: see :mod:`hydrocrane.rig.experiments`.
     """
-    from hydrocrane.simulation import simulate
+    from hydrocrane.simulation.running import simulate
 
     given = plain_overrides(overrides or {})
     check_equal("payload", payload, "kg", "payload.mass", given)

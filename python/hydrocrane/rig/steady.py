@@ -8,7 +8,7 @@ import numpy as np
 
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError
-from hydrocrane.machine import Machine
+from hydrocrane.machine.machine import Machine
 
 
 @dataclass(frozen=True)

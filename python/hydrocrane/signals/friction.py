@@ -12,7 +12,7 @@ from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
 from hydrocrane.logs.log import Log
 from hydrocrane.logs.noise import noise_of
-from hydrocrane.machine import Machine, MachineLike, as_machine
+from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.signals.derivative import derivative
 from hydrocrane.signals.resample import resample, unbroken
 

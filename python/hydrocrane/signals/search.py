@@ -9,7 +9,7 @@ import numpy as np
 from hydrocrane.errors import InputError
 from hydrocrane.logs.log import Log
 from hydrocrane.logs.noise import noise_of
-from hydrocrane.machine import Machine
+from hydrocrane.machine.machine import Machine
 from hydrocrane.signals.friction import RigParameters, pressure_force, steady_friction
 from hydrocrane.signals.resample import unbroken
 from hydrocrane.signals.rounding import noise_before_rounding

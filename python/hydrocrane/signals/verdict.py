@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.log import Log
-
-if TYPE_CHECKING:
-    from hydrocrane.signals.friction import RigParameters
-    from hydrocrane.signals.windows import Window
+from hydrocrane.signals.friction import RigParameters
+from hydrocrane.signals.windows import Window
 
 # Velocities within this share of each other are one level; so many levels a friction map needs at least.
 SAME_LEVEL, LEAST_LEVELS = 0.15, 3

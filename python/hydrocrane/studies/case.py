@@ -16,9 +16,10 @@ import numpy as np
 from hydrocrane import _core
 from hydrocrane.arrays import Array
 from hydrocrane.errors import HydrocraneError, InputError, translated
-from hydrocrane.machine import Machine, plain_overrides
-from hydrocrane.scenario import Scenario
-from hydrocrane.simulation import integrate
+from hydrocrane.machine.machine import Machine
+from hydrocrane.machine.overrides import plain_overrides
+from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.simulation.running import integrate
 from hydrocrane.studies.changes import changed_plan
 from hydrocrane.studies.key import Key
 from hydrocrane.studies.measures import OF_ANY_RUN, Measure, measured

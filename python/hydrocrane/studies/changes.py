@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from hydrocrane.errors import InputError
-from hydrocrane.scenario import Command, Scenario
+from hydrocrane.scenario.command import Command
+from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.studies.key import COMMAND_FIELDS, FIELDS, JOYSTICK, SOLVER, Key
 from hydrocrane.studies.values import si_numbers
 

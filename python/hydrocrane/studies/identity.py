@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from hydrocrane.machine import Machine
-from hydrocrane.scenario import Scenario
+from hydrocrane.machine.machine import Machine
+from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.studies.case import digest_of
 from hydrocrane.studies.design import Cases
 from hydrocrane.studies.measures import Measure

@@ -16,7 +16,7 @@ from typing import Any
 import google_crc32c
 from zarr.codecs import Crc32cCodec, ZstdCodec
 
-from hydrocrane.whole_file import write_text
+from hydrocrane.files.whole_file import write_text
 
 # Attribute with the digest of a description.
 CHECKSUM = "checksum"

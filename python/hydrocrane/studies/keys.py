@@ -11,8 +11,9 @@ import numpy as np
 
 from hydrocrane import _core
 from hydrocrane.errors import InputError, MachineFileError, nearest, translated
-from hydrocrane.machine import Machine, plain_overrides
-from hydrocrane.scenario import Scenario
+from hydrocrane.machine.machine import Machine
+from hydrocrane.machine.overrides import plain_overrides
+from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.studies.changes import changed_plan
 from hydrocrane.studies.key import COMMAND_FIELDS, JOYSTICK, NAMED, PLAIN, Key
 

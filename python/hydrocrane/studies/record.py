@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from hydrocrane.arrays import Array
-from hydrocrane.dataset import outputs_table, run_dataset
 from hydrocrane.errors import unknown
-from hydrocrane.machine import Machine
-from hydrocrane.result import Outcome, Run
+from hydrocrane.machine.machine import Machine
 from hydrocrane.result_warning import ResultWarning
-from hydrocrane.scenario import Scenario
+from hydrocrane.results.dataset import outputs_table, run_dataset
+from hydrocrane.results.record import Outcome
+from hydrocrane.results.run import Run
+from hydrocrane.scenario.scenario import Scenario
 
 # Its tables take longer to make than a run of a few seconds.
 OIL = "energy.oil"

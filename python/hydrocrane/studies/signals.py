@@ -6,9 +6,9 @@ import numpy as np
 
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError
-from hydrocrane.machine import Machine
-from hydrocrane.record_size import NUMBERS_PER_ROW, check_size, row_count
-from hydrocrane.scenario import Scenario
+from hydrocrane.machine.machine import Machine
+from hydrocrane.scenario.record_size import NUMBERS_PER_ROW, check_size, row_count
+from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.studies.design import Cases
 from hydrocrane.studies.values import converted
 

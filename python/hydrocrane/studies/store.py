@@ -24,6 +24,7 @@ import zarr
 from zarr.storage import MemoryStore
 
 from hydrocrane.errors import ResultFileError
+from hydrocrane.files.whole_file import cannot_write
 from hydrocrane.studies.case import BlockResult
 from hydrocrane.studies.design import Place, blocks
 from hydrocrane.studies.identity import differences
@@ -38,7 +39,6 @@ from hydrocrane.studies.integrity import (
     study_faults,
 )
 from hydrocrane.studies.layout import MESSAGE, OUTCOME, Layout, figure, makers
-from hydrocrane.whole_file import cannot_write
 
 # Attribute that makes a Zarr group a study.
 IDENTITY = "study"

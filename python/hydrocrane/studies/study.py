@@ -16,8 +16,10 @@ import xarray as xr
 
 from hydrocrane.arrays import seed_number
 from hydrocrane.errors import InputError, ResultFileError, unknown
-from hydrocrane.machine import Machine
-from hydrocrane.scenario import Scenario, load_scenario
+from hydrocrane.files.whole_file import cannot_write
+from hydrocrane.machine.machine import Machine
+from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.scenario.scenario_file import load_scenario
 from hydrocrane.studies import local
 from hydrocrane.studies.case import BlockResult, Job, digest_of
 from hydrocrane.studies.design import Cases, Place, block_shape, designed
@@ -30,7 +32,6 @@ from hydrocrane.studies.progress import Progress, telling
 from hydrocrane.studies.ranges import samples_of
 from hydrocrane.studies.signals import known_signals, signal_times
 from hydrocrane.studies.store import Store
-from hydrocrane.whole_file import cannot_write
 
 RESERVED = (OUTCOME, MESSAGE, TIME, "case")
 

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from hydrocrane.errors import InputError, nearest
-from hydrocrane.scenario import bundled_scenarios
+from hydrocrane.files.toml_file import read_toml
+from hydrocrane.scenario.scenario_file import bundled_scenarios
 from hydrocrane.studies.study import Study
-from hydrocrane.toml_file import read_toml
 
 TABLES = ("study", "keys", "overrides")
 STUDY_KEYS = (
