@@ -36,7 +36,7 @@ _HOME = {
     "Modes": "analysis.linear",
     "Observation": "control.controllers",
     "OutOfReachError": "errors",
-    "Outcome": "results.record",
+    "Outcome": "results.outcome",
     "PayloadChange": "scenario.payload",
     "Phase": "scenario.phases",
     "ResultFileError": "errors",

@@ -30,8 +30,8 @@ from hydrocrane.machine.machine import load_machine as load_machine
 from hydrocrane.machine.sensors import SensorFault as SensorFault
 from hydrocrane.results.citation import cite as cite
 from hydrocrane.results.comparison import Comparison as Comparison
+from hydrocrane.results.outcome import Outcome as Outcome
 from hydrocrane.results.record import Event as Event
-from hydrocrane.results.record import Outcome as Outcome
 from hydrocrane.results.run import Run as Run
 from hydrocrane.results.run import load_run as load_run
 from hydrocrane.scenario.command import Command as Command

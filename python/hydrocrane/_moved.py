@@ -1,12 +1,17 @@
-"""Names of modules from before the package had rooms: they still work, with a warning that names the new place."""
+"""Names of modules and keywords from before: they still work, with a warning that names the new one."""
 
 from __future__ import annotations
 
 import importlib
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import wraps
 from importlib.machinery import ModuleSpec
 from types import ModuleType
+from typing import ParamSpec, TypeVar
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 # Old module -> the modules that hold its names today.
 MOVED = {
@@ -22,14 +27,14 @@ MOVED = {
     "metrics": ("benchmark.metrics",),
     "payload": ("scenario.payload",),
     "phases": ("scenario.phases",),
-    "result": ("results.run", "results.record"),
+    "result": ("results.run", "results.record", "results.outcome"),
     "samples": ("results.samples",),
     "sensitivity": ("analysis.sensitivity",),
     "simulator": ("simulation.simulator",),
     "summary": ("results.summary",),
     "tasks": ("benchmark.tasks",),
     "tuning": ("benchmark.tuning",),
-    "verification": ("results.verification",),
+    "verification": ("results.verification", "results.outcome"),
 }
 
 
@@ -59,3 +64,21 @@ class OldNames:
         module.__getattr__ = look_up  # type: ignore[method-assign]
         today = " and ".join(home.__name__ for home in homes)
         warnings.warn(f"{module.__name__} has moved: import from {today}", DeprecationWarning, stacklevel=2)
+
+
+def renamed_keyword(old: str, new: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """A decorator: the function also takes its argument `new` by its name from before, `old`."""
+
+    def decorate(function: Callable[P, R]) -> Callable[P, R]:
+        @wraps(function)
+        def call(*args: P.args, **kwargs: P.kwargs) -> R:
+            if old in kwargs:
+                if new in kwargs:
+                    raise TypeError(f"{function.__name__} got `{new}` twice: once as `{old}`, its name from before")
+                warnings.warn(f"the argument `{old}` is called `{new}` now", DeprecationWarning, stacklevel=2)
+                kwargs[new] = kwargs.pop(old)
+            return function(*args, **kwargs)
+
+        return call
+
+    return decorate

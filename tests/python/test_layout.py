@@ -31,8 +31,10 @@ MAY_USE = {
 
 # Each room of the Python package, and each module beside the rooms, with what it may use of the others. They stand from
 # left to right: what a room may use stands before it.
-BASE = {"errors", "arrays", "result_warning"}
+BASE = {"_moved", "_core_types", "errors", "arrays", "result_warning"}
 ROOMS = {
+    "_moved": set(),
+    "_core_types": set(),
     "errors": set(),
     "arrays": {"errors"},
     "result_warning": set(),
@@ -52,8 +54,8 @@ ROOMS = {
     "gym": BASE | {"machine", "simulation"},
     "plots": BASE | {"files", "machine", "results", "analysis", "benchmark", "signals", "identification"},
 }  # fmt: skip
-# The app imports every room and is imported by none. `__init__` and `_moved` look names up when they are asked for.
-APP = {"app", "__main__", "__init__", "_moved"}
+# The app imports every room and is imported by none.
+APP = {"app", "__main__", "__init__"}
 # Results that draw themselves import the plots when they are asked to, so that no picture is paid for unseen.
 DRAW = {
     "hydrocrane.results.run",
@@ -192,7 +194,10 @@ def package_imports(path: Path) -> set[str]:
             assert node.level == 0, f"{name_of(path)} imports relatively"
             names |= {f"{node.module}.{alias.name}" for alias in node.names}
     # The package itself is imported for its version and the compiled core alone.
-    return {module_of(name) for name in names if name.startswith("hydrocrane.")} - {"hydrocrane"}
+    own = {name for name in names if name.startswith("hydrocrane.")}
+    found = {name for name in own if module_of(name) != "hydrocrane"}
+    assert own - found <= {"hydrocrane._core", "hydrocrane.__version__"}, name_of(path)
+    return {module_of(name) for name in found}
 
 
 def drawn(module: str, imports: set[str]) -> set[str]:
@@ -320,6 +325,47 @@ def test_a_machine_needs_neither_plots_nor_results():
 def test_help_of_the_command_line_loads_nothing_heavy():
     code = "from hydrocrane.app.cli import main\ntry:\n    main(['--help'])\nexcept SystemExit:\n    pass"
     assert not modules_after(code) & (HEAVY | {"numpy"})
+
+
+# --- types ----------------------------------------------------------------------------------------------------------
+
+
+def said_of_nothing(annotation: ast.expr | None) -> bool:
+    """Whether an annotation is `Any`, as a whole or in a part that is said of no library's type."""
+    if annotation is None:
+        return False
+    if isinstance(annotation, ast.Constant) and isinstance(annotation.value, str):
+        annotation = ast.parse(annotation.value, mode="eval").body
+    # `zarr.Array` must be said to be of something.
+    inside = [n for n in ast.walk(annotation) if isinstance(n, ast.Subscript) and ast.unparse(n) == "zarr.Array[Any]"]
+    names = [n for n in ast.walk(annotation) if isinstance(n, ast.Name) and n.id == "Any"]
+    return len(names) > len(inside)
+
+
+@pytest.mark.parametrize("path", [*MODULES.values(), *PACKAGE.glob("*.pyi")], ids=name_of)
+def test_no_signature_says_any(path):
+    """What may be anything is an `object`, which the type checker lets nobody use before it is looked at."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            given = node.args
+            every = [*given.posonlyargs, *given.args, *given.kwonlyargs, given.vararg, given.kwarg]
+            annotations = [argument.annotation for argument in every if argument is not None] + [node.returns]
+            assert not any(said_of_nothing(annotation) for annotation in annotations), f"{name_of(path)}: {node.name}"
+        if isinstance(node, ast.ClassDef):
+            fields = [entry.annotation for entry in node.body if isinstance(entry, ast.AnnAssign)]
+            assert not any(said_of_nothing(annotation) for annotation in fields), f"{name_of(path)}: {node.name}"
+
+
+def test_what_can_be_changed_of_a_scenario_is_what_it_has():
+    """Type checkers know the keywords of `Scenario.changed` from a table of their own."""
+    import dataclasses
+
+    from hydrocrane.scenario import Scenario, Solver, changes
+
+    fields, settings = ({f.name for f in dataclasses.fields(kind)} for kind in (Scenario, Solver))
+    assert set(changes.ScenarioFields.__annotations__) == fields
+    assert set(changes.SolverFields.__annotations__) == settings
+    assert set(changes.RunChanges.__annotations__) == (fields | settings) - {"machine"}
 
 
 # --- sizes, words ---------------------------------------------------------------------------------------------------

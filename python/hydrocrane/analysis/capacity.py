@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 
+from hydrocrane._moved import renamed_keyword
 from hydrocrane.analysis.linear import pose_grid
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
@@ -48,8 +49,13 @@ class LoadChart:
     payload: Array
     limiting: np.ndarray
     supply_pressure: float
-    crane: Machine = field(repr=False)
+    machine: Machine = field(repr=False)
     ceiling: float = 1e5
+
+    @property
+    def crane(self) -> Machine:
+        """The same as `machine`, under its name from before."""
+        return self.machine
 
     def against_reach(self, height: Height = "best") -> tuple[Array, Array]:
         """Reach (r,), m, and the payload (r,), kg, that the crane holds there.
@@ -82,7 +88,7 @@ class LoadChart:
     @cached_property
     def _extent(self) -> Array:
         """(2, 2) lowest and highest x and z of the tip, m."""
-        outline = np.concatenate([self.crane.tip(_line(self.crane)), *self.crane.workspace()])
+        outline = np.concatenate([self.machine.tip(_line(self.machine)), *self.machine.workspace()])
         return np.stack([outline.min(axis=0), outline.max(axis=0)], axis=-1)
 
     @cached_property
@@ -92,9 +98,9 @@ class LoadChart:
 
     def _refined(self, curves: Callable[[Places], Array]) -> Array:
         """(k, r) `curves`, over as many values of the joints as it takes to change them no more."""
-        found = curves(Places(self.crane, self.ceiling, _FINE, _COARSE))
+        found = curves(Places(self.machine, self.ceiling, _FINE, _COARSE))
         for doubling in range(1, _DOUBLINGS + 1):
-            finer = curves(Places(self.crane, self.ceiling, _FINE << doubling, _COARSE << doubling))
+            finer = curves(Places(self.machine, self.ceiling, _FINE << doubling, _COARSE << doubling))
             least = _CHANGE * np.maximum(np.abs(finer), 0.1 * np.nanmax(np.abs(finer), initial=0.0))
             done = not (np.abs(finer - found) > least).any()
             found = finer
@@ -104,7 +110,8 @@ class LoadChart:
 
     def _extremes(self, places: Places) -> Array:
         """(2, r) best and worst payload over the heights."""
-        levels = np.linspace(*self._extent[1], _HEIGHTS)
+        low, high = self._extent[1]
+        levels = np.linspace(low, high, _HEIGHTS)
         points = np.stack(np.meshgrid(self._reaches, levels, indexing="ij"), axis=-1)
         payload = places.payload(points)
         column, level = np.nonzero(np.isfinite(payload[:, 1:]) != np.isfinite(payload[:, :-1]))
@@ -129,12 +136,12 @@ class Places:
     where a curve, along which one of the other joints moves, has the right distance from that point or line.
     """
 
-    def __init__(self, crane: Machine, ceiling: float, fine: int, coarse: int) -> None:
-        self.crane, self.ceiling = crane, ceiling
-        self._turning = crane.joint_units[0] == "rad"
-        self._pivot, self._along = _pivot(crane) if self._turning else _rail(crane)
-        count = len(crane.joint_names)
-        self._curves = [curve for moved in range(1, count) for curve in _curves(crane, moved, fine, coarse)]
+    def __init__(self, machine: Machine, ceiling: float, fine: int, coarse: int) -> None:
+        self.machine, self.ceiling = machine, ceiling
+        self._turning = machine.joint_units[0] == "rad"
+        self._pivot, self._along = _pivot(machine) if self._turning else _rail(machine)
+        count = len(machine.joint_names)
+        self._curves = [curve for moved in range(1, count) for curve in _curves(machine, moved, fine, coarse)]
         self._one_joint = count == 1
 
     def payload(self, points: Array) -> Array:
@@ -145,12 +152,12 @@ class Places:
             self._raise(best, flat, curve)
         if self._one_joint:
             everywhere = np.arange(len(flat))
-            self._keep(best, everywhere, np.broadcast_to(self.crane.home, (len(flat), 1)), flat)
+            self._keep(best, everywhere, np.broadcast_to(self.machine.home, (len(flat), 1)), flat)
         return np.where(np.isfinite(best), best, np.nan).reshape(points.shape[:-1])
 
     def _raise(self, best: Array, places: Array, curve: Array) -> None:
         """Raise `best` (p,) to what poses between those of a curve (s, n) hold with the tip at `places` (p, 2)."""
-        here, wanted = self._distance(self.crane.tip(curve)), self._distance(places)
+        here, wanted = self._distance(self.machine.tip(curve)), self._distance(places)
         beyond = here > wanted[:, None]
         place, piece = np.nonzero(beyond[:, 1:] != beyond[:, :-1])
         if not place.size:
@@ -160,7 +167,7 @@ class Places:
         for _ in range(_STEPS):
             share = (misses[0] / (misses[0] - misses[1]))[:, None]
             pose = ends[0] * (1 - share) + ends[1] * share
-            miss = self._distance(self.crane.tip(pose)) - wanted[place]
+            miss = self._distance(self.machine.tip(pose)) - wanted[place]
             first = (miss > 0) == (misses[0] > 0)
             for side, chosen in ((0, first), (1, ~first)):
                 ends[side][chosen], misses[side][chosen] = pose[chosen], miss[chosen]
@@ -168,8 +175,8 @@ class Places:
 
     def _keep(self, best: Array, place: np.ndarray, poses: Array, wanted: Array) -> None:
         """Set the first joint of `poses` (k, n) such that the tip is at `wanted` (k, 2), and raise `best` there."""
-        low, high = self.crane.joint_limits[0]
-        tip, poses = self.crane.tip(poses), poses.copy()
+        low, high = self.machine.joint_limits[0]
+        tip, poses = self.machine.tip(poses), poses.copy()
         if self._turning:
             turn = [np.arctan2(*(point - self._pivot).T[::-1]) for point in (wanted, tip)]
             # The coordinate within the limits, of those that are a turn apart.
@@ -179,8 +186,8 @@ class Places:
             poses[:, 0] += (wanted - tip) @ self._along
         inside = (poses[:, 0] >= low - _NEAR) & (poses[:, 0] <= high + _NEAR)
         poses[:, 0] = np.clip(poses[:, 0], low, high)
-        inside &= np.linalg.norm(self.crane.tip(poses) - wanted, axis=-1) < 1e-3
-        payload, _ = capacity(self.crane, poses[inside], self.ceiling)
+        inside &= np.linalg.norm(self.machine.tip(poses) - wanted, axis=-1) < 1e-3
+        payload, _ = capacity(self.machine, poses[inside], self.ceiling)
         np.maximum.at(best, place[inside], np.nan_to_num(payload, nan=0.0))
 
     def _distance(self, places: Array) -> Array:
@@ -198,35 +205,39 @@ def at_height(height: Height) -> str:
     return "at the worst height within reach" if height == "worst" else f"at z = {height:g} m"
 
 
-def load_chart(crane: MachineLike, *, samples: int = 50, ceiling: float = 1e5) -> LoadChart:
+@renamed_keyword("crane", "machine")
+def load_chart(machine: MachineLike, *, samples: int = 50, ceiling: float = 1e5) -> LoadChart:
     """Largest payload, kg, that the cylinders hold at rest with supply pressure on one side and none on the other.
 
     Parameters
     ----------
-    crane : Machine, str or path
+    machine : Machine, str or path
     samples : int
         Poses per turning joint of the map; curves against reach find their own.
     ceiling : float
         Payload, kg, at which the search ends where no cylinder is the limit (next to a vertical boom).
     """
-    crane = as_machine(crane)
+    machine = as_machine(machine)
     if not (np.isfinite(ceiling) and ceiling > 0):
         raise InputError(f"ceiling must be a payload in kg, greater than zero; got {ceiling!r}")
-    poses = pose_grid(crane, samples)
-    payload, limiting = capacity(crane, poses, ceiling)
-    return LoadChart(poses, crane.tip(poses), payload, limiting, crane.supply_pressure, crane, float(ceiling))
+    poses = pose_grid(machine, samples)
+    payload, limiting = capacity(machine, poses, ceiling)
+    return LoadChart(poses, machine.tip(poses), payload, limiting, machine.supply_pressure, machine, float(ceiling))
 
 
-def capacity(crane: Machine, poses: Array, ceiling: float) -> tuple[Array, np.ndarray]:
+def capacity(machine: Machine, poses: Array, ceiling: float) -> tuple[Array, np.ndarray]:
     """Payload (...), kg, at which the first cylinder gives out in poses (..., n), and which one, -1 for none.
 
     A cylinder's force lies within [-p_s A2, p_s A1]. The static forces are affine in the payload, so two evaluations
     per pose give the payload at which each cylinder reaches its limit; the smallest one counts. NaN where even the
     empty crane cannot be held.
     """
-    empty = crane.static_cylinder_force(poses, payload=0.0)
-    slope = (crane.static_cylinder_force(poses, payload=1000.0) - empty) / 1000.0
-    low, high = -crane.supply_pressure * crane.piston_areas[:, 1], crane.supply_pressure * crane.piston_areas[:, 0]
+    empty = machine.static_cylinder_force(poses, payload=0.0)
+    slope = (machine.static_cylinder_force(poses, payload=1000.0) - empty) / 1000.0
+    low, high = (
+        -machine.supply_pressure * machine.piston_areas[:, 1],
+        machine.supply_pressure * machine.piston_areas[:, 0],
+    )
     with np.errstate(divide="ignore", invalid="ignore"):
         room = np.where(slope > 0, (high - empty) / slope, (low - empty) / slope)
     room[slope == 0] = np.inf
@@ -236,32 +247,32 @@ def capacity(crane: Machine, poses: Array, ceiling: float) -> tuple[Array, np.nd
     return np.where(held, np.minimum(most, ceiling), np.nan), limiting
 
 
-def _curves(crane: Machine, moved: int, fine: int, coarse: int) -> Array:
+def _curves(machine: Machine, moved: int, fine: int, coarse: int) -> Array:
     """Curves (m, s, n) of poses along which one joint moves, the first at home, the others on a grid."""
-    axes = [np.array([crane.home[0]])]
-    for i, (low, high) in list(enumerate(crane.joint_limits))[1:]:
+    axes = [np.array([machine.home[0]])]
+    for i, (low, high) in list(enumerate(machine.joint_limits))[1:]:
         margin = 1e-6 * (high - low)
         axes.append(np.linspace(low + margin, high - margin, (fine if i == moved else coarse) + 1))
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
     return np.moveaxis(grid, moved, -2).reshape(-1, fine + 1, len(axes))
 
 
-def _line(crane: Machine) -> Array:
+def _line(machine: Machine) -> Array:
     """Poses (3, n) along the first joint, the others at home."""
-    poses = np.tile(crane.home, (3, 1))
-    poses[:, 0] = crane.home[0] + np.array([-0.49, 0.0, 0.49]) * np.ptp(crane.joint_limits[0])
+    poses = np.tile(machine.home, (3, 1))
+    poses[:, 0] = machine.home[0] + np.array([-0.49, 0.0, 0.49]) * np.ptp(machine.joint_limits[0])
     return poses
 
 
-def _pivot(crane: Machine) -> tuple[Array, Array]:
+def _pivot(machine: Machine) -> tuple[Array, Array]:
     """The point (2,) about which the first joint turns the tip; +1, or -1 where a growing coordinate turns it back."""
-    poses = _line(crane)
-    tip, rate = crane.tip(poses), crane.tip_jacobian(poses)[..., 0]
+    poses = _line(machine)
+    tip, rate = machine.tip(poses), machine.tip_jacobian(poses)[..., 0]
     arm = np.stack([rate[:, 1], -rate[:, 0]], axis=-1)
     sense = min((1.0, -1.0), key=lambda sign: float(np.ptp(tip - sign * arm, axis=0).max()))
     return (tip - sense * arm)[0], np.array([sense])
 
 
-def _rail(crane: Machine) -> tuple[Array, Array]:
+def _rail(machine: Machine) -> tuple[Array, Array]:
     """A point (2,) of the tip and the direction (2,) in which the first joint moves it."""
-    return crane.tip(crane.home), crane.tip_jacobian(crane.home)[:, 0]
+    return machine.tip(machine.home), machine.tip_jacobian(machine.home)[:, 0]

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hydrocrane._moved import renamed_keyword
 from hydrocrane.arrays import Array, vectors
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
@@ -70,7 +71,8 @@ class Modes:
         return 1.0 / (_SHOWS_WELL * self.frequency)
 
 
-def modes(crane: MachineLike, q: ArrayLike, *, payload: float | None = None, friction: Friction = "held") -> Modes:
+@renamed_keyword("crane", "machine")
+def modes(machine: MachineLike, q: ArrayLike, *, payload: float | None = None, friction: Friction = "held") -> Modes:
     """Natural modes at the ``hold`` equilibrium of pose q (n,), valves closed.
 
     They are the eigenvalues of the exact Jacobian, less the slope of friction that is no property of the crane. A mode
@@ -79,7 +81,7 @@ def modes(crane: MachineLike, q: ArrayLike, *, payload: float | None = None, fri
 
     Parameters
     ----------
-    crane : Machine, str or path
+    machine : Machine, str or path
     q : (n,) array_like
         rad or m.
     payload : float, optional
@@ -92,20 +94,20 @@ def modes(crane: MachineLike, q: ArrayLike, *, payload: float | None = None, fri
     """
     from scipy.linalg import eig
 
-    crane = as_machine(crane)
-    q = vectors(q, "q", crane.joint_names)
+    machine = as_machine(machine)
+    q = vectors(q, "q", machine.joint_names)
     if q.ndim != 1:
-        raise InputError(f"modes takes one pose of shape ({len(crane.joint_names)},), got shape {q.shape}")
+        raise InputError(f"modes takes one pose of shape ({len(machine.joint_names)},), got shape {q.shape}")
     if friction not in FRICTION:
         raise unknown("friction of modes", friction, FRICTION)
-    state, doubts = crane.rest(q, payload=payload)
-    jacobian = crane.jacobian(state, np.zeros(len(crane.cylinder_names)), payload=payload)
-    smoothed = _smoothed(crane)
-    warnings = _smoothing_warning(crane, _friction_slopes(crane, jacobian, state, payload), smoothed, friction)
+    state, doubts = machine.rest(q, payload=payload)
+    jacobian = machine.jacobian(state, np.zeros(len(machine.cylinder_names)), payload=payload)
+    smoothed = _smoothed(machine)
+    warnings = _smoothing_warning(machine, _friction_slopes(machine, jacobian, state, payload), smoothed, friction)
     if friction != "smoothed":
         freed = np.ones_like(smoothed) if friction == "released" else smoothed
-        jacobian = _released(crane, jacobian, state, payload, freed)
-    values, left, right = eig(jacobian, left=True, right=True)  # type: ignore[misc]
+        jacobian = _released(machine, jacobian, state, payload, freed)
+    values, left, right = eig(jacobian, left=True, right=True)
     # One of each conjugate pair; what is left of rounding in a real eigenvalue is no oscillation.
     swinging = np.flatnonzero(values.imag > 1e-9 * np.abs(values).max())
     swinging = swinging[np.argsort(np.abs(values[swinging]))]
@@ -115,87 +117,89 @@ def modes(crane: MachineLike, q: ArrayLike, *, payload: float | None = None, fri
         q=q,
         frequency=size / (2 * np.pi),
         damping=-values.real[swinging] / size,
-        state=tuple(crane.state_names[leading[i]] for i in swinging),
+        state=tuple(machine.state_names[leading[i]] for i in swinging),
         eigenvalues=values,
         friction=friction,
         warnings=(*doubts, *warnings, *_recording_warning(size / (2 * np.pi))),
     )
 
 
-def modes_to_show(crane: Machine, q: ArrayLike, *, payload: float | None = None) -> list[Modes]:
+def modes_to_show(machine: Machine, q: ArrayLike, *, payload: float | None = None) -> list[Modes]:
     """The modes as friction holds the crane, and those that a table shows beside them, each warning once.
 
     Bristles: released, as in larger motions. Static friction: as it is smoothed.
     """
-    shown = [modes(crane, q, payload=payload)]
-    if any(name.endswith(".z") for name in crane.state_names):
-        shown.append(modes(crane, q, payload=payload, friction="released"))
-    if _smoothed(crane).any():
-        shown.append(modes(crane, q, payload=payload, friction="smoothed"))
+    shown = [modes(machine, q, payload=payload)]
+    if any(name.endswith(".z") for name in machine.state_names):
+        shown.append(modes(machine, q, payload=payload, friction="released"))
+    if _smoothed(machine).any():
+        shown.append(modes(machine, q, payload=payload, friction="smoothed"))
     first = {warning.kind for warning in shown[0].warnings}
     rest = [replace(m, warnings=tuple(w for w in m.warnings if w.kind not in first)) for m in shown[1:]]
     return [shown[0], *rest]
 
 
-def _released(crane: Machine, jacobian: Array, state: Array, payload: float | None, freed: np.ndarray) -> Array:
+def _released(machine: Machine, jacobian: Array, state: Array, payload: float | None, freed: np.ndarray) -> Array:
     """The Jacobian at rest without the friction of the `freed` cylinders.
 
     At rest the rates act on the accelerations through friction and end stops alone, since Coriolis forces are quadratic
     in the rates: M d(qdd)/d(qd) = -J_l^T diag(d) J_l, with d the sum of both slopes.
     """
-    rates, q = _places(crane, "joint", "qd"), state[_places(crane, "joint", "q")]
-    train = crane.stroke_jacobian(q)
-    slopes = np.where(freed, _friction_slopes(crane, jacobian, state, payload), 0.0)
+    rates, q = _places(machine, "joint", "qd"), state[_places(machine, "joint", "q")]
+    train = machine.stroke_jacobian(q)
+    slopes = np.where(freed, _friction_slopes(machine, jacobian, state, payload), 0.0)
     jacobian = jacobian.copy()
-    push = np.linalg.solve(crane.mass_matrix(q, payload=payload), train.T)
+    push = np.linalg.solve(machine.mass_matrix(q, payload=payload), train.T)
     jacobian[np.ix_(rates, rates)] += push @ (slopes[:, None] * train)
-    for cylinder in np.array(crane.cylinder_names)[freed]:
+    for cylinder in np.array(machine.cylinder_names)[freed]:
         bristle = f"cylinder.{cylinder}.z"
-        if bristle in crane.state_names:
-            jacobian[rates, crane.state_names.index(bristle)] = 0.0
+        if bristle in machine.state_names:
+            jacobian[rates, machine.state_names.index(bristle)] = 0.0
     return jacobian
 
 
-def _friction_slopes(crane: Machine, jacobian: Array, state: Array, payload: float | None) -> Array:
+def _friction_slopes(machine: Machine, jacobian: Array, state: Array, payload: float | None) -> Array:
     """Slope dF/dv (n_cyl,) of the pistons' friction at rest, N s/m, bristles held."""
-    rates, q = _places(crane, "joint", "qd"), state[_places(crane, "joint", "q")]
-    train = crane.stroke_jacobian(q)
-    both = -crane.mass_matrix(q, payload=payload) @ jacobian[np.ix_(rates, rates)]
+    rates, q = _places(machine, "joint", "qd"), state[_places(machine, "joint", "q")]
+    train = machine.stroke_jacobian(q)
+    both = -machine.mass_matrix(q, payload=payload) @ jacobian[np.ix_(rates, rates)]
     inverse = np.linalg.pinv(train)
-    return np.diag(inverse.T @ both @ inverse) + _end_stop_slopes(crane, state, payload)
+    return np.diag(inverse.T @ both @ inverse) + _end_stop_slopes(machine, state, payload)
 
 
-def _end_stop_slopes(crane: Machine, state: Array, payload: float | None) -> Array:
+def _end_stop_slopes(machine: Machine, state: Array, payload: float | None) -> Array:
     """Slope of the end stops' force by piston velocity (n_cyl,), N s/m, zero or less."""
-    rates, q = _places(crane, "joint", "qd"), state[_places(crane, "joint", "q")]
-    moving = np.linalg.pinv(crane.stroke_jacobian(q)) @ np.full(len(crane.cylinder_names), _SPEED)
+    rates, q = _places(machine, "joint", "qd"), state[_places(machine, "joint", "q")]
+    moving = np.linalg.pinv(machine.stroke_jacobian(q)) @ np.full(len(machine.cylinder_names), _SPEED)
     states = np.stack([state, state])
     states[:, rates] = np.stack([moving, -moving])
-    found = crane.outputs(states, np.zeros((2, len(crane.cylinder_names))), payload=payload)
-    stops = [found[f"cylinder.{c}.force"] + found[f"cylinder.{c}.friction"] for c in crane.cylinder_names]
+    found = machine.outputs(states, np.zeros((2, len(machine.cylinder_names))), payload=payload)
+    stops = [found[f"cylinder.{c}.force"] + found[f"cylinder.{c}.friction"] for c in machine.cylinder_names]
     return np.array([(out - back) / (2 * _SPEED) for out, back in stops])
 
 
-def _smoothed(crane: Machine) -> np.ndarray:
+def _smoothed(machine: Machine) -> np.ndarray:
     """Cylinders (n_cyl,) whose static friction passes through zero with a slope, where the law jumps."""
 
     def smooth(cylinder: str) -> bool:
-        static = f"cylinder.{cylinder}.z" not in crane.state_names
-        slow, less_slow = crane.friction_map([_SLOW, _LESS_SLOW], cylinder)
+        static = f"cylinder.{cylinder}.z" not in machine.state_names
+        slow, less_slow = machine.friction_map([_SLOW, _LESS_SLOW], cylinder)
         return bool(static and abs(slow) < 0.5 * abs(less_slow))
 
-    return np.array([smooth(cylinder) for cylinder in crane.cylinder_names])
+    return np.array([smooth(cylinder) for cylinder in machine.cylinder_names])
 
 
-def _places(crane: Machine, kind: str, name: str) -> list[int]:
-    owners = crane.joint_names if kind == "joint" else crane.cylinder_names
-    return [crane.state_names.index(f"{kind}.{owner}.{name}") for owner in owners]
+def _places(machine: Machine, kind: str, name: str) -> list[int]:
+    owners = machine.joint_names if kind == "joint" else machine.cylinder_names
+    return [machine.state_names.index(f"{kind}.{owner}.{name}") for owner in owners]
 
 
-def _smoothing_warning(crane: Machine, slopes: Array, smoothed: np.ndarray, friction: str) -> tuple[ResultWarning, ...]:
+def _smoothing_warning(
+    machine: Machine, slopes: Array, smoothed: np.ndarray, friction: str
+) -> tuple[ResultWarning, ...]:
     if not smoothed.any() or friction == "released":
         return ()
-    names = ", ".join(np.array(crane.cylinder_names)[smoothed])
+    names = ", ".join(np.array(machine.cylinder_names)[smoothed])
     what = f"the smoothing of the static friction of {names} acts at rest as a damper of up to "
     size = f"{slopes[smoothed].max():.3g} N s/m"
     if friction == "held":
@@ -256,38 +260,39 @@ class ModeMap:
     warnings: tuple[ResultWarning, ...] = ()
 
 
+@renamed_keyword("crane", "machine")
 def mode_map(
-    crane: MachineLike, *, samples: int = 16, payload: float | None = None, friction: Friction = "held"
+    machine: MachineLike, *, samples: int = 16, payload: float | None = None, friction: Friction = "held"
 ) -> ModeMap:
     """Slowest mode that is not a spool's own, over a grid of poses clear of the end stops.
 
     Poses that need more than supply pressure to hold are left out: no valve brings the crane to rest there.
     Parameters as of :func:`modes` and :func:`pose_grid`.
     """
-    crane = as_machine(crane)
-    poses = pose_grid(crane, samples, inset=_END_STOPS)
+    machine = as_machine(machine)
+    poses = pose_grid(machine, samples, inset=_END_STOPS)
     flat = poses.reshape(-1, poses.shape[-1])
-    found = np.array([_slowest(crane, q, payload, friction) for q in flat]).reshape(*poses.shape[:-1], 2)
-    smoothing = modes(crane, crane.home, payload=payload, friction=friction).warnings
+    found = np.array([_slowest(machine, q, payload, friction) for q in flat]).reshape(*poses.shape[:-1], 2)
+    smoothing = modes(machine, machine.home, payload=payload, friction=friction).warnings
     warnings = [warning for warning in smoothing if warning.kind == "static-friction-smoothed"]
     if np.isfinite(found[..., 0]).any():
         warnings += _recording_warning(np.nanmax(found[..., 0], keepdims=True).reshape(1))
-    return ModeMap(poses, crane.tip(poses), found[..., 0], found[..., 1], friction, tuple(warnings))
+    return ModeMap(poses, machine.tip(poses), found[..., 0], found[..., 1], friction, tuple(warnings))
 
 
-def _slowest(crane: Machine, q: Array, payload: float | None, friction: Friction) -> tuple[float, float]:
-    state, doubts = crane.rest(q, payload=payload)
-    pressures = [i for i, name in enumerate(crane.state_names) if name.endswith((".p1", ".p2"))]
-    if doubts or state[pressures].max() > crane.supply_pressure:
+def _slowest(machine: Machine, q: Array, payload: float | None, friction: Friction) -> tuple[float, float]:
+    state, doubts = machine.rest(q, payload=payload)
+    pressures = [i for i, name in enumerate(machine.state_names) if name.endswith((".p1", ".p2"))]
+    if doubts or state[pressures].max() > machine.supply_pressure:
         return np.nan, np.nan
-    here = modes(crane, q, payload=payload, friction=friction)
+    here = modes(machine, q, payload=payload, friction=friction)
     for frequency, damping, leading in zip(here.frequency, here.damping, here.state, strict=True):
         if not leading.endswith((".xs", ".vs")):
             return frequency, damping
     return np.nan, np.nan
 
 
-def pose_grid(crane: Machine, samples: int, *, inset: float = 1e-6) -> Array:
+def pose_grid(machine: Machine, samples: int, *, inset: float = 1e-6) -> Array:
     """Regular grid of poses (k_1, ..., k_n, n) inside the limits.
 
     Turning joints get `samples` points; a telescope gets fewer, it matters less. `inset` is the share of each range
@@ -296,8 +301,8 @@ def pose_grid(crane: Machine, samples: int, *, inset: float = 1e-6) -> Array:
     if samples < 2:
         raise InputError(f"samples must be at least 2, got {samples}")
     axes = []
-    for (low, high), unit in zip(crane.joint_limits, crane.joint_units, strict=True):
+    for (low, high), unit in zip(machine.joint_limits, machine.joint_units, strict=True):
         margin = inset * (high - low)
-        count = samples if unit == "rad" or len(crane.joint_units) == 1 else max(3, samples // 6)
+        count = samples if unit == "rad" or len(machine.joint_units) == 1 else max(3, samples // 6)
         axes.append(np.linspace(low + margin, high - margin, count))
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)

@@ -6,28 +6,31 @@ A key is a dotted key of the machine file with a numeric value, ``supply.pressur
 
 from __future__ import annotations
 
-import dataclasses
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
 from hydrocrane import _core
+from hydrocrane._core_types import SensitivityRecord
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError, translated, unknown
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.results.dataset import run_dataset
-from hydrocrane.results.record import Outcome
+from hydrocrane.results.outcome import Outcome
+from hydrocrane.results.recording import Recording
 from hydrocrane.results.run import Run
+from hydrocrane.scenario.changes import Changes
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.scenario_file import load_scenario
 from hydrocrane.simulation.interruption import interruptible
+from hydrocrane.simulation.running import core_settings
 
 # Its slope by the oil's parameters is not computed.
 WITHOUT_SLOPE = "energy.oil"
@@ -92,7 +95,7 @@ class Experiment:
         signals: Sequence[str] | None = None,
         times: ArrayLike | None = None,
         resolve_slopes: bool = True,
-        **changes: Any,
+        **changes: Unpack[Changes],
     ) -> None:
         plan = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
         self.plan = plan.changed(**changes)
@@ -132,26 +135,26 @@ class Experiment:
 
     def run(
         self, values: ArrayLike | Mapping[str, float] | None = None, progress: Progress | None = None
-    ) -> dict[str, Any]:
+    ) -> SensitivityRecord:
         """What the core computes with these `values` (n_keys,) of the keys, SI; default is the machine's."""
         given = None if values is None else self._checked_values(values).tolist()
         with interruptible() as should_stop, translated():
             return self._core.run(given, _watch(should_stop, progress, float(self.plan.duration)))
 
-    def select(self, raw: dict[str, Any]) -> Solution:
+    def select(self, raw: SensitivityRecord) -> Solution:
         """The signals of this experiment out of what :meth:`run` gives."""
         y, slopes = np.asarray(raw["values"])[:, self._columns], np.asarray(raw["slopes"])[:, self._columns]
         return Solution(np.asarray(raw["t"]), y, slopes, Outcome(*raw["outcome"]))
 
     def _prepared(self, times: Array, resolve_slopes: bool) -> _core.SensitivityExperiment:
-        plan, crane = self.plan, self.machine
-        state = plan.initial_state(crane)
+        plan, machine = self.plan, self.machine
+        state = plan.initial_state(machine)
         at_rest = isinstance(plan.pressures, str)
-        start = state[: len(crane.joint_names)] if at_rest else state
-        overrides = {**crane.overrides, "payload.mass": self.payload}
-        command_times, spools, linear = plan.command_grid(crane)
+        start = state[: len(machine.joint_names)] if at_rest else state
+        overrides = {**machine.overrides, "payload.mass": self.payload}
+        command_times, spools, linear = plan.command_grid(machine)
         return _core.SensitivityExperiment(
-            crane.source,
+            machine.source,
             list(overrides.items()),
             self.keys,
             np.ascontiguousarray(start),
@@ -161,7 +164,7 @@ class Experiment:
             spools,
             linear,
             times,
-            {**dataclasses.asdict(plan.solver), "payload": self.payload, "payload_changes": [], "ledger": False},
+            core_settings(plan, self.payload, ledger=False),
             bool(resolve_slopes),
         )
 
@@ -202,7 +205,7 @@ class Sensitivities:
         Slopes are times the parameter's value: the change of the signal per whole of the parameter.
     """
 
-    def __init__(self, experiment: Experiment, raw: dict[str, Any], wall: float, relative: bool) -> None:
+    def __init__(self, experiment: Experiment, raw: SensitivityRecord, wall: float, relative: bool) -> None:
         self._experiment, self._raw, self._wall = experiment, raw, wall
         self.relative = relative
         self.parameters = tuple(Parameter(*entry) for entry in raw["parameters"])
@@ -219,15 +222,17 @@ class Sensitivities:
     def run(self) -> Run:
         """The run itself, as :func:`hydrocrane.simulate` gives it without ledger."""
         made, raw = self._experiment, self._raw
-        states = np.ascontiguousarray(np.asarray(raw["values"])[:, : len(made.machine.state_names)])
-        record = {key: raw[key] for key in ("t", "commands", "outcome", "stats")} | {
-            "states": states,
-            "ledger": [],
-            "payloads": np.full(len(raw["t"]), made.payload),
-            "payload_changes": [],
-            "warnings": tuple(ResultWarning(*entry) for entry in raw["warnings"]),
-        }
-        data = run_dataset(made.machine, made.plan, record, payload=made.payload, wall=self._wall)
+        recorded = Recording(
+            time=np.asarray(raw["t"]),
+            states=np.ascontiguousarray(np.asarray(raw["values"])[:, : len(made.machine.state_names)]),
+            commands=np.asarray(raw["commands"]),
+            ledger=np.empty((0, 0)),
+            payloads=np.full(len(raw["t"]), made.payload),
+            outcome=self.outcome,
+            effort=raw["stats"],
+            warnings=tuple(ResultWarning(*entry) for entry in raw["warnings"]),
+        )
+        data = run_dataset(made.machine, made.plan, recorded, payload=made.payload, wall=self._wall)
         return Run(data, made.machine)
 
     @cached_property
@@ -257,7 +262,7 @@ def sensitivities(
     relative: bool = False,
     resolve_slopes: bool = True,
     progress: Progress | None = None,
-    **changes: Any,
+    **changes: Unpack[Changes],
 ) -> Sensitivities:
     """Run a scenario together with the exact derivatives of its states and outputs by keys of its machine file.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
@@ -51,18 +51,19 @@ def run_benchmark(
     """Run the tasks of the tip-control benchmark; print a table, write it as CSV and JSON, and draw a page."""
     import matplotlib as mpl
 
-    from hydrocrane import benchmark, fitted_tasks
+    from hydrocrane import benchmark
     from hydrocrane.app.options import overrides
+    from hydrocrane.benchmark import fitted_tasks
     from hydrocrane.machine.machine import load_machine
 
-    crane = load_machine(machine, overrides(settings))
+    loaded = load_machine(machine, overrides(settings))
     # A folder that cannot be made shall not cost the runs.
     output.mkdir(parents=True, exist_ok=True)
-    whole = not quick and fitted_tasks.fits_the_benchmark(crane)
-    cases = benchmark.all_cases() if whole else fitted_tasks.tuning_cases(crane)
+    whole = not quick and fitted_tasks.fits_the_benchmark(loaded)
+    cases = benchmark.all_cases() if whole else fitted_tasks.tuning_cases(loaded)
     with bar("running the benchmark") as progress:
         found = benchmark.benchmark(
-            controllers or benchmark.CONTROLLERS, cases, machine=crane, seed=seed, progress=progress
+            controllers or benchmark.CONTROLLERS, cases, machine=loaded, seed=seed, progress=progress
         )
     paths = found.save(output)
     mpl.use("Agg")
@@ -87,9 +88,9 @@ def run_tune(
     from hydrocrane.files.whole_file import write_text
     from hydrocrane.machine.machine import load_machine
 
-    crane = load_machine(machine, overrides(settings))
+    loaded = load_machine(machine, overrides(settings))
     with bar("tuning") as progress:
-        found = tuning.tune(crane, trials=trials, seed=seed, progress=progress)
+        found = tuning.tune(loaded, trials=trials, seed=seed, progress=progress)
     lines = [f"{key:20} {found.before[key]:8.4g} -> {found.after[key]:8.4g} {tuning.UNITS[key]}" for key in found.after]
     say(
         *lines,
@@ -125,7 +126,11 @@ def benchmark_table(found: Benchmark) -> Table:
     for result in sorted(found.results, key=lambda result: order.index(result.controller)):
         head = (result.controller, result.case.task.name, str(result.case.condition))
         row = result.row
-        table.add_row(*head, *(_cell(row[key], factor) for _, key, factor in COLUMNS), result.remark.split(":")[0])
+        table.add_row(
+            *head,
+            *(_cell(cast("float | None", row[key]), factor) for _, key, factor in COLUMNS),
+            result.remark.split(":")[0],
+        )
     return table
 
 

@@ -14,7 +14,6 @@ import json
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -22,11 +21,12 @@ from hydrocrane.arrays import Array, seed_number
 from hydrocrane.benchmark import tasks
 from hydrocrane.benchmark.metrics import Metrics, Motion, metrics
 from hydrocrane.benchmark.tasks import Task
-from hydrocrane.control.controllers import checked_controller
+from hydrocrane.control.controllers import AnyController, check_controller
 from hydrocrane.control.joystick import Joystick
 from hydrocrane.errors import HydrocraneError, InputError
 from hydrocrane.files.whole_file import write_text
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
+from hydrocrane.machine.overrides import Override
 from hydrocrane.results.run import Run
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.simulation.running import simulate
@@ -129,11 +129,15 @@ class Result:
         return f"stops short: {share}" if self.metrics.reached < SHORT else ""
 
     @property
-    def row(self) -> dict[str, Any]:
+    def row(self) -> dict[str, str | float | None]:
         """Plain values for a table; figures that are not there are ``None``."""
-        nothing = {f.name: None for f in fields(Metrics)}
+        nothing: dict[str, str | float | None] = {f.name: None for f in fields(Metrics)}
         figures = nothing if self.metrics is None else {k: _plain(v) for k, v in asdict(self.metrics).items()}
-        head = {"controller": self.controller, "task": self.case.task.name, "speed": self.case.task.speed}
+        head: dict[str, str | float | None] = {
+            "controller": self.controller,
+            "task": self.case.task.name,
+            "speed": self.case.task.speed,
+        }
         end = {"remark": self.remark, "outcome": self.outcome, "message": self.message}
         return head | asdict(self.case.condition) | figures | end
 
@@ -202,7 +206,7 @@ def _conditions() -> list[Condition]:
 
 
 def benchmark(
-    controllers: Iterable[Any] = CONTROLLERS,
+    controllers: Iterable[AnyController] = CONTROLLERS,
     cases: Sequence[Case] | None = None,
     *,
     machine: MachineLike = MACHINE,
@@ -225,28 +229,30 @@ def benchmark(
         Called with (runs done, runs in all) before each run.
     """
     cases = all_cases() if cases is None else list(cases)
-    drivers = [checked_controller(controller) for controller in controllers]
+    drivers = list(controllers)
+    for controller in drivers:
+        check_controller(controller)
     if not drivers or not cases:
         raise InputError("a benchmark needs one controller and one case or more")
     seed = seed_number(seed)
-    crane = as_machine(machine)
-    if set(crane.joint_names) != set(START) and any(case.start is None for case in cases):
+    machine = as_machine(machine)
+    if set(machine.joint_names) != set(START) and any(case.start is None for case in cases):
         fit = f"the benchmark's tasks fit a crane with the joints {', '.join(START)}"
-        raise InputError(f"{fit}; {crane.name} has {', '.join(crane.joint_names)}")
+        raise InputError(f"{fit}; {machine.name} has {', '.join(machine.joint_names)}")
     plan = [(driver, case) for driver in drivers for case in cases]
     results = []
     for done, (driver, case) in enumerate(plan):
         if progress is not None:
             progress(done, len(plan))
-        results.append(run_case(crane, driver, case, seed=seed))
-    return Benchmark(crane.name, seed, tuple(results))
+        results.append(run_case(machine, driver, case, seed=seed))
+    return Benchmark(machine.name, seed, tuple(results))
 
 
-def run_case(crane: Machine, controller: Any, case: Case, *, seed: int = 0) -> Result:
+def run_case(machine: Machine, controller: AnyController, case: Case, *, seed: int = 0) -> Result:
     """Run one case; what the controller refuses or fails at is part of the result."""
     name = controller if isinstance(controller, str) else getattr(controller, "__name__", type(controller).__name__)
     try:
-        run = simulate(scenario_of(crane, controller, case, seed=seed), ledger=False, on_error="stop")
+        run = simulate(scenario_of(machine, controller, case, seed=seed), ledger=False, on_error="stop")
     except HydrocraneError as error:
         return Result(name, case, "refused", str(error))
     message = "" if run.outcome.completed else run.outcome.message
@@ -256,59 +262,59 @@ def run_case(crane: Machine, controller: Any, case: Case, *, seed: int = 0) -> R
     return Result(name, case, run.outcome.kind, message, metrics(motion), motion.tip, motion.asked)
 
 
-def scenario_of(crane: Machine, controller: Any, case: Case, *, seed: int = 0) -> Scenario:
+def scenario_of(machine: Machine, controller: AnyController, case: Case, *, seed: int = 0) -> Scenario:
     """The scenario of a case."""
     task, condition = case.task, case.condition
     stick = Joystick(task.time, task.deflections, interpolation="linear", full_speed=task.speed)
     return Scenario(
-        machine=crane.source,
-        joints=START if case.start is None else dict(zip(crane.joint_names, case.start, strict=True)),
+        machine=machine.source,
+        joints=START if case.start is None else dict(zip(machine.joint_names, case.start, strict=True)),
         duration=task.duration,
         payload=0.0 if task.carries else condition.payload,
         payload_changes=dict(zip(task.carries, (condition.payload, 0.0), strict=True)) if task.carries else {},
-        overrides={**crane.overrides, **friction_overrides(crane, condition.friction)},
+        overrides={**machine.overrides, **friction_overrides(machine, condition.friction)},
         name=task.name,
         seed=seed,
         controller=controller,
         joystick=stick,
         period=condition.period,
         sensors=condition.sensors,
-        believed=crane,
+        believed=machine,
     )
 
 
 def motion_of(run: Run, task: Task) -> Motion:
     """What the metrics need of a run of a task."""
-    crane, data = run.machine, run.data
+    machine, data = run.machine, run.data
     time = data.time.values
 
     def columns(names: Iterable[str]) -> Array:
         return np.column_stack([data[name].values for name in names])
 
-    q, qd = (columns(f"joint.{joint}.{kind}" for joint in crane.joint_names) for kind in ("q", "qd"))
+    q, qd = (columns(f"joint.{joint}.{kind}" for joint in machine.joint_names) for kind in ("q", "qd"))
     tip = columns(("tip.x", "tip.z"))
     way, velocity = task.displacement, task.velocity
     return Motion(
         time=time,
         tip=tip,
-        tip_velocity=np.einsum("tij,tj->ti", crane.tip_jacobian(q), qd),
+        tip_velocity=np.einsum("tij,tj->ti", machine.tip_jacobian(q), qd),
         asked=tip[0] + np.column_stack([np.interp(time, task.time, way[:, i]) for i in (0, 1)]),
         asked_velocity=np.column_stack([np.interp(time, task.time, velocity[:, i]) for i in (0, 1)]),
         set_point=columns(("set_point.x", "set_point.z")) if "set_point.x" in data else None,
-        command=columns(f"cylinder.{c}.command" for c in crane.cylinder_names) / crane.spool_strokes,
+        command=columns(f"cylinder.{c}.command" for c in machine.cylinder_names) / machine.spool_strokes,
         power=data["supply.power"].values,
         end_stops=data["energy.end_stops"].values,
     )
 
 
-def friction_overrides(crane: Machine, share: float) -> dict[str, Any]:
+def friction_overrides(machine: Machine, share: float) -> dict[str, Override]:
     """Overrides that scale the forces of every seal friction in a machine's file by `share`."""
     if share == 1.0:
         return {}
-    stated = [key for key in crane.keys if key.startswith("friction.") and key.rsplit(".", 1)[1] in FRICTION_KEYS]
+    stated = [key for key in machine.keys if key.startswith("friction.") and key.rsplit(".", 1)[1] in FRICTION_KEYS]
     if not stated:
-        raise InputError(f"{crane.name} has no friction that could be scaled")
-    return {key: (share * np.asarray(crane.value(key).si)).tolist() for key in stated}
+        raise InputError(f"{machine.name} has no friction that could be scaled")
+    return {key: (share * np.asarray(machine.value(key).si)).tolist() for key in stated}
 
 
 def _plain(value: float) -> float | None:

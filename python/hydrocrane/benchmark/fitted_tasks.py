@@ -63,19 +63,19 @@ class Walk:
         return float(self.speeds.min()) if self.length > 0 else 0.0
 
 
-def walk(crane: Machine, q: Array, direction: Array, length: float = LINE) -> Walk:
+def walk(machine: Machine, q: Array, direction: Array, length: float = LINE) -> Walk:
     """Walk from pose `q` (n,) along `direction` (2,), a unit vector, until `length` (m) or the machine's end."""
-    gains = crane.tip_gains
+    gains = machine.tip_gains
     q = np.array(q, dtype=np.float64)
-    start = crane.tip(q)
+    start = machine.tip(q)
     poses, speeds = [], []
     for i in range(round(length / STEP) + 1):
-        lost = start + i * STEP * direction - crane.tip(q)
+        lost = start + i * STEP * direction - machine.tip(q)
         # A direction that no joint moves the tip in costs nothing, and leads nowhere.
         if np.hypot(*lost) > 0.5 * STEP:
             break
-        rates, share = fastest_rates(crane, q, BEYOND * direction, gains["path-rate"] * lost, gains["limit-rate"])
-        if share * BEYOND < SLOWEST or crane.clearance(crane.tip(q)) < gains["keep-out-margin"] + ROOM:
+        rates, share = fastest_rates(machine, q, BEYOND * direction, gains["path-rate"] * lost, gains["limit-rate"])
+        if share * BEYOND < SLOWEST or machine.clearance(machine.tip(q)) < gains["keep-out-margin"] + ROOM:
             break
         poses.append(q.copy())
         speeds.append(share * BEYOND)
@@ -84,73 +84,75 @@ def walk(crane: Machine, q: Array, direction: Array, length: float = LINE) -> Wa
 
 
 def fastest_rates(
-    crane: Machine, q: Array, velocity: Array, correction: Array, limit_rate: float
+    machine: Machine, q: Array, velocity: Array, correction: Array, limit_rate: float
 ) -> tuple[Array, float]:
     """Joint rates (n,) for a tip velocity (2,), and the share of it that they give.
 
     The velocity may be slowed down, the `correction` (2,) of the path, m/s, may not. Bounds and weights are those of
     :func:`rate_bounds` and :func:`rate_weights`.
     """
-    bounds = rate_bounds(crane, q, limit_rate)
-    jacobian = np.ascontiguousarray(crane.tip_jacobian(q))
+    bounds = rate_bounds(machine, q, limit_rate)
+    jacobian = np.ascontiguousarray(machine.tip_jacobian(q))
     rest = np.zeros(q.size)
-    return _core.resolve_rates(jacobian, tuple(velocity), tuple(correction), rate_weights(crane, q), rest, bounds)
+    return _core.resolve_rates(jacobian, tuple(velocity), tuple(correction), rate_weights(machine, q), rest, bounds)
 
 
-def rate_bounds(crane: Machine, q: Array, limit_rate: float) -> Array:
+def rate_bounds(machine: Machine, q: Array, limit_rate: float) -> Array:
     """Lowest and highest joint rates (n, 2) in pose `q` (n,), of the pistons and of the slow-down before limits."""
-    slow_down = limit_rate * np.clip(crane.joint_limits - q[:, np.newaxis], *np.array([[-np.inf, 0.0], [0.0, np.inf]]))
-    return np.clip(_piston_rates(crane, q), slow_down[:, :1], slow_down[:, 1:])
+    slow_down = limit_rate * np.clip(
+        machine.joint_limits - q[:, np.newaxis], *np.array([[-np.inf, 0.0], [0.0, np.inf]])
+    )
+    return np.clip(_piston_rates(machine, q), slow_down[:, :1], slow_down[:, 1:])
 
 
-def rate_weights(crane: Machine, q: Array) -> Array:
+def rate_weights(machine: Machine, q: Array) -> Array:
     """Effort per squared joint rate (n,): inverse square of what each piston can do, as in ``tip``."""
-    return np.clip(np.ptp(_piston_rates(crane, q), axis=1), 1e-9, 1e9) ** -2.0
+    return np.clip(np.ptp(_piston_rates(machine, q), axis=1), 1e-9, 1e9) ** -2.0
 
 
-def _piston_rates(crane: Machine, q: Array) -> Array:
+def _piston_rates(machine: Machine, q: Array) -> Array:
     # A piston at its dead centre does not bound its joint; the joint's own limits do.
-    gain = np.diagonal(crane.stroke_jacobian(q))[:, np.newaxis]
-    return np.sort(crane.piston_speeds(q) / np.where(gain == 0.0, np.finfo(float).tiny, gain), axis=1)
+    gain = np.diagonal(machine.stroke_jacobian(q))[:, np.newaxis]
+    return np.sort(machine.piston_speeds(q) / np.where(gain == 0.0, np.finfo(float).tiny, gain), axis=1)
 
 
-def start_pose(crane: Machine) -> Array:
+def start_pose(machine: Machine) -> Array:
     """The pose (n,) with most room for lines up, down, out and in; the benchmark's own where it fits.
 
     Among poses with as much room the one with the largest feasible speed is taken.
     """
-    if fits_the_benchmark(crane):
-        return np.array([START[joint] for joint in crane.joint_names])
-    count = max(2, round(POSES ** (1.0 / len(crane.joint_names))))
-    lower, upper = crane.joint_limits.T
+    if fits_the_benchmark(machine):
+        return np.array([START[joint] for joint in machine.joint_names])
+    count = max(2, round(POSES ** (1.0 / len(machine.joint_names))))
+    lower, upper = machine.joint_limits.T
     grid = itertools.product(*[np.linspace(*INNER, count)] * len(lower))
     poses = [lower + (upper - lower) * np.array(shares) for shares in grid]
-    return max(poses, key=lambda q: _score(list(walks(crane, q).values())))
+    return max(poses, key=lambda q: _score(list(walks(machine, q).values())))
 
 
-def walks(crane: Machine, q: Array, length: float = LINE) -> dict[str, Walk]:
+def walks(machine: Machine, q: Array, length: float = LINE) -> dict[str, Walk]:
     """Walks from pose `q` (n,) up, down, out and in."""
-    return {name: walk(crane, q, np.array(sense), length) for name, sense in SENSES.items()}
+    return {name: walk(machine, q, np.array(sense), length) for name, sense in SENSES.items()}
 
 
 def _score(found: list[Walk]) -> tuple[float, float]:
     return min(w.length for w in found), min(w.feasible_speed for w in found)
 
 
-def tuning_cases(crane: Machine) -> list[Case]:
-    """What the gains of `crane` are tuned by: the benchmark's quick cases, or lines found to fit the machine.
+def tuning_cases(machine: Machine) -> list[Case]:
+    """What the gains of `machine` are tuned by: the benchmark's quick cases, or lines found to fit the machine.
 
     Those are a slow line each way, a fast one outwards, and the slow line upwards with the machine's own sensors and a
     payload that the controller does not know. They are no faster than the benchmark's.
     """
-    if fits_the_benchmark(crane):
+    if fits_the_benchmark(machine):
         return quick_cases()
-    q = start_pose(crane)
-    found = walks(crane, q)
+    q = start_pose(machine)
+    found = walks(machine, q)
     length = min(w.length for w in found.values())
     if length < SHORTEST:
         raise InputError(
-            f"{crane.name} has no pose from which its tip could go {SHORTEST * 1e3:g} mm up, down, out and in; "
+            f"{machine.name} has no pose from which its tip could go {SHORTEST * 1e3:g} mm up, down, out and in; "
             "tune it with cases of your own"
         )
     start = tuple(float(x) for x in q)
@@ -160,20 +162,20 @@ def tuning_cases(crane: Machine) -> list[Case]:
         return Case(straight(f"{name} {speed:.3g} m/s", [length * np.array(SENSES[name])], speed), start=start)
 
     slow = [line(name, SLOW_SHARE, SPEEDS[1]) for name in SENSES]
-    heavy = Condition(payload=unknown_payload(crane, q), sensors="data-sheet")
+    heavy = Condition(payload=unknown_payload(machine, q), sensors="data-sheet")
     return [*slow, line("out", FAST_SHARE, SPEEDS[2]), Case(slow[0].task, heavy, start)]
 
 
-def unknown_payload(crane: Machine, q: Array) -> float:
+def unknown_payload(machine: Machine, q: Array) -> float:
     """Payload, kg, that raises the largest cylinder force in pose `q` (n,) by the share ``UNKNOWN_LOAD``."""
-    own = crane.payload()
-    force = crane.static_cylinder_force(q)
-    per_kilogram = crane.static_cylinder_force(q, payload=own + 1.0) - force
+    own = machine.payload()
+    force = machine.static_cylinder_force(q)
+    per_kilogram = machine.static_cylinder_force(q, payload=own + 1.0) - force
     hardest = int(np.argmax(np.abs(force)))
     added = UNKNOWN_LOAD * abs(force[hardest] / per_kilogram[hardest])
     return own + float(f"{added:.2g}")
 
 
-def fits_the_benchmark(crane: Machine) -> bool:
+def fits_the_benchmark(machine: Machine) -> bool:
     """Whether the joints are those of the laboratory crane, for which the benchmark's tasks were made."""
-    return set(crane.joint_names) == set(START)
+    return set(machine.joint_names) == set(START)

@@ -126,7 +126,7 @@ def _legs(legs: list[Array], speeds: list[float]) -> list[Curve]:
 
 def _moves(task: Task) -> list[tuple[float, float]]:
     """When each leg begins and ends, s: pauses are where the velocity stays zero."""
-    resting = ~task.velocity.any(axis=1)
+    resting = np.asarray(~task.velocity.any(axis=1))
     paused = resting[:-1] & resting[1:]
     ends, begins = task.time[:-1][paused], np.append(0.0, task.time[1:][paused])
     return list(zip(begins.tolist(), ends.tolist(), strict=False))

@@ -103,8 +103,8 @@ def tune(
         if progress is not None:
             progress(count - 1, trials)
         own = {f"control.tip.{name}": value for name, value in values.items()}
-        crane = machine.changed(own)
-        results = [run_case(crane, "tip", case, seed=seed) for case in chosen]
+        changed = machine.changed(own)
+        results = [run_case(changed, "tip", case, seed=seed) for case in chosen]
         if count == 1:
             _check_start(machine, results)
         return sum(_price(result) for result in results) / len(chosen)

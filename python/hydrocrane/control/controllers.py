@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeAlias, runtime_checkable
+from typing import Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hydrocrane.arrays import Array
 from hydrocrane.control.joystick import Stick
@@ -54,15 +55,26 @@ class Controller(Protocol):
     It may also have an attribute ``set_point``, (x, z) of the tip in m, which is then recorded.
     """
 
-    def reset(self, crane: Machine, obs: Observation) -> None:
+    def reset(self, machine: Machine, obs: Observation, /) -> None:
         """Start anew on a crane."""
 
-    def step(self, obs: Observation, command: Stick) -> Sequence[float]:
+    def step(self, obs: Observation, command: Stick, /) -> ArrayLike:
         """Spool commands (n_cyl,), m, positive extends."""
 
 
-Law: TypeAlias = "Controller | Callable[[Observation, Stick], Sequence[float]]"
-AnyController: TypeAlias = "str | Law"
+StepFunction: TypeAlias = Callable[["Observation", Stick], ArrayLike]
+
+
+class Stepping(Protocol):
+    """A controller without a memory to clear: `reset` may be left out."""
+
+    def step(self, obs: Observation, command: Stick, /) -> ArrayLike:
+        """As of :class:`Controller`."""
+
+
+# A controller of one's own, and whatever a scenario takes as one.
+OwnController: TypeAlias = Controller | Stepping | StepFunction
+AnyController: TypeAlias = str | OwnController
 
 
 class SampledController:
@@ -75,12 +87,12 @@ class SampledController:
     """
 
     def __init__(
-        self, law: Any, crane: Machine, mode: str, full_speed: float | None, *, on_error: str = "raise"
+        self, law: OwnController, machine: Machine, mode: str, full_speed: float | None, *, on_error: str = "raise"
     ) -> None:
-        self._law, self._crane, self._mode, self._full_speed = law, crane, mode, full_speed
-        self._step: Callable[[Observation, Stick], Any] = law.step if hasattr(law, "step") else law
-        signals = [f"joint.{j}.q" for j in crane.joint_names]
-        self._signals = signals + [f"cylinder.{c}.p{side}" for c in crane.cylinder_names for side in (1, 2)]
+        self._law, self._crane, self._mode, self._full_speed = law, machine, mode, full_speed
+        self._step: StepFunction = getattr(law, "step", law)  # type: ignore[arg-type]
+        signals = [f"joint.{j}.q" for j in machine.joint_names]
+        self._signals = signals + [f"cylinder.{c}.p{side}" for c in machine.cylinder_names for side in (1, 2)]
         self._last: tuple[float, Array] | None = None
         self._set_point: tuple[float, float] | None = None
         self._on_error = on_error
@@ -111,7 +123,7 @@ class SampledController:
         ends = self._on_error != "neutral" or not isinstance(self.error, Exception)
         return _told(self.error), ends
 
-    def _checked(self, command: Any) -> list[float]:
+    def _checked(self, command: ArrayLike) -> list[float]:
         cylinders = len(self._crane.cylinder_names)
         try:
             values = [float(u) for u in np.ravel(command)]
@@ -151,8 +163,8 @@ def _told(error: BaseException) -> str:
     return f"{head} ({frames[-1].filename}, line {frames[-1].lineno}, in {frames[-1].name})"
 
 
-def checked_controller(controller: Any) -> Any:
-    """`controller`, or an :class:`InputError` where it is neither a known name nor can be stepped."""
+def check_controller(controller: AnyController | None) -> None:
+    """An :class:`InputError` where `controller` is neither a known name nor can be stepped."""
     if isinstance(controller, str):
         if controller not in NAMES:
             raise unknown("controller", controller, NAMES)
@@ -160,4 +172,3 @@ def checked_controller(controller: Any) -> Any:
         raise InputError(f"controller is the class {controller.__name__}; give an instance, {controller.__name__}()")
     elif controller is not None and not hasattr(controller, "step") and not callable(controller):
         raise InputError(f"a controller is a name, a function, or an object with reset and step; got {controller!r}")
-    return controller

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, TypedDict, Unpack
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError, unknown
+
+if TYPE_CHECKING:
+    from hydrocrane.logs.columns import LogLike
 
 MODES = ("tip", "lever")
 TIP_AXES = ("x", "z")
@@ -43,6 +47,15 @@ class Stick:
         return self.axes * self.full_speed
 
 
+class StickFields(TypedDict, total=False):
+    """Fields of a joystick besides its times, axes and mode."""
+
+    interpolation: str
+    dead_zone: float
+    full_speed: float | None
+    ramp: float
+
+
 @dataclass(frozen=True)
 class Joystick:
     """Deflections of the sticks against time.
@@ -64,13 +77,26 @@ class Joystick:
         Time that a stick takes from its centre to its end, s.
     """
 
-    time: Any
-    axes: Mapping[str, Any] = field(default_factory=dict)
+    time: Array
+    axes: Mapping[str, Array] = field(default_factory=dict)
     mode: str = "tip"
     interpolation: str = "hold"
     dead_zone: float = 0.0
     full_speed: float | None = None
     ramp: float = 0.0
+
+    if TYPE_CHECKING:
+        # Whatever NumPy takes as an array may be given.
+        def __init__(
+            self,
+            time: ArrayLike,
+            axes: Mapping[str, ArrayLike] = ...,
+            mode: str = "tip",
+            interpolation: str = "hold",
+            dead_zone: float = 0.0,
+            full_speed: float | None = None,
+            ramp: float = 0.0,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         if self.mode not in MODES:
@@ -94,7 +120,12 @@ class Joystick:
 
     @classmethod
     def from_log(
-        cls, log: Any, *, mode: str = "tip", columns: Mapping[str, str] | None = None, **more: Any
+        cls,
+        log: LogLike,
+        *,
+        mode: str = "tip",
+        columns: Mapping[str, str] | None = None,
+        **more: Unpack[StickFields],
     ) -> Joystick:
         """A joystick from a log.
 
@@ -124,7 +155,8 @@ class Joystick:
                 f"the log has no column of a stick axis; it has {', '.join(table)}; say which with columns="
             )
         axes = {axis: table[name] for name, axis in columns.items()}
-        return cls(time_of(table), axes, mode, **{"interpolation": "linear", **more})
+        fields: StickFields = {"interpolation": "linear", **more}
+        return cls(time_of(table), axes, mode, **fields)
 
     def table(self, cylinders: tuple[str, ...]) -> Array:
         """Deflections (k, axes), in the order x, z or that of `cylinders`."""
@@ -150,7 +182,7 @@ class Joystick:
         return Stick(self.mode, beyond, self.full_speed)
 
 
-def _deflections(name: str, values: Any, time: Array) -> Array:
+def _deflections(name: str, values: ArrayLike, time: Array) -> Array:
     array = real_array(values, f"the deflection of `{name}`")
     if array.shape != time.shape:
         raise InputError(f"the deflection of `{name}` has shape {array.shape} for {time.size} times")

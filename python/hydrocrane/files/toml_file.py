@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import tomllib
+from datetime import date, datetime, time
 from pathlib import Path
-from typing import Any
+from typing import TypeAlias
 
 from hydrocrane.errors import InputError
+
+TomlValue: TypeAlias = "str | int | float | bool | date | time | datetime | list[TomlValue] | dict[str, TomlValue]"
+TomlTable: TypeAlias = dict[str, TomlValue]
 
 # Levels of tables and lists in a file; what is deeper is no file that somebody wrote.
 DEEPEST = 50
 
 
-def read_toml(path: Path, what: str) -> dict[str, Any]:
+def read_toml(path: Path, what: str) -> TomlTable:
     """The content of the file at `path`, which is to be a `what`, for example "study file".
 
     Raises
@@ -29,7 +33,7 @@ def read_toml(path: Path, what: str) -> dict[str, Any]:
     return parsed(text, str(path))
 
 
-def parsed(text: str, where: str) -> dict[str, Any]:
+def parsed(text: str, where: str) -> TomlTable:
     """The content of a text; `where` begins the message of an error.
 
     Raises
@@ -39,12 +43,12 @@ def parsed(text: str, where: str) -> dict[str, Any]:
     """
     deep = InputError(f"{where} is nested deeper than {DEEPEST} levels; close brackets and braces where they belong")
     try:
-        content = tomllib.loads(text)
+        content: TomlTable = tomllib.loads(text)
     except RecursionError:
         raise deep from None
     except ValueError as error:  # Numbers of too many digits are no TOMLDecodeError.
         raise InputError(f"{where} is not valid TOML: {error}") from None
-    level: list[Any] = [content]
+    level: list[TomlValue] = [content]
     for _ in range(DEEPEST):
         level = [part for whole in level for part in _parts(whole)]
         if not level:
@@ -52,7 +56,7 @@ def parsed(text: str, where: str) -> dict[str, Any]:
     raise deep
 
 
-def _parts(whole: Any) -> list[Any]:
+def _parts(whole: TomlValue) -> list[TomlValue]:
     """The tables and lists in a table or list."""
-    inside = whole.values() if isinstance(whole, dict) else whole
+    inside = whole.values() if isinstance(whole, dict) else whole if isinstance(whole, list) else ()
     return [part for part in inside if isinstance(part, dict | list)]

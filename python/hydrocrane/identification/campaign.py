@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -19,6 +19,8 @@ from hydrocrane.identification.records import RAMP, STEADY, STEP, Reading, Recor
 from hydrocrane.identification.sensors import PRESSURES, bias_without_zero, bow, largest_error, span_error
 from hydrocrane.identification.setup import Exponents
 from hydrocrane.identification.static_stage import StaticIdentification, identify_static
+from hydrocrane.logs.columns import LogLike
+from hydrocrane.logs.mapping import MappingLike
 from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.signals import RigParameters, SteadyWindows, steady_windows
 
@@ -40,12 +42,12 @@ CLEAR = 3.0
 
 
 def identify_friction(
-    logs: Any = (),
+    logs: LogLike | Iterable[LogLike] = (),
     rig: MachineLike = "rig-rottne",
     *,
-    ramps: Any = (),
-    steps: Any = (),
-    mapping: Any = None,
+    ramps: LogLike | Iterable[LogLike] = (),
+    steps: LogLike | Iterable[LogLike] = (),
+    mapping: MappingLike = None,
     payload: float | None = None,
     zero: tuple[float, float] | None = None,
     load_cell: bool = False,
@@ -89,15 +91,15 @@ def identify_friction(
     HydrocraneError
         Where a file cannot be read or an argument cannot be right. What is wrong with the readings fails a stage.
     """
-    crane = as_machine(rig)
-    RigParameters.of(crane, payload=payload)
+    machine = as_machine(rig)
+    RigParameters.of(machine, payload=payload)
     tell = progress or (lambda _: None)
     tell("reading the logs")
-    reading = Reading(crane, mapping, payload, zero, load_cell)
+    reading = Reading(machine, mapping, payload, zero, load_cell)
     records = [*reading.records(logs, ""), *reading.records(ramps, RAMP), *reading.records(steps, STEP)]
     if not records:
         raise InputError("no log was handed over; identification starts from logs of constant velocity")
-    campaign = _Campaign(Identification(crane, records), tell, load_cell, rod_mass, exponents)
+    campaign = _Campaign(Identification(machine, records), tell, load_cell, rod_mass, exponents)
     campaign.run()
     return campaign.found
 

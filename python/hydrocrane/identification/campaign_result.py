@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import json
 from dataclasses import dataclass, field
+from functools import partial
 from os import PathLike
 from pathlib import Path
 
@@ -14,10 +15,11 @@ from hydrocrane.errors import InputError, ResultFileError
 from hydrocrane.files.whole_file import write_text
 from hydrocrane.identification.block import head, interval, signature
 from hydrocrane.identification.comparison import FrictionComparison
-from hydrocrane.identification.dynamic_result import DYNAMIC, UNITS, DynamicFit
+from hydrocrane.identification.dynamic_result import UNITS, DynamicFit
 from hydrocrane.identification.records import STEADY, Record, name_of
 from hydrocrane.identification.report import Report, Section, Table
 from hydrocrane.identification.result import of_sensors, shown
+from hydrocrane.identification.rig_unknowns import DYNAMIC
 from hydrocrane.identification.sensors import PRESSURES
 from hydrocrane.identification.static_stage import StaticIdentification
 from hydrocrane.machine.machine import Machine
@@ -128,7 +130,7 @@ def _report(found: Identification) -> Report:
     report.stage("Logs", lambda: _logs(found))
     for windows in found.windows:
         name = f"Steady motion in {name_of(windows.log)}"
-        report.stage(name, lambda n=name, w=windows: Section(n, figure=w.plot()))
+        report.stage(name, partial(_windows, name, windows))
     if found.static is not None:
         for name, make in found.static.stages(found.cylinder)[:-1]:
             report.stage(name, make)
@@ -143,6 +145,10 @@ def _report(found: Identification) -> Report:
         report.add(Section(stage.name.capitalize(), failure=stage.message))
     report.stage("Block for the machine file", lambda: Section("Block for the machine file", code=found.toml()))
     return report
+
+
+def _windows(name: str, windows: SteadyWindows) -> Section:
+    return Section(name, figure=windows.plot())
 
 
 def _result(found: Identification) -> Section:

@@ -203,7 +203,7 @@ def _check(groups: Mapping[str, FrictionPoints], margin: float, significance: fl
 
 
 def _solved(fit: StaticFit) -> Solved:
-    assert fit.solved is not None and fit.spread is not None
+    assert isinstance(fit.solved, Solved) and fit.spread is not None
     return fit.solved
 
 

@@ -87,18 +87,18 @@ def fit_dynamic(
         raise InputError("a dynamic fit needs the log of a ramp or a step")
     check_bristles(rig)
     law = rig_map(rig) if static is None else static.law
-    crane = with_map(rig, law)
-    readings, warnings = first_readings(ramps, steps, crane, law, payload=payload)
+    machine = with_map(rig, law)
+    readings, warnings = first_readings(ramps, steps, machine, law, payload=payload)
     estimate: Estimate | None = None
     misfit: RigMisfit | None = None
     try:
-        sensors = RigSensors.of(crane, calibrated=calibrated)
+        sensors = RigSensors.of(machine, calibrated=calibrated)
         read = {name: [r.value for r in found.values()] for name, found in readings.items()}
 
         def fitted_from(read: Mapping[str, Sequence[float]]) -> tuple[Estimate, RigMisfit, list[Unknown]]:
-            keys, nuisances = unknowns_of(crane, logs, sensors, read, static)
+            keys, nuisances = unknowns_of(machine, logs, sensors, read, static)
             names = [unknown.name for unknown in keys]
-            models = [LogModel(log, crane, sensors, payload=payload, keys=names) for log in logs]
+            models = [LogModel(log, machine, sensors, payload=payload, keys=names) for log in logs]
             return _fitted([*keys, *nuisances], RigMisfit(models, progress))
 
         estimate, misfit, unknowns = fitted_from(read)
@@ -106,16 +106,16 @@ def fit_dynamic(
             # Readings may mislead the search: once more from the rig's own values.
             other = fitted_from(dict.fromkeys(DYNAMIC, ()))
             estimate, misfit, unknowns = min((estimate, misfit, unknowns), other, key=lambda found: found[0].variance)
-        warnings += [*_doubts(estimate, misfit, crane), *_strained(estimate, unknowns)]
+        warnings += [*_doubts(estimate, misfit, machine), *_strained(estimate, unknowns)]
     except HydrocraneError as error:
         if not any(readings.values()):
             raise
         warnings.append(f"the simulated rig could not be fitted, what is left are first readings: {error}")
-    passive = _passive_up_to(crane, estimate)
+    passive = _passive_up_to(machine, estimate)
     if np.isfinite(passive):
         warnings.append(f"friction with this damping gives energy back above {passive:.3g} m/s")
-    table = key_of(crane, "friction", DYNAMIC[0]).rsplit(".", 1)[0]
-    return DynamicFit(crane, table, readings, estimate, misfit, passive, static, tuple(warnings))
+    table = key_of(machine, "friction", DYNAMIC[0]).rsplit(".", 1)[0]
+    return DynamicFit(machine, table, readings, estimate, misfit, passive, static, tuple(warnings))
 
 
 def _fitted(unknowns: Sequence[Unknown], misfit: RigMisfit) -> tuple[Estimate, RigMisfit, list[Unknown]]:
@@ -223,4 +223,5 @@ def _passive_up_to(rig: Machine, estimate: Estimate | None) -> float:
         return float("inf")
     keys = [key_of(rig, "friction", name) for name in DYNAMIC]
     fitted = with_values(rig, keys, np.array([estimate[key] for key in keys]))
-    return float(min((e["velocity_limit"] for e in fitted.passivity() if not e["holds"]), default=np.inf))
+    limits = [e["velocity_limit"] for e in fitted.passivity() if e["velocity_limit"] is not None]
+    return float(min(limits, default=np.inf))

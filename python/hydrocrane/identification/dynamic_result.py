@@ -15,7 +15,7 @@ from hydrocrane.errors import InputError
 from hydrocrane.identification.block import interval, signature
 from hydrocrane.identification.bristle import Reading
 from hydrocrane.identification.output_error import Estimate
-from hydrocrane.identification.report import Section, Table
+from hydrocrane.identification.report import Section, Stage, Table
 from hydrocrane.identification.result import StaticFit
 from hydrocrane.identification.rig_misfit import RigMisfit
 from hydrocrane.identification.rig_unknowns import DYNAMIC
@@ -145,7 +145,7 @@ class DynamicFit:
         head = [f"[{self.table}]", f"cylinder = {json.dumps(cylinder)}", 'model = "lugre"']
         return "\n".join([*head, *lines]) + "\n"
 
-    def stages(self) -> list[tuple]:
+    def stages(self) -> list[Stage]:
         """(title, function that makes the section) for :meth:`Report.stage`, in the order of a report."""
         return [
             ("Dynamic friction, first readings", self._first_readings),

@@ -211,7 +211,7 @@ class _Evaluator:
         rows[:, -1] = (values[at] - mean) / deviation
         both = np.vstack([np.column_stack([slopes, residuals]) / self.softened, rows])
         self.count = len(both)
-        turned = np.linalg.qr(both, mode="r")
+        turned = np.asarray(np.linalg.qr(both, mode="r"))
         return turned[:, -1], turned[:, :-1] * self.scale
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from hydrocrane.identification.rig_sensors import RigSensors, whitened
 from hydrocrane.identification.rig_unknowns import with_values
 from hydrocrane.logs import Log
 from hydrocrane.machine.machine import Machine
+from hydrocrane.scenario.changes import RunChanges
 from hydrocrane.scenario.command import Command
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.solver import Solver
@@ -112,6 +113,7 @@ class LogModel:
         with the same reading of it."""
         plan, rig = self.experiment.plan, self.experiment.machine
         cylinder, (a1, a2) = rig.cylinder_names[0], rig.piston_areas[0]
+        assert not isinstance(plan.pressures, str), "this scenario was made with pressures"
         p1, p2 = plan.pressures[cylinder]
         balanced = {cylinder: (p1 + OTHER_PRESSURE, p2 + OTHER_PRESSURE * a1 / a2)}
         by_pressure = (self._started(pressures=balanced) - self._nominal) / OTHER_PRESSURE
@@ -121,9 +123,9 @@ class LogModel:
         by_place[:, 0] -= 1.0
         return np.stack([by_pressure, by_place], axis=-1)
 
-    def _started(self, **start: Any) -> Array:
+    def _started(self, **start: Unpack[RunChanges]) -> Array:
         """(b, 3) prediction from another start."""
-        made, plan = self.experiment, self.experiment.plan.changed(machine=self._near, **start)
+        made, plan = self.experiment, self.experiment.plan.changed(**start, machine=self._near)
         times = np.minimum(self.blocks.nodes, plan.duration * (1 - 1e-12))
         one = Experiment(plan, made.keys[:1], signals=made.signals, times=times, resolve_slopes=False)
         return self._means(one, one.values)[0]

@@ -11,7 +11,7 @@ import numpy as np
 from hydrocrane.identification.graphical import graphical
 from hydrocrane.identification.least_squares import Loss
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints, SteadyWindow
-from hydrocrane.identification.report import Report, Section, Table
+from hydrocrane.identification.report import Report, Section, Stage, Table
 from hydrocrane.identification.result import StaticFit, of_sensors, shown
 from hydrocrane.identification.setup import Bias, Exponents
 from hydrocrane.identification.static_fit import fit_static
@@ -55,7 +55,7 @@ class StaticIdentification:
             report.stage(name, make)
         return report
 
-    def stages(self, cylinder: str) -> list[tuple]:
+    def stages(self, cylinder: str) -> list[Stage]:
         """(title, function that makes the section) in the order of the report."""
         return [
             ("Data", self._data),

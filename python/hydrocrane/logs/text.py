@@ -46,7 +46,7 @@ def read_text(path: Path) -> Table:
 
 def _facts(comments: Iterable[str]) -> dict[str, str | float | int]:
     """What comment lines like ``# payload = 20`` say about the log, as TOML; other comments are passed over."""
-    facts = {}
+    facts: dict[str, object] = {}
     for line in comments:
         try:
             facts |= parsed(line.lstrip("#%/"), "a comment")

@@ -9,21 +9,22 @@ from __future__ import annotations
 
 import warnings
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrocrane import _core
+from hydrocrane._core_types import Passivity
 from hydrocrane.arrays import Array, real_array, rows, scalars, vectors
 from hydrocrane.errors import HydrocraneError, InputError, OutOfReachError, translated, unknown
 from hydrocrane.machine.measuring import Recorded, recorded_data, sensor_readings
-from hydrocrane.machine.overrides import Override, plain_overrides
+from hydrocrane.machine.overrides import Override, Overrides, plain_overrides
 from hydrocrane.machine.sensors import SensorFault
 from hydrocrane.result_warning import DoubtfulResult, ResultWarning
 
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 PROVENANCE_CLASSES = ("measured", "fitted", "literature", "assumed", "setting")
 
 
-def load_machine(source: str | PathLike[str], overrides: Mapping[str, Any] | None = None) -> Machine:
+def load_machine(source: str | PathLike[str], overrides: Overrides | None = None) -> Machine:
     """Load a machine file.
 
     Parameters
@@ -100,6 +101,8 @@ class Value:
     source: str
 
 
+# Poses of a tip, nested as the tips are.
+Poses: TypeAlias = "list[Array] | list[Poses]"
 MachineLike: TypeAlias = "Machine | str | PathLike[str]"
 
 
@@ -114,10 +117,10 @@ class Machine:
     def __repr__(self) -> str:
         return f"<Machine {self.name}: joints {', '.join(self.joint_names)}; {len(self.state_names)} states>"
 
-    def __reduce__(self) -> tuple[Any, tuple[str, dict[str, Override]]]:
+    def __reduce__(self) -> tuple[Callable[[str, Overrides], Machine], tuple[str, dict[str, Override]]]:
         return load_machine, (self.source, self.overrides)
 
-    def changed(self, overrides: Mapping[str, Any]) -> Machine:
+    def changed(self, overrides: Overrides) -> Machine:
         """This machine with some values replaced, on top of its own overrides; see :func:`load_machine`."""
         return load_machine(self.source, {**self.overrides, **overrides}) if overrides else self
 
@@ -299,7 +302,7 @@ class Machine:
         """d(tip)/d(q), (..., 2, n)."""
         return self._over(self.core.tip_jacobian, self._joints(q))
 
-    def inverse_kinematics(self, tip: ArrayLike, x3: float = 0.0) -> list:
+    def inverse_kinematics(self, tip: ArrayLike, x3: float = 0.0) -> Poses:
         """Poses that put the tip at `tip` (2,) with the telescope at `x3`, m   (35)-(39).
 
         Returns
@@ -400,9 +403,9 @@ class Machine:
         """Density of the fluid at gauge pressure p, kg/m^3."""
         return self._over_scalars(self.core.density, p=p)
 
-    def passivity(self) -> list[dict[str, Any]]:
+    def passivity(self) -> list[Passivity]:
         """Per cylinder with LuGre friction, whether and up to which velocity the passivity condition holds."""
-        return [dict(entry) for entry in self.core.passivity()]
+        return self.core.passivity()
 
     # --- the whole plant ----------------------------------------------------------------------------------------
 
@@ -531,7 +534,13 @@ class Machine:
             raise InputError(f"payload must be one mass in kg, zero or more; got {payload!r}")
         return float(mass)
 
-    def _over(self, function: Any, *arrays: Array, error: type[HydrocraneError] = InputError, **options: Any) -> Array:
+    def _over(
+        self,
+        function: Callable[..., Array],
+        *arrays: Array,
+        error: type[HydrocraneError] = InputError,
+        **options: float | None,
+    ) -> Array:
         """Call a core function row by row over the broadcast leading axes."""
         extra = [self.payload(options["payload"])] if "payload" in options else []
         lead, tables = rows(*arrays)
@@ -539,12 +548,12 @@ class Machine:
             result = np.asarray(function(*tables, *extra))
         return result.reshape(lead + result.shape[1:])[()]
 
-    def _over_scalars(self, function: Any, *before: Any, **named: ArrayLike) -> Array:
+    def _over_scalars(self, function: Callable[..., Array], *before: int, **named: ArrayLike) -> Array:
         lead, columns = scalars(*(real_array(value, name) for name, value in named.items()))
         with translated():
             return np.asarray(function(*before, *columns)).reshape(lead)[()]
 
-    def _per_cylinder(self, function: Any, cylinder: str | None, **named: ArrayLike) -> Array:
+    def _per_cylinder(self, function: Callable[..., Array], cylinder: str | None, **named: ArrayLike) -> Array:
         if cylinder is not None and cylinder not in self.cylinder_names:
             raise unknown("cylinder", cylinder, self.cylinder_names)
         index = 0 if cylinder is None else self.cylinder_names.index(cylinder)

@@ -69,11 +69,11 @@ class _Scene:
             raise InputError(f"fps and speed must be greater than zero, got {fps!r}, {speed!r}")
         self.times, self.poses, self.tips = _pictures(run, fps, speed)
         self.order = [*range(len(self.times)), *[len(self.times) - 1] * max(1, fps // 2)]
-        self.crane = run.machine
+        self.machine = run.machine
         self.figure = figure
         self.axes = figure.subplots()
-        _set_stage(self.axes, run, self.crane, self.poses)
-        kinds = [kind for kind, _, _ in self.crane.drawing(self.poses[0])]
+        _set_stage(self.axes, run, self.machine, self.poses)
+        kinds = [kind for kind, _, _ in self.machine.drawing(self.poses[0])]
         self.parts = [self.axes.plot([], [], **CRANE_LINES[kind])[0] for kind in kinds]
         self.trail = self.axes.plot([], [], color=ACCENT, lw=1.4, zorder=2)[0]
         corner: dict[str, Any] = {"transform": self.axes.transAxes, "ha": "right", "va": "top", "family": "monospace"}
@@ -83,7 +83,7 @@ class _Scene:
         figure.set_layout_engine("none")
 
     def show(self, index: int) -> list[Artist]:
-        for line, (_, _, points) in zip(self.parts, self.crane.drawing(self.poses[index]), strict=True):
+        for line, (_, _, points) in zip(self.parts, self.machine.drawing(self.poses[index]), strict=True):
             line.set_data(points[:, 0], points[:, 1])
         self.trail.set_data(self.tips[: index + 1, 0], self.tips[: index + 1, 1])
         self.clock.set_text(f"{self.times[index]:6.2f} s")
@@ -151,18 +151,18 @@ def _pictures(run: Record, fps: int, speed: float) -> tuple[Array, Array, Array]
     return times, poses, run.machine.tip(poses)
 
 
-def _set_stage(axes: Axes, run: Record, crane: Machine, poses: Array) -> None:
+def _set_stage(axes: Axes, run: Record, machine: Machine, poses: Array) -> None:
     """What stands still: regions or else a ground, a shadow of the start pose, title, a window for every picture."""
     shown = poses[np.linspace(0, len(poses) - 1, min(len(poses), 12)).astype(int)]
-    points = np.concatenate([line for q in shown for _, _, line in crane.drawing(q)])
+    points = np.concatenate([line for q in shown for _, _, line in machine.drawing(q)])
     low, high = points.min(axis=0), points.max(axis=0)
     pad = 0.10 * float((high - low).max()) + 0.05
-    if crane.keep_out:
-        draw_keep_out(axes, crane)
+    if machine.keep_out:
+        draw_keep_out(axes, machine)
     else:
         axes.axhline(float(low[1]), color=MUTED, lw=1.0, zorder=0.5)
-    draw_crane(axes, crane.drawing(poses[0]), alpha=0.12)
+    draw_crane(axes, machine.drawing(poses[0]), alpha=0.12)
     axes.set_xlim(low[0] - pad, high[0] + pad)
     axes.set_ylim(low[1] - pad, high[1] + pad)
     metres(axes, fixed=True)
-    axes.set_title(f"{run.data.attrs['scenario']}  ·  {crane.name}")
+    axes.set_title(f"{run.data.attrs['scenario']}  ·  {machine.name}")

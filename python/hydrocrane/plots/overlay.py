@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -54,7 +54,7 @@ def overlay(
     fig, axes = figure(9.5, 2.3 * len(names) + 0.7, nrows=len(names), sharex=True, squeeze=False)
     for panel, name in zip(axes[:, 0], names, strict=True):
         for label, data in records.items():
-            _line(panel, data, base, name, against, label=label, **looks[label])
+            _line(panel, data, base, name, against, {"label": label, **looks[label]})
         heading = name if relative_to is None else f"{name} less that of {relative_to}"
         panel.set(title=heading, ylabel=f"[{_scale(first, name)[0]}]")
         panel.margins(x=0.01)
@@ -63,7 +63,16 @@ def overlay(
     return fig
 
 
-def _look(number: int) -> dict[str, Any]:
+class Look(TypedDict, total=False):
+    """Of a line."""
+
+    color: str
+    ls: str | tuple[int, tuple[int, ...]]
+    lw: float
+    label: str
+
+
+def _look(number: int) -> Look:
     """Colour and dashes of the run of this number."""
     return {"color": COLOURS[number % len(COLOURS)], "ls": DASHES[number // len(COLOURS) % len(DASHES)], "lw": 1.2}
 
@@ -93,7 +102,7 @@ def _stretch(label: str, run: Record, span: tuple[float, float] | None) -> xr.Da
     return data
 
 
-def _line(panel: Axes, data: xr.Dataset, base: xr.Dataset | None, name: str, against: str, **look: Any) -> None:
+def _line(panel: Axes, data: xr.Dataset, base: xr.Dataset | None, name: str, against: str, look: Look) -> None:
     values = data[name].values
     if base is not None:
         values = values - np.interp(data.time.values, base.time.values, base[name].values)

@@ -84,14 +84,14 @@ def cite(subject: MachineLike | Record) -> str:
 
     if not isinstance(subject, Record | str | PathLike) and not hasattr(subject, "provenance"):
         raise InputError(f"cite takes a machine, its name or path, or a Run; got {type(subject).__name__}")
-    crane = subject.machine if isinstance(subject, Record) else as_machine(subject)
+    machine = subject.machine if isinstance(subject, Record) else as_machine(subject)
     keys = ["heinze2007"]
-    if any(name.endswith(".z") for name in crane.state_names):
+    if any(name.endswith(".z") for name in machine.state_names):
         keys.append("canudas1995")
     if isinstance(subject, Record):
         keys.append(_METHODS[subject.data.attrs["solver_method"]])
-    sources = sorted({source for _, _, source in crane.provenance if source})
-    noted = [f"% values of {crane.name}: {source}" for source in sources]
+    sources = sorted({source for _, _, source in machine.provenance if source})
+    noted = [f"% values of {machine.name}: {source}" for source in sources]
     return "\n\n".join([_software(), *(ENTRIES[key] for key in keys), *(["\n".join(noted)] if noted else [])])
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -13,6 +13,7 @@ import xarray as xr
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, nearest
 from hydrocrane.logs import TIME_NAMES, columns_of, time_of
+from hydrocrane.logs.columns import LogLike
 from hydrocrane.results.difference import Difference
 from hydrocrane.results.record import Record
 
@@ -58,7 +59,7 @@ class Comparison:
         )
 
 
-def compare(run: Record, log: Any, columns: Mapping[str, str] | None = None, *, shift: float = 0.0) -> Comparison:
+def compare(run: Record, log: LogLike, columns: Mapping[str, str] | None = None, *, shift: float = 0.0) -> Comparison:
     """Compare a run with a log, at the log's samples that lie within the run.
 
     Parameters

@@ -12,33 +12,8 @@ import xarray as xr
 from hydrocrane.errors import ResultFileError
 from hydrocrane.machine.machine import Machine, load_machine
 from hydrocrane.result_warning import ResultWarning, from_json
-from hydrocrane.results.verification import Verification
+from hydrocrane.results.outcome import Outcome, Verification
 from hydrocrane.scenario.payload import PayloadChange
-
-KINDS = ("completed", "stroke-limit", "solver-failed", "controller-failed", "bad-state", "interrupted")
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """How and when a run ended.
-
-    Attributes
-    ----------
-    kind : str
-        completed, stroke-limit, solver-failed, controller-failed, bad-state or interrupted.
-    time : float
-        s.
-    message : str
-        What happened and what helps; empty for a completed run.
-    """
-
-    kind: str
-    time: float
-    message: str
-
-    @property
-    def completed(self) -> bool:
-        return self.kind == "completed"
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hydrocrane.files.datasets import load_netcdf, save
+from hydrocrane.logs.columns import LogLike
 from hydrocrane.results.comparison import Comparison, compare
 from hydrocrane.results.record import Record
 from hydrocrane.results.summary import text
@@ -81,7 +82,7 @@ class Run(Record):
             return animation.film(self, fps=fps, speed=speed)
         return animation.write(self, Path(path), fps=fps, speed=speed, progress=progress)
 
-    def compare(self, log: Any, columns: Mapping[str, str] | None = None, *, shift: float = 0.0) -> Comparison:
+    def compare(self, log: LogLike, columns: Mapping[str, str] | None = None, *, shift: float = 0.0) -> Comparison:
         """Lay a measured log over this run; see :func:`hydrocrane.results.comparison.compare`."""
         return compare(self, log, columns, shift=shift)
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import xarray as xr
 
+from hydrocrane._core_types import Samples
 from hydrocrane.arrays import Array
 from hydrocrane.control.joystick import TIP_AXES
 from hydrocrane.machine.machine import Machine
@@ -27,19 +27,19 @@ def stage_rows(plan: Scenario, time: Array) -> Iterator[tuple[np.ndarray, Scenar
         yield (time <= end + ROUNDING) & ((time > begin + ROUNDING) | (begin == 0.0)), stage
 
 
-def add_samples(data: xr.Dataset, crane: Machine, plan: Scenario, raw: dict[str, Any]) -> xr.Dataset:
+def add_samples(data: xr.Dataset, machine: Machine, plan: Scenario, recorded: Sequence[Samples]) -> xr.Dataset:
     """`data` with the samples of a run, each held over ``time`` until the next one; NaN where a phase has none."""
     driver = plan.driver
     data.attrs["controller"] = driver if isinstance(driver, str) else getattr(driver, "__name__", type(driver).__name__)
     data.attrs["sensors"] = plan.sensors
     time = data.time.values
     tip = np.column_stack([data["tip.x"].values, data["tip.z"].values])
-    columns: dict[str, Any] = {}
-    for (rows, stage), samples in zip(stage_rows(plan, time), raw["samples"], strict=False):
+    columns: dict[str, tuple[str, Array, dict[str, str]]] = {}
+    for (rows, stage), samples in zip(stage_rows(plan, time), recorded, strict=False):
         if not np.size(samples["t"]) or not rows.any():
             continue
         held = np.searchsorted(samples["t"], time[rows] + ROUNDING, side="right") - 1
-        found = _sampled(samples, held, crane, stage) | _set_point(tip[rows], samples["set_points"], held)
+        found = _sampled(samples, held, machine, stage) | _set_point(tip[rows], samples["set_points"], held)
         for name, (values, about) in found.items():
             columns.setdefault(name, ("time", np.full(time.size, np.nan), about))[1][rows] = values
     return data.assign(columns)
@@ -49,17 +49,17 @@ def add_samples(data: xr.Dataset, crane: Machine, plan: Scenario, raw: dict[str,
 _Columns = dict[str, tuple[Array, dict[str, str]]]
 
 
-def _sampled(samples: dict[str, Any], held: np.ndarray, crane: Machine, stage: Scenario) -> _Columns:
-    units = dict(zip(crane.state_names, crane.state_units, strict=True))
-    units |= {name: unit for name, unit, _ in crane.core.output_info}
+def _sampled(samples: Samples, held: np.ndarray, machine: Machine, stage: Scenario) -> _Columns:
+    units = dict(zip(machine.state_names, machine.state_units, strict=True))
+    units |= {name: unit for name, unit, _ in machine.core.output_info}
     columns: _Columns = {}
     for signal, column in zip(samples["signals"], samples["measured"].T, strict=True):
         about = {"units": units[signal], "long_name": f"{signal} as measured"}
         columns[f"measured.{signal}"] = (column[held], about)
-    axes = TIP_AXES if stage.stick_mode == "tip" else crane.cylinder_names
+    axes = TIP_AXES if stage.stick_mode == "tip" else machine.cylinder_names
     for axis, column in zip(axes, samples["sticks"].T, strict=True):
         columns[f"stick.{axis}"] = (column[held], {"units": "1", "long_name": f"deflection of the stick, {axis}"})
-    for cylinder, column in zip(crane.cylinder_names, samples["commands"].T, strict=True):
+    for cylinder, column in zip(machine.cylinder_names, samples["commands"].T, strict=True):
         about = {"units": "m", "long_name": f"{cylinder} spool command as the controller gave it"}
         columns[f"controller.{cylinder}"] = (column[held], about)
     return columns

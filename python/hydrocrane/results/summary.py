@@ -137,7 +137,8 @@ class EnergyBalance:
 def energy_balance(run: Record) -> EnergyBalance:
     """Sum the ledger of a run over its cylinders and loads."""
     stored = np.sum([v.values for name, v in run.data.items() if str(name).startswith("energy.")], axis=0)
-    gained, lost = np.zeros(run.data.sizes["time"]), {}
+    gained = np.zeros(run.data.sizes["time"])
+    lost: dict[str, float] = {}
     pump = loads = 0.0
     for name, entry in run.data.items():
         if not str(name).startswith("ledger."):

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hydrocrane.arrays import real_array
 from hydrocrane.errors import InputError
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
-from hydrocrane.machine.overrides import plain_overrides
+from hydrocrane.machine.overrides import Overrides, plain_overrides
 from hydrocrane.results.run import Run
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ class RigLog:
         bits: int | None = None,
         load_cell: bool | None = None,
         calibration: float | None = None,
-        overrides: Mapping[str, Any] | None = None,
+        overrides: Overrides | None = None,
         earlier: int | None = None,
     ) -> RigLog:
         """The same motion, read by other sensors: nothing is simulated again.
@@ -104,9 +104,7 @@ class RigLog:
         return write_log(self.data, Path(path))
 
 
-def machine_of(
-    rig: Rig, supply: float | str | None, overrides: Mapping[str, Any] | None, bits: int | None = None
-) -> Machine:
+def machine_of(rig: Rig, supply: float | str | None, overrides: Overrides | None, bits: int | None = None) -> Machine:
     """The rig with everything that its file is to be changed in."""
     given = as_machine(rig)
     if len(given.joint_names) != 1 or given.joint_units[0] != "m":
@@ -123,10 +121,10 @@ def machine_of(
 
 
 def reading(
-    crane: Machine,
+    machine: Machine,
     run: Run,
     segments: Sequence[Segment],
-    about: dict[str, Any],
+    about: dict[str, str | float],
     seed: int,
     sensors: str,
     load_cell: bool,
@@ -137,9 +135,9 @@ def reading(
     time = run.data.time.values
     step = float(time[1] - time[0]) if time.size > 1 else 1.0
     lead = _lead(calibration, step)
-    recorded = _with_calibration(crane, run.data, lead, step)
-    readings = crane.measure(recorded, sensors=sensors, seed=seed, earlier=earlier)
-    data = _data(crane, recorded, readings, load_cell)
+    recorded = _with_calibration(machine, run.data, lead, step)
+    readings = machine.measure(recorded, sensors=sensors, seed=seed, earlier=earlier)
+    data = _data(machine, recorded, readings, load_cell)
     later = [dataclasses.replace(s, start=s.start + lead, end=s.end + lead) for s in segments]
     data.attrs = about | {
         "seed": int(seed),
@@ -148,7 +146,7 @@ def reading(
         "earlier": int(earlier),
         "segments": json.dumps([dataclasses.asdict(segment) for segment in later]),
     }
-    return RigLog(data, _truth(crane, recorded), run)
+    return RigLog(data, _truth(machine, recorded), run)
 
 
 def _read_again(
@@ -158,7 +156,7 @@ def _read_again(
     bits: int | None,
     load_cell: bool | None,
     calibration: float | None,
-    overrides: Mapping[str, Any] | None,
+    overrides: Overrides | None,
     earlier: int | None,
 ) -> RigLog:
     about = log.data.attrs
@@ -168,14 +166,14 @@ def _read_again(
             f"`{foreign[0]}` changes the motion, which is not run again; change keys of [sensor] only, or use"
             f" hydrocrane.rig.run"
         )
-    crane = machine_of(log.run.machine, None, overrides, bits)
+    machine = machine_of(log.run.machine, None, overrides, bits)
     lead = float(about["calibration"])
     segments = [dataclasses.replace(s, start=s.start - lead, end=s.end - lead) for s in log.segments]
     return reading(
-        crane,
+        machine,
         log.run,
         segments,
-        about | {"machine_overrides": json.dumps(crane.overrides)},
+        about | {"machine_overrides": json.dumps(machine.overrides)},
         seed,
         about["sensors"] if sensors is None else sensors,
         "force" in log.data if load_cell is None else load_cell,
@@ -192,7 +190,7 @@ def _lead(calibration: float, interval: float) -> float:
     return float(np.ceil(duration / interval * (1 - 1e-9)) * interval)
 
 
-def _with_calibration(crane: Machine, data: xr.Dataset, lead: float, step: float) -> xr.Dataset:
+def _with_calibration(machine: Machine, data: xr.Dataset, lead: float, step: float) -> xr.Dataset:
     """The record with `lead` seconds before it in which the rig rests on a support, open to the tank."""
     import xarray as xr
 
@@ -201,28 +199,28 @@ def _with_calibration(crane: Machine, data: xr.Dataset, lead: float, step: float
     if lead == 0.0 or not data.sizes["time"]:
         return later
     rest = xr.zeros_like(data.isel(time=np.zeros(round(lead / step), dtype=int)))
-    joint = f"joint.{crane.joint_names[0]}.q"
-    cylinder = f"cylinder.{crane.cylinder_names[0]}"
+    joint = f"joint.{machine.joint_names[0]}.q"
+    cylinder = f"cylinder.{machine.cylinder_names[0]}"
     rest[joint] = rest[joint] + data[joint].values[0]
     rest[f"{cylinder}.x"] = rest[joint]
     for name in ("p1", "p2"):
-        rest[f"{cylinder}.{name}"] = rest[f"{cylinder}.{name}"] + float(crane.core.tank_pressure)
+        rest[f"{cylinder}.{name}"] = rest[f"{cylinder}.{name}"] + float(machine.core.tank_pressure)
     rest = rest.assign_coords(time=np.arange(rest.sizes["time"]) * step)
     joined = xr.concat([rest, later], "time", combine_attrs="override")
     joined.attrs = data.attrs
     return joined
 
 
-def _data(crane: Machine, recorded: xr.Dataset, readings: xr.Dataset, load_cell: bool) -> xr.Dataset:
+def _data(machine: Machine, recorded: xr.Dataset, readings: xr.Dataset, load_cell: bool) -> xr.Dataset:
     import xarray as xr
 
-    cylinder = f"cylinder.{crane.cylinder_names[0]}"
-    signals = {"x": f"joint.{crane.joint_names[0]}.q", "p1": f"{cylinder}.p1", "p2": f"{cylinder}.p2"}
+    cylinder = f"cylinder.{machine.cylinder_names[0]}"
+    signals = {"x": f"joint.{machine.joint_names[0]}.q", "p1": f"{cylinder}.p1", "p2": f"{cylinder}.p2"}
     if load_cell:
         signals["force"] = f"{cylinder}.force"
         if signals["force"] not in readings:
             raise InputError(
-                f"{crane.name} has no load cell; give load_cell=False, or a [sensor] that measures the force"
+                f"{machine.name} has no load cell; give load_cell=False, or a [sensor] that measures the force"
             )
     data = xr.Dataset(coords={"time": recorded.time})
     for name, signal in signals.items():
@@ -233,10 +231,10 @@ def _data(crane: Machine, recorded: xr.Dataset, readings: xr.Dataset, load_cell:
     return data
 
 
-def _truth(crane: Machine, recorded: xr.Dataset) -> xr.Dataset:
+def _truth(machine: Machine, recorded: xr.Dataset) -> xr.Dataset:
     import xarray as xr
 
-    cylinder = f"cylinder.{crane.cylinder_names[0]}"
+    cylinder = f"cylinder.{machine.cylinder_names[0]}"
     names = {name: f"{cylinder}.{name}" for name in ("x", "v", "p1", "p2", "force", "friction", "z")}
     names["spool"] = f"{cylinder}.xs"
     kept = {name: recorded[signal] for name, signal in names.items() if signal in recorded}

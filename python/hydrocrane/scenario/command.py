@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError, unknown
@@ -33,6 +34,10 @@ class Command:
     spool: Array
     interpolation: str = "hold"
 
+    if TYPE_CHECKING:
+        # Whatever NumPy takes as an array may be given.
+        def __init__(self, time: ArrayLike, spool: ArrayLike, interpolation: str = "hold") -> None: ...
+
     def __post_init__(self) -> None:
         time, spool = real_array(self.time, "time"), real_array(self.spool, "spool")
         if time.ndim != 1 or time.shape != spool.shape or not time.size:
@@ -52,11 +57,17 @@ class Command:
         return np.where(index < 0, 0.0, self.spool[index])
 
 
-def as_command(cylinder: str, value: Any) -> Command:
+# A command, what its parameters are, a pair (time, spool), or one constant spool value.
+CommandLike: TypeAlias = Command | Mapping[str, ArrayLike] | Sequence[ArrayLike] | float
+# By cylinder, or one pair (time (k,), spool (k, n_cyl)) for all.
+Commands: TypeAlias = Mapping[str, CommandLike] | Sequence[ArrayLike]
+
+
+def as_command(cylinder: str, value: CommandLike) -> Command:
     if isinstance(value, Command):
         return value
     if isinstance(value, Mapping):
-        return Command(**value)
+        return Command(**value)  # type: ignore[arg-type]
     if isinstance(value, list | tuple) and len(value) == 2:
         return Command(*value)
     if np.isscalar(value) and not isinstance(value, str):
@@ -64,7 +75,7 @@ def as_command(cylinder: str, value: Any) -> Command:
     raise InputError(f"command of `{cylinder}` must be a Command, a pair (time, spool) or one number; got {value!r}")
 
 
-def split_table(commands: Any, cylinders: tuple[str, ...]) -> dict[str, Command]:
+def split_table(commands: object, cylinders: tuple[str, ...]) -> dict[str, Command]:
     if not isinstance(commands, tuple | list) or len(commands) != 2:
         raise InputError(f"commands must be a mapping by cylinder, or a pair (time (k,), spool (k, {len(cylinders)}))")
     time, table = real_array(commands[0], "time"), real_array(commands[1], "spool")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from hydrocrane._core_types import PayloadEntry
 from hydrocrane.arrays import real_array
 from hydrocrane.errors import InputError
 
@@ -36,7 +36,7 @@ class PayloadChange:
     loss: float
 
     @classmethod
-    def of(cls, entry: Any) -> PayloadChange:
+    def of(cls, entry: PayloadEntry) -> PayloadChange:
         """From the core's entry, also after its way through JSON."""
         time, (before, after), (incoming, outgoing), loss = entry
         return cls(time, before, after, (incoming[0], incoming[1]), (outgoing[0], outgoing[1]), loss)
@@ -51,7 +51,7 @@ class PayloadChange:
         return f"takes up {self.after - self.before:g} kg; payload {self.after:g} kg, {braked}"
 
 
-def payload_changes(given: Any) -> dict[float, float]:
+def payload_changes(given: object) -> dict[float, float]:
     """Time (s) to payload (kg) from then on, in order of time."""
     if not isinstance(given, Mapping):
         raise InputError(

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any
 
 from hydrocrane.arrays import real_array
+from hydrocrane.control.controllers import AnyController
 from hydrocrane.control.joystick import Joystick
 from hydrocrane.errors import InputError
-from hydrocrane.machine.overrides import plain_overrides
+from hydrocrane.machine.machine import Machine
+from hydrocrane.machine.overrides import Overrides, plain_overrides
 
 # Fields of a phase that come with a controller.
 LOOP = ("period", "delay", "sensors", "believed", "monitor")
@@ -37,13 +38,13 @@ class Phase:
     """
 
     time: float
-    overrides: Mapping[str, Any] = field(default_factory=dict)
-    controller: Any = None
+    overrides: Overrides = field(default_factory=dict)
+    controller: AnyController | None = None
     joystick: Joystick | None = None
     period: float | None = None
     delay: float = 0.0
     sensors: str = "ideal"
-    believed: Any = None
+    believed: Machine | Overrides | None = None
     monitor: bool | None = None
 
     def __post_init__(self) -> None:
@@ -59,24 +60,8 @@ class Phase:
             if stated:
                 raise InputError(f"`{stated[0]}` of a phase belongs to its controller, which it does not name")
 
-    def changes(self, driver: Any, mode: str) -> dict[str, Any]:
-        """Fields of a scenario under `driver` with sticks of `mode` that this phase changes."""
-        changes: dict[str, Any] = {"overrides": self.overrides}
-        if self.joystick is not None:
-            changes["joystick"] = self.joystick
-            if isinstance(driver, str) and self.joystick.mode != mode:
-                changes |= {"controller": None, "monitor": None}
-        if self.controller is not None:
-            changes |= {"controller": self.controller} | {name: getattr(self, name) for name in LOOP}
-            if self.period is None:
-                del changes["period"]
-            named = isinstance(self.controller, str)
-            if self.joystick is None and named and (self.controller == "lever") != (mode == "lever"):
-                changes["joystick"] = None
-        return changes
 
-
-def checked_phases(phases: Any) -> tuple[Phase, ...]:
+def checked_phases(phases: Iterable[Phase] | Phase) -> tuple[Phase, ...]:
     """Phases in order of time."""
     listed = list(phases) if isinstance(phases, Iterable) else [phases]
     if not all(isinstance(phase, Phase) for phase in listed):

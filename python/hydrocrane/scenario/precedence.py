@@ -10,13 +10,14 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Protocol
 
 from hydrocrane import _core
 from hydrocrane.control.controllers import AnyController
 from hydrocrane.control.joystick import Joystick
 from hydrocrane.errors import InputError
 from hydrocrane.machine.overrides import Override
+from hydrocrane.scenario.changes import ScenarioFields
 
 # Machine key -> field of a scenario that states the same, and its SI unit.
 SHARED = {"payload.mass": ("payload", "kg"), "control.period": ("period", "s")}
@@ -83,15 +84,18 @@ def _si(value: Override) -> float | None:
     return float(value) if isinstance(value, float | int) else None
 
 
-def later_counts(plan: Statements, changes: dict[str, Any]) -> dict[str, Any]:
+def later_counts(plan: Statements, changes: ScenarioFields) -> ScenarioFields:
     """`changes` of the fields of `plan`, with whatever they take the place of taken out of the fields and overrides."""
     later, older = changes.get("overrides", {}), dict(plan.overrides)
-    freed: dict[str, Any] = {}
-    for key, (field, _) in SHARED.items():
-        if key in later and (field != "period" or isinstance(plan.driver, str)):
-            freed[field] = None
-        elif changes.get(field) is not None:
-            older.pop(key, None)
+    freed: ScenarioFields = {}
+    if "payload.mass" in later:
+        freed["payload"] = None
+    elif changes.get("payload") is not None:
+        older.pop("payload.mass", None)
+    if "control.period" in later and isinstance(plan.driver, str):
+        freed["period"] = None
+    elif changes.get("period") is not None:
+        older.pop("control.period", None)
     speeds = [key for key in (*older, *later) if key.startswith("control.") and key.endswith(".full-speed")]
     before, stick = plan.joystick, changes.get("joystick", plan.joystick)
     if stick is not None and stick.full_speed is not None and (before is None or stick.full_speed != before.full_speed):

@@ -11,21 +11,24 @@ Numbers are SI and radians; strings in `overrides` carry their unit.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any, Unpack, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from hydrocrane._core_types import LoopPlan
 from hydrocrane.arrays import Array, check_positive, real_array, seed_number
-from hydrocrane.control.controllers import DEFAULT_PERIOD, checked_controller
+from hydrocrane.control.controllers import DEFAULT_PERIOD, AnyController, check_controller
 from hydrocrane.control.joystick import Joystick
 from hydrocrane.errors import InputError, nearest, unknown
 from hydrocrane.machine.machine import Machine, load_machine
-from hydrocrane.machine.overrides import plain_overrides
+from hydrocrane.machine.overrides import Override, plain_overrides
 from hydrocrane.machine.sensors import SENSORS, SensorFault
 from hydrocrane.result_warning import ResultWarning
-from hydrocrane.scenario.command import as_command, check_spool, split_table
+from hydrocrane.scenario.changes import Changes, Pressures, ScenarioFields
+from hydrocrane.scenario.command import Command, as_command, check_spool, split_table
 from hydrocrane.scenario.payload import payload_changes
 from hydrocrane.scenario.phases import Phase, checked_phases
 from hydrocrane.scenario.precedence import check_agreement, later_counts, stated_fields
@@ -63,7 +66,7 @@ class Scenario:
         Machine keys to change, see :func:`hydrocrane.load_machine`.
     controller : str or object, optional
         In place of `commands`: ``tip``, ``heinze-pid``, ``lever``, or a controller of one's own (an object with
-        ``reset(crane, obs)`` and ``step(obs, command)``, or a function like ``step``) that gives spool commands.
+        ``reset(machine, obs)`` and ``step(obs, command)``, or a function like ``step``) that gives spool commands.
     joystick : Joystick, optional
         What the operator does; alone it calls for ``tip``, or in mode ``lever`` for ``lever``.
     period : float, optional
@@ -92,27 +95,31 @@ class Scenario:
 
     machine: str = "rottne-f9-lab"
     joints: Mapping[str, float] = field(default_factory=dict)
-    commands: Any = field(default_factory=dict)
+    commands: Mapping[str, Command] | Sequence[ArrayLike] = field(default_factory=dict)
     duration: float = 5.0
     record_interval: float = 0.01
-    pressures: Any = "equilibrium"
+    pressures: Pressures = "equilibrium"
     payload: float | None = None
-    overrides: Mapping[str, Any] = field(default_factory=dict)
+    overrides: Mapping[str, Override] = field(default_factory=dict)
     solver: Solver = field(default_factory=Solver)
     name: str = "unnamed"
     title: str = ""
     seed: int = 0
-    controller: Any = None
+    controller: AnyController | None = None
     joystick: Joystick | None = None
     period: float | None = None
     delay: float = 0.0
     sensors: str = "ideal"
     sensor_faults: Sequence[SensorFault] = ()
     payload_changes: Mapping[float, float] = field(default_factory=dict)
-    believed: Any = None
+    believed: Machine | Mapping[str, Override] | None = None
     monitor: bool | None = None
     phases: Sequence[Phase] = ()
     recorded_by: str = ""
+
+    if TYPE_CHECKING:
+        # More may be given than is kept: a machine, commands and overrides in all their forms.
+        def __init__(self, **fields: Unpack[ScenarioFields]) -> None: ...
 
     def __post_init__(self) -> None:
         self._check_loop()
@@ -139,14 +146,14 @@ class Scenario:
         object.__setattr__(self, "machine", str(self.machine))
         object.__setattr__(self, "overrides", overrides)
         for phase in self.phases:
-            mass = phase.overrides.get("payload.mass")
-            if mass is not None and mass != overrides.get("payload.mass"):
+            load = phase.overrides.get("payload.mass")
+            if load is not None and load != overrides.get("payload.mass"):
                 raise InputError(
                     f"the phase from {phase.time:g} s on overrides `payload.mass`, but a load goes on through phases: "
                     f"give payload_changes={{{phase.time:g}: ...}} in kg"
                 )
 
-    def changed(self, **changes: Any) -> Scenario:
+    def changed(self, **fields: Unpack[Changes]) -> Scenario:
         """A copy with some fields, or fields of its solver, replaced; `overrides` are added to those it has.
 
         What is given here counts before what the scenario states: ``overrides={"payload.mass": 200}`` before its
@@ -154,6 +161,7 @@ class Scenario:
         """
         own = {f.name for f in dataclasses.fields(self)}
         inner = {f.name for f in dataclasses.fields(self.solver)}
+        changes: dict[str, Any] = dict(fields)
         for name in changes:
             if name not in own | inner:
                 raise InputError(f"a scenario has no `{name}`{nearest(name, sorted(own | inner))}")
@@ -163,12 +171,12 @@ class Scenario:
             inside.setdefault("step", None)
         if "overrides" in changes:
             changes["overrides"] = plain_overrides(changes["overrides"])
-        changes = later_counts(self, changes)
-        return dataclasses.replace(self, solver=dataclasses.replace(solver, **inside), **changes)
+        counting: dict[str, Any] = dict(later_counts(self, cast(ScenarioFields, changes)))
+        return dataclasses.replace(self, solver=dataclasses.replace(solver, **inside), **counting)
 
     def _check_loop(self) -> None:
         """What concerns the controller and its surroundings."""
-        checked_controller(self.controller)
+        check_controller(self.controller)
         if self.closed_loop and len(self.commands):
             raise InputError("a scenario has either commands or a controller with its joystick, not both")
         if self.sensors not in SENSORS:
@@ -207,7 +215,7 @@ class Scenario:
         return "lever" if isinstance(self.controller, str) and self.controller == "lever" else "tip"
 
     @property
-    def driver(self) -> Any:
+    def driver(self) -> AnyController | None:
         """The controller, or the one that the joystick calls for."""
         if self.controller is None and self.joystick is not None:
             return "lever" if self.joystick.mode == "lever" else "tip"
@@ -221,33 +229,34 @@ class Scenario:
         return bool(self.monitor)
 
     @property
-    def machine_overrides(self) -> dict[str, Any]:
+    def machine_overrides(self) -> dict[str, Override]:
         """The overrides, with those that a named controller's period and full speed make."""
         return {**self.overrides, **self._loop_overrides}
 
     @property
-    def _loop_overrides(self) -> dict[str, Any]:
+    def _loop_overrides(self) -> dict[str, Override]:
         return {key: value for key, (_, value, _) in stated_fields(self).items() if key != "payload.mass"}
 
-    def believed_machine(self, crane: Machine) -> Machine:
-        """What the controller takes `crane` for."""
+    def believed_machine(self, machine: Machine) -> Machine:
+        """What the controller takes `machine` for."""
         if self.believed is None:
-            return crane
-        source, overrides = crane.source, {**crane.overrides, **self._loop_overrides}
+            return machine
+        source, overrides = machine.source, {**machine.overrides, **self._loop_overrides}
         if isinstance(self.believed, Machine):
             source, overrides = self.believed.source, {**self.believed.overrides, **self._loop_overrides}
         else:
             overrides |= self.believed
-        machine = load_machine(source, overrides)
-        if machine.joint_units != crane.joint_units:
+        believed = load_machine(source, overrides)
+        if believed.joint_units != machine.joint_units:
             kinds = [", ".join(f"{j} ({unit})" for j, unit in zip(m.joint_names, m.joint_units, strict=True))
-                     for m in (crane, machine)]  # fmt: skip
+                     for m in (machine, believed)]  # fmt: skip
             raise InputError(
-                f"the believed machine must have the joints of {crane.name}, {kinds[0]}; {machine.name} has {kinds[1]}"
+                f"the believed machine must have the joints of {machine.name}, {kinds[0]}; "
+                f"{believed.name} has {kinds[1]}"
             )
-        return machine
+        return believed
 
-    def loop_plan(self, crane: Machine) -> dict[str, Any]:
+    def loop_plan(self, machine: Machine) -> LoopPlan:
         """What surrounds the controller, as the core takes it."""
         stick = self.joystick or Joystick([], mode=self.stick_mode)
         return {
@@ -258,7 +267,7 @@ class Scenario:
             "faults": [fault.entry for fault in self.sensor_faults],
             "mode": stick.mode,
             "stick_times": stick.time.tolist(),
-            "deflections": stick.table(crane.cylinder_names).tolist(),
+            "deflections": stick.table(machine.cylinder_names).tolist(),
             "linear": stick.interpolation == "linear",
             "dead_zone": float(stick.dead_zone),
             "ramp": float(stick.ramp),
@@ -270,47 +279,47 @@ class Scenario:
         stages = [(0.0, self.changed(phases=()) if self.phases else self)]
         for phase in self.phases:
             before = stages[-1][1]
-            stages.append((phase.time, before.changed(**phase.changes(before.driver, before.stick_mode))))
+            stages.append((phase.time, before.changed(**_changes(phase, before.driver, before.stick_mode))))
         return stages
 
     def load_machine(self) -> Machine:
         """The scenario's machine with its overrides."""
         return load_machine(self.machine, self.machine_overrides)
 
-    def initial_state(self, crane: Machine) -> Array:
+    def initial_state(self, machine: Machine) -> Array:
         """State (n_states,) at time zero."""
-        return self.start(crane)[0]
+        return self.start(machine)[0]
 
-    def start(self, crane: Machine) -> tuple[Array, tuple[ResultWarning, ...]]:
+    def start(self, machine: Machine) -> tuple[Array, tuple[ResultWarning, ...]]:
         """State (n_states,) at time zero, and what makes it doubtful."""
-        q = self._start_pose(crane)
+        q = self._start_pose(machine)
         if isinstance(self.pressures, str):
             if self.pressures != "equilibrium":
                 raise unknown("start of the pressures", self.pressures, ("equilibrium",))
-            return crane.rest(q, payload=self.payload)
-        _known_names("cylinder", self.pressures, crane.cylinder_names)
-        missing = [c for c in crane.cylinder_names if c not in self.pressures]
+            return machine.rest(q, payload=self.payload)
+        _known_names("cylinder", self.pressures, machine.cylinder_names)
+        missing = [c for c in machine.cylinder_names if c not in self.pressures]
         if missing:
             raise InputError(f"no start pressures for cylinder {', '.join(missing)}; give (p1, p2) of every cylinder")
-        return crane.pack_state(q, p=[self.pressures[c] for c in crane.cylinder_names]), ()
+        return machine.pack_state(q, p=[self.pressures[c] for c in machine.cylinder_names]), ()
 
-    def command_grid(self, crane: Machine) -> tuple[Array, Array, bool]:
+    def command_grid(self, machine: Machine) -> tuple[Array, Array, bool]:
         """Commands of all cylinders on common times: times (k,), spools (k, n_cyl), and whether to join linearly."""
         commands = self.commands
         if not isinstance(commands, Mapping):
-            commands = split_table(commands, crane.cylinder_names)
-        _known_names("cylinder", commands, crane.cylinder_names)
+            commands = split_table(commands, machine.cylinder_names)
+        _known_names("cylinder", commands, machine.cylinder_names)
         for cylinder, command in commands.items():
-            check_spool(cylinder, command, crane.spool_strokes[crane.cylinder_names.index(cylinder)])
+            check_spool(cylinder, command, machine.spool_strokes[machine.cylinder_names.index(cylinder)])
         # A constant reads the same either way, so it does not decide between holding and joining.
         kinds = {c.interpolation for c in commands.values() if np.ptp(c.spool) > 0}
         if len(kinds) > 1:
             raise InputError("the commands of one scenario must share one interpolation, `hold` or `linear`")
         times = np.unique(np.concatenate([[0.0], *(c.time for c in commands.values())]))
         times = times[times >= 0.0]
-        table = np.zeros((times.size, len(crane.cylinder_names)))
+        table = np.zeros((times.size, len(machine.cylinder_names)))
         for cylinder, command in commands.items():
-            table[:, crane.cylinder_names.index(cylinder)] = command.at(times)
+            table[:, machine.cylinder_names.index(cylinder)] = command.at(times)
         return times, table, kinds == {"linear"}
 
     def record_times(self) -> Array:
@@ -329,14 +338,14 @@ class Scenario:
         times[-1] = self.duration
         return times
 
-    def _start_pose(self, crane: Machine) -> Array:
-        _known_names("joint", self.joints, crane.joint_names)
-        missing = [j for j in crane.joint_names if j not in self.joints]
+    def _start_pose(self, machine: Machine) -> Array:
+        _known_names("joint", self.joints, machine.joint_names)
+        missing = [j for j in machine.joint_names if j not in self.joints]
         if missing:
-            raise InputError(f"no start value for joint {', '.join(missing)}; give every joint of {crane.name}")
-        q = real_array([self.joints[j] for j in crane.joint_names], "joints")
+            raise InputError(f"no start value for joint {', '.join(missing)}; give every joint of {machine.name}")
+        q = real_array([self.joints[j] for j in machine.joint_names], "joints")
         for name, unit, value, (low, high) in zip(
-            crane.joint_names, crane.joint_units, q, np.rad2deg(crane.joint_limits), strict=True
+            machine.joint_names, machine.joint_units, q, np.rad2deg(machine.joint_limits), strict=True
         ):
             if unit == "rad" and abs(value) > 2.0 * np.pi:
                 meant = f"; numbers are radians: write np.deg2rad({value:g})" if low <= value <= high else ""
@@ -347,7 +356,30 @@ class Scenario:
         return q
 
 
-def _known_names(what: str, given: Mapping[str, Any], known: tuple[str, ...]) -> None:
+def _changes(phase: Phase, driver: AnyController | None, mode: str) -> Changes:
+    """Fields of a scenario under `driver` with sticks of `mode` that a phase changes."""
+    changes: Changes = {"overrides": phase.overrides}
+    if phase.joystick is not None:
+        changes["joystick"] = phase.joystick
+        if isinstance(driver, str) and phase.joystick.mode != mode:
+            changes |= {"controller": None, "monitor": None}
+    if phase.controller is not None:
+        changes |= {
+            "controller": phase.controller,
+            "delay": phase.delay,
+            "sensors": phase.sensors,
+            "believed": phase.believed,
+            "monitor": phase.monitor,
+        }
+        if phase.period is not None:
+            changes["period"] = phase.period
+        named = isinstance(phase.controller, str)
+        if phase.joystick is None and named and (phase.controller == "lever") != (mode == "lever"):
+            changes["joystick"] = None
+    return changes
+
+
+def _known_names(what: str, given: Iterable[str], known: tuple[str, ...]) -> None:
     for name in given:
         if name not in known:
             raise unknown(what, name, known)

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TypedDict, cast
 
 from hydrocrane import _core
-from hydrocrane.control.joystick import TIP_AXES, Joystick
+from hydrocrane._core_types import ControllerTable, JoystickTable, Override, PhaseTable
+from hydrocrane.control.joystick import TIP_AXES, Joystick, StickFields
 from hydrocrane.errors import translated
-from hydrocrane.machine.overrides import plain_overrides
+from hydrocrane.machine.overrides import Overrides, plain_overrides
 from hydrocrane.machine.sensors import SensorFault
+from hydrocrane.scenario.changes import SolverFields
 from hydrocrane.scenario.command import Command
 from hydrocrane.scenario.phases import Phase
 from hydrocrane.scenario.scenario import Scenario
@@ -23,7 +24,7 @@ def bundled_scenarios() -> tuple[str, ...]:
     return tuple(_core.bundled_scenarios())
 
 
-def load_scenario(source: str | PathLike[str], overrides: Mapping[str, Any] | None = None) -> Scenario:
+def load_scenario(source: str | PathLike[str], overrides: Overrides | None = None) -> Scenario:
     """Load a scenario by bundled name or path; `overrides` set keys of the scenario file itself.
 
     A machine named by a path is looked for beside the scenario file.
@@ -33,7 +34,7 @@ def load_scenario(source: str | PathLike[str], overrides: Mapping[str, Any] | No
     beside = Path(source).resolve().parent / raw["machine"]
     is_bundled = str(source) in _core.bundled_scenarios()
     machine = str(beside) if not is_bundled and beside.is_file() else raw["machine"]
-    solver = {key: value for key, value in raw["solver"].items() if value is not None}
+    solver = cast(SolverFields, {key: value for key, value in raw["solver"].items() if value is not None})
     return Scenario(
         machine=machine,
         joints=dict(raw["joints"]),
@@ -56,23 +57,45 @@ def load_scenario(source: str | PathLike[str], overrides: Mapping[str, Any] | No
     )
 
 
-def _phase(raw: dict[str, Any], cylinders: list[str]) -> Phase:
+class LoopFields(TypedDict, total=False):
+    """Fields of a scenario or phase that come with a controller."""
+
+    controller: str
+    believed: dict[str, Override] | None
+    period: float | None
+    delay: float
+    sensors: str
+    monitor: bool | None
+
+
+def _phase(raw: PhaseTable, cylinders: list[str]) -> Phase:
     stick = _joystick(raw["joystick"], cylinders)
     return Phase(raw["time"], dict(raw["overrides"]), joystick=stick, **_loop(raw["controller"]))
 
 
-def _loop(raw: dict[str, Any] | None) -> dict[str, Any]:
+def _loop(raw: ControllerTable | None) -> LoopFields:
     if raw is None:
         return {}
-    known = {key: raw[key] for key in ("period", "delay", "sensors", "monitor")}
-    return {"controller": raw["name"], "believed": dict(raw["believed"]) or None, **known}
+    return {
+        "controller": raw["name"],
+        "believed": dict(raw["believed"]) or None,
+        "period": raw["period"],
+        "delay": raw["delay"],
+        "sensors": raw["sensors"],
+        "monitor": raw["monitor"],
+    }
 
 
-def _joystick(raw: dict[str, Any] | None, cylinders: list[str]) -> Joystick | None:
+def _joystick(raw: JoystickTable | None, cylinders: list[str]) -> Joystick | None:
     if raw is None:
         return None
-    about = {key: raw[key] for key in ("mode", "interpolation", "dead_zone", "full_speed", "ramp")}
+    about: StickFields = {
+        "interpolation": raw["interpolation"],
+        "dead_zone": raw["dead_zone"],
+        "full_speed": raw["full_speed"],
+        "ramp": raw["ramp"],
+    }
     if raw["log"] is not None:
-        return Joystick.from_log(raw["log"], **about)
+        return Joystick.from_log(raw["log"], mode=raw["mode"], **about)
     names = TIP_AXES if raw["mode"] == "tip" else cylinders
-    return Joystick(raw["time"], dict(zip(names, raw["axes"], strict=True)), **about)
+    return Joystick(raw["time"], dict(zip(names, raw["axes"], strict=True)), raw["mode"], **about)

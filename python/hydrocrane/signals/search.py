@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from hydrocrane.errors import InputError
+from hydrocrane.logs.columns import LogLike
 from hydrocrane.logs.log import Log
 from hydrocrane.logs.noise import noise_of
 from hydrocrane.machine.machine import Machine
@@ -38,7 +37,7 @@ STRAIGHTNESS = 0.002
 
 
 def steady_windows(
-    log: Any,
+    log: LogLike,
     rig: RigParameters | Machine | str,
     *,
     load_cell: bool = False,

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydrocrane import _core
+from hydrocrane._moved import renamed_keyword
 from hydrocrane.arrays import Array, real_array, vectors
 from hydrocrane.errors import InputError, SimulationError, translated
-from hydrocrane.machine.machine import MachineLike, as_machine
+from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.scenario.record_size import NUMBERS_PER_ROW, check_size
 
 # Of the errors of a step; see docs/theory/batch.md for what comes of it.
@@ -52,7 +53,7 @@ class BatchSimulator:
 
     Parameters
     ----------
-    crane : Machine, str or path
+    machine : Machine, str or path
     n : int
         Number of cranes.
     sample_time : float
@@ -71,9 +72,10 @@ class BatchSimulator:
         A narrower set of vector instructions than the processor's widest, for measurements.
     """
 
+    @renamed_keyword("crane", "machine")
     def __init__(
         self,
-        crane: MachineLike,
+        machine: MachineLike,
         n: int,
         sample_time: float = 0.01,
         *,
@@ -83,24 +85,29 @@ class BatchSimulator:
         threads: int | None = None,
         instruction_set: str | None = None,
     ) -> None:
-        crane = as_machine(crane)
-        self.crane = crane
+        machine = as_machine(machine)
+        self.machine = machine
         self.n = _count(n, "n, the number of cranes,")
         check_size("a batch of so many cranes", self.n, NUMBERS_PER_ROW, "fewer cranes, in several batches")
         self.sample_time = _seconds(sample_time, "sample_time")
         self.step_size = self.sample_time if step is None else _seconds(step, "step")
         self.tolerance = _positive(tolerance, "tolerance", "in units of the states' scales")
-        self._start_payload = self._masses(crane.payload() if payload is None else payload, "payload")
+        self._start_payload = self._masses(machine.payload() if payload is None else payload, "payload")
         workers = 0 if threads is None else _count(threads, "threads")
         self._started = np.zeros(self.n, dtype=bool)
         with translated():
             self._core = _core.BatchSimulator(
-                crane.core, self.n, self.sample_time, self.step_size, self.tolerance, workers, instruction_set
+                machine.core, self.n, self.sample_time, self.step_size, self.tolerance, workers, instruction_set
             )
 
     @property
+    def crane(self) -> Machine:
+        """The same as `machine`, under its name from before."""
+        return self.machine
+
+    @property
     def state(self) -> Array:
-        """(n, n_states) in the order of ``crane.state_names``."""
+        """(n, n_states) in the order of ``machine.state_names``."""
         return self._core.state
 
     @property
@@ -151,9 +158,9 @@ class BatchSimulator:
             raise InputError("reset takes either q, poses to rest in, or state, full states")
         chosen = self._chosen(cranes)
         if q is not None:
-            starts = self._at_rest(vectors(q, "q", self.crane.joint_names), chosen)
+            starts = self._at_rest(vectors(q, "q", self.machine.joint_names), chosen)
         else:
-            starts = vectors(cast(ArrayLike, state), "state", self.crane.state_names)
+            starts = vectors(cast(ArrayLike, state), "state", self.machine.state_names)
         with translated():
             self._core.reset(
                 chosen, _table(starts, len(chosen), "q" if state is None else "state"), self._start_payload[chosen]
@@ -174,7 +181,7 @@ class BatchSimulator:
             raise SimulationError(
                 f"call reset(q=...) or reset(state=...) before the first step; crane {missing} has no state"
             )
-        commands = vectors(spool_commands, "spool_commands", self.crane.cylinder_names)
+        commands = vectors(spool_commands, "spool_commands", self.machine.cylinder_names)
         with translated():
             self._core.step(_table(commands, self.n, "spool_commands"))
         return self.observe()
@@ -194,7 +201,7 @@ class BatchSimulator:
 
     def observe(self) -> BatchObservation:
         """What is seen of the cranes where they are."""
-        rows, joints = self._core.observe(), len(self.crane.joint_names)
+        rows, joints = self._core.observe(), len(self.machine.joint_names)
         pressures = rows[:, 2 * joints : 4 * joints].reshape(self.n, joints, 2)
         return BatchObservation(self.time, rows[:, :joints], rows[:, joints : 2 * joints], pressures, rows[:, -2:])
 
@@ -222,7 +229,7 @@ class BatchSimulator:
         payloads = self._start_payload[chosen]
         tasks = np.column_stack([_table(q, len(chosen), "q"), payloads])
         unique, where = np.unique(tasks, axis=0, return_inverse=True)
-        rests = [self.crane.equilibrium(task[:-1], payload=float(task[-1])) for task in unique]
+        rests = [self.machine.equilibrium(task[:-1], payload=float(task[-1])) for task in unique]
         return np.array(rests)[where.reshape(-1)]
 
 

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-import dataclasses
 import time
 from collections.abc import Callable
+from functools import partial
 from os import PathLike
-from typing import Any
+from typing import Unpack
 
 from hydrocrane import _core
+from hydrocrane._core_types import PhasePlan, Settings
 from hydrocrane.arrays import Array
 from hydrocrane.control.controllers import ON_ERROR, SampledController
 from hydrocrane.errors import translated, unknown
 from hydrocrane.machine.machine import Machine, load_machine
-from hydrocrane.result_warning import ResultWarning
 from hydrocrane.results.dataset import run_dataset, stage_machine
+from hydrocrane.results.recording import Recording
 from hydrocrane.results.run import Run
 from hydrocrane.results.verification import compared, tightened
+from hydrocrane.scenario.changes import RunChanges
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.scenario_file import load_scenario
 from hydrocrane.simulation.interruption import interruptible
@@ -29,7 +31,7 @@ def simulate(
     ledger: bool = True,
     verify: bool = False,
     on_error: str = "raise",
-    **changes: Any,
+    **changes: Unpack[RunChanges],
 ) -> Run:
     """Simulate a scenario and return what happened, also where it ends early.
 
@@ -63,20 +65,20 @@ def simulate(
         raise unknown("choice of on_error", on_error, ON_ERROR)
     plan = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     plan = plan.changed(**changes)
-    crane = _machine_for(plan, machine)
-    payload = crane.payload(plan.payload)
+    machine = _machine_for(plan, machine)
+    payload = machine.payload(plan.payload)
     began = time.perf_counter()
     with interruptible() as should_stop:
-        about = {"record": plan.record_times(), "should_stop": should_stop, "on_error": on_error}
-        raw = integrate(crane, plan, payload, ledger=ledger, **about)
+        go = partial(integrate, machine, payload=payload, record=plan.record_times(), should_stop=should_stop)
+        recorded = go(plan, ledger=ledger, on_error=on_error)
         wall = time.perf_counter() - began
-        error = raw.pop("exception", None)
+        error = recorded.error
         if verify and error is None:
             solver, _ = tightened(plan.solver)
-            repeat = integrate(crane, plan.changed(solver=solver), payload, ledger=False, **about)
-            raw["verification"], doubts = compared(crane, plan, raw, repeat)
-            raw["warnings"] += doubts
-    run = Run(run_dataset(crane, plan, raw, payload=payload, wall=wall), crane)
+            repeat = go(plan.changed(solver=solver), ledger=False, on_error=on_error)
+            recorded.verification, doubts = compared(machine, plan, recorded, repeat)
+            recorded.warnings += doubts
+    run = Run(run_dataset(machine, plan, recorded, payload=payload, wall=wall), machine)
     if error is not None and (on_error == "raise" or not isinstance(error, Exception)):
         raise _with_run(error, run)
     return run
@@ -93,7 +95,7 @@ def _with_run(error: BaseException, run: Run) -> BaseException:
 
 
 def integrate(
-    crane: Machine,
+    machine: Machine,
     plan: Scenario,
     payload: float,
     *,
@@ -101,7 +103,7 @@ def integrate(
     record: Array,
     should_stop: Callable[[], bool] | None = None,
     on_error: str = "stop",
-) -> dict[str, Any]:
+) -> Recording:
     """Hand the plan to the core, which records states, commands and ledger until the end or a reason to stop.
 
     Parameters
@@ -111,43 +113,57 @@ def integrate(
     should_stop : callable, optional
         Asked now and then; True ends the run with outcome ``interrupted``.
     on_error : {"raise", "stop", "neutral"}
-        As of :func:`simulate`, but nothing is raised: what ended the run is the entry ``exception``.
+        As of :func:`simulate`, but nothing is raised: what ended the run is the recording's `error`.
     """
-    start, doubts = plan.start(crane)
-    doubts = (*crane.warnings, *doubts)
-    settings = {**dataclasses.asdict(plan.solver), "payload": payload, "ledger": ledger}
-    settings["payload_changes"] = list(plan.payload_changes.items())
+    start, doubts = plan.start(machine)
+    doubts = (*machine.warnings, *doubts)
+    settings = core_settings(plan, payload, ledger=ledger)
     if plan.closed_loop:
         due = [(begin, stage) for begin, stage in plan.stages() if begin < plan.duration]
-        stages = [_stage(begin, stage, crane, on_error) for begin, stage in due]
+        stages = [_stage(begin, stage, machine, on_error) for begin, stage in due]
         with translated():
             raw = _core.simulate_controlled(start, float(plan.duration), stages, record, settings, should_stop)
-        if raw["outcome"][0] == "controller-failed":
+        recorded = Recording.of(raw, doubts)
+        if recorded.outcome.kind == "controller-failed":
             raised = [getattr(stage["controller"], "error", None) for stage in stages]
-            raw["exception"] = next((error for error in reversed(raised) if error is not None), None)
-        return _with_doubts(raw, doubts)
-    times, spools, linear = plan.command_grid(crane)
-    head = (crane.core, start, float(plan.duration))
+            recorded.error = next((error for error in reversed(raised) if error is not None), None)
+        return recorded
+    times, spools, linear = plan.command_grid(machine)
+    head = (machine.core, start, float(plan.duration))
     with translated():
         raw = _core.simulate(*head, times, spools, linear, record, settings, should_stop)
-    return _with_doubts(raw, doubts)
+    return Recording.of(raw, doubts)
 
 
-def _with_doubts(raw: dict[str, Any], doubts: tuple[ResultWarning, ...]) -> dict[str, Any]:
-    """What the core recorded, with its warnings behind those of the machine and of the start."""
-    return raw | {"warnings": (*doubts, *(ResultWarning(*entry) for entry in raw["warnings"]))}
+def core_settings(plan: Scenario, payload: float, *, ledger: bool) -> Settings:
+    """Solver and loads as the core takes them."""
+    solver = plan.solver
+    return {
+        "method": solver.method,
+        "rtol": solver.rtol,
+        "atol": solver.atol,
+        "max_step": solver.max_step,
+        "step": solver.step,
+        "payload": payload,
+        "ledger": ledger,
+        "payload_changes": list(plan.payload_changes.items()),
+    }
 
 
-def _stage(begin: float, stage: Scenario, crane: Machine, on_error: str) -> dict[str, Any]:
-    """What holds from `begin` (s) on, as the core takes it; `crane` is the machine at the start."""
-    here = stage_machine(crane, stage)
+def _stage(begin: float, stage: Scenario, machine: Machine, on_error: str) -> PhasePlan:
+    """What holds from `begin` (s) on, as the core takes it; `machine` is the machine at the start."""
+    here = stage_machine(machine, stage)
     driver, believed = stage.driver, stage.believed_machine(here)
-    if not isinstance(driver, str):
+    assert driver is not None, "only closed loops have phases"
+    controller: str | SampledController
+    if isinstance(driver, str):
+        controller = driver
+    else:
         full_speed = stage.joystick.full_speed if stage.joystick else None
-        driver = SampledController(driver, believed, stage.stick_mode, full_speed, on_error=on_error)
+        controller = SampledController(driver, believed, stage.stick_mode, full_speed, on_error=on_error)
     with translated():
         plan = stage.loop_plan(here)
-    return {"from": begin, "machine": here.core, "controller": driver, "believed": believed.core, "plan": plan}
+    return {"from": begin, "machine": here.core, "controller": controller, "believed": believed.core, "plan": plan}
 
 
 def _machine_for(plan: Scenario, machine: Machine | str | PathLike[str] | None) -> Machine:

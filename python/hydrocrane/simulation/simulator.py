@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrocrane import _core
+from hydrocrane._moved import renamed_keyword
 from hydrocrane.arrays import Array, real_array, seed_number, vectors
 from hydrocrane.control.controllers import Observation
 from hydrocrane.errors import InputError, SimulationError, translated, unknown
-from hydrocrane.machine.machine import MachineLike, as_machine
+from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.machine.sensors import SENSORS, SensorFault
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario.payload import PayloadChange
@@ -25,7 +26,7 @@ class Simulator:
 
     Parameters
     ----------
-    crane : Machine, str or path
+    machine : Machine, str or path
     sample_time : float
         s.
     payload : float, optional
@@ -39,9 +40,10 @@ class Simulator:
     sensor_faults : sequence of SensorFault
     """
 
+    @renamed_keyword("crane", "machine")
     def __init__(
         self,
-        crane: MachineLike,
+        machine: MachineLike,
         sample_time: float = 0.01,
         *,
         payload: float | None = None,
@@ -52,13 +54,13 @@ class Simulator:
         seed: int = 0,
         sensor_faults: Sequence[SensorFault] = (),
     ) -> None:
-        crane = as_machine(crane)
+        machine = as_machine(machine)
         period = real_array(sample_time, "sample_time")
         if period.ndim or period <= 0:
             raise InputError(f"sample_time must be one number greater than zero, in seconds; got {sample_time!r}")
         solver = Solver(method=method, rtol=rtol, step=step)
-        self.crane = crane
-        self._start_payload = crane.payload(payload)
+        self.machine = machine
+        self._start_payload = machine.payload(payload)
         self.sample_time = float(period)
         self.outcome: str | None = None
         self._warnings: tuple[ResultWarning, ...] = ()
@@ -68,7 +70,7 @@ class Simulator:
         seed = seed_number(seed)
         with translated():
             self._core = _core.Simulator(
-                crane.core,
+                machine.core,
                 self.sample_time,
                 self._start_payload,
                 solver.method,
@@ -79,12 +81,17 @@ class Simulator:
                 faults,
             )
         # Where q, qd, p and the tip end in what the core tells of a sample, behind the time.
-        self._ends = (1 + np.cumsum([len(crane.joint_names)] * 2 + [2 * len(crane.cylinder_names), 2])).tolist()
+        self._ends = (1 + np.cumsum([len(machine.joint_names)] * 2 + [2 * len(machine.cylinder_names), 2])).tolist()
         self._signals = self._core.signals
 
     @property
+    def crane(self) -> Machine:
+        """The same as `machine`, under its name from before."""
+        return self.machine
+
+    @property
     def state(self) -> Array:
-        """(n_states,) in the order of ``crane.state_names``."""
+        """(n_states,) in the order of ``machine.state_names``."""
         return np.array(self._core.state, dtype=np.float64)
 
     @property
@@ -115,16 +122,16 @@ class Simulator:
             Before the first reset, and after a step that did not end well.
         """
         self._require_running()
-        return PayloadChange.of(self._core.set_payload(self.crane.payload(mass)))
+        return PayloadChange.of(self._core.set_payload(self.machine.payload(mass)))
 
     def reset(self, q: ArrayLike | None = None, state: ArrayLike | None = None) -> Observation:
         """Go back to time zero, at rest in pose q (n,) with holding pressures, or at a full state (n_states,)."""
         if (q is None) == (state is None):
             raise InputError("reset takes either q, a pose to rest in, or state, a full state")
         if q is not None:
-            start, doubts = self.crane.rest(q, payload=self._start_payload)
+            start, doubts = self.machine.rest(q, payload=self._start_payload)
         else:
-            start, doubts = vectors(cast(ArrayLike, state), "state", self.crane.state_names), ()
+            start, doubts = vectors(cast(ArrayLike, state), "state", self.machine.state_names), ()
         if start.ndim != 1:
             raise InputError(f"reset takes one pose or one state, got a batch of shape {start.shape[:-1]}")
         with translated():
@@ -154,9 +161,9 @@ class Simulator:
 
     def _checked(self, spool_command: ArrayLike) -> Array:
         """One finite command per cylinder, as the core takes it."""
-        command = vectors(spool_command, "spool_command", self.crane.cylinder_names)
+        command = vectors(spool_command, "spool_command", self.machine.cylinder_names)
         if command.ndim != 1:
-            raise InputError(f"step takes one command of shape ({len(self.crane.cylinder_names)},)")
+            raise InputError(f"step takes one command of shape ({len(self.machine.cylinder_names)},)")
         return np.ascontiguousarray(command)
 
     def _require_running(self) -> None:
