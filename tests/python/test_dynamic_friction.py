@@ -10,13 +10,11 @@ import hydrocrane as hc
 from hydrocrane import rig
 from hydrocrane.errors import InputError
 from hydrocrane.identification import Report, bristle, expected, first_readings, fit_dynamic, output_error
-from hydrocrane.identification.block_means import Blocks
-from hydrocrane.identification.motions import Motion
+from hydrocrane.identification.bristle import Motion
 from hydrocrane.identification.output_error import Unknown
-from hydrocrane.identification.rig_misfit import RigMisfit
-from hydrocrane.identification.rig_model import LogModel, corners, lagged
-from hydrocrane.identification.rig_sensors import RigSensors
+from hydrocrane.identification.rig_model import Blocks, LogModel, RigMisfit, corners, lagged
 from hydrocrane.identification.rig_unknowns import DYNAMIC, most_damping, rig_map, unknowns_of
+from hydrocrane.identification.sensors import RigSensors
 from hydrocrane.logs import Log
 from hydrocrane.signals import zero_calibrated
 

@@ -13,12 +13,11 @@ import numpy as np
 
 from hydrocrane.errors import InputError, ResultFileError
 from hydrocrane.files.whole_file import write_text
-from hydrocrane.identification.block import head, interval, signature
 from hydrocrane.identification.comparison import FrictionComparison
 from hydrocrane.identification.dynamic_result import UNITS, DynamicFit
 from hydrocrane.identification.records import STEADY, Record, name_of
 from hydrocrane.identification.report import Report, Section, Table
-from hydrocrane.identification.result import of_sensors, shown
+from hydrocrane.identification.result import head, interval, of_sensors, shown, signature
 from hydrocrane.identification.rig_unknowns import DYNAMIC
 from hydrocrane.identification.sensors import PRESSURES
 from hydrocrane.identification.static_stage import StaticIdentification

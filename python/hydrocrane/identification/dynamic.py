@@ -14,13 +14,11 @@ import numpy as np
 
 from hydrocrane.errors import HydrocraneError, InputError
 from hydrocrane.identification import output_error
+from hydrocrane.identification.bristle import first_readings
 from hydrocrane.identification.dynamic_result import DynamicFit
-from hydrocrane.identification.first_readings import first_readings
 from hydrocrane.identification.output_error import Estimate, Unknown
 from hydrocrane.identification.result import StaticFit
-from hydrocrane.identification.rig_misfit import Progress, RigMisfit
-from hydrocrane.identification.rig_model import OTHER_PLACE, OTHER_PRESSURE, LogModel
-from hydrocrane.identification.rig_sensors import Calibrated, RigSensors
+from hydrocrane.identification.rig_model import OTHER_PLACE, OTHER_PRESSURE, LogModel, Progress, RigMisfit
 from hydrocrane.identification.rig_unknowns import (
     DYNAMIC,
     check_bristles,
@@ -30,6 +28,7 @@ from hydrocrane.identification.rig_unknowns import (
     with_map,
     with_values,
 )
+from hydrocrane.identification.sensors import Calibrated, RigSensors
 from hydrocrane.logs import Log
 from hydrocrane.machine.machine import Machine
 

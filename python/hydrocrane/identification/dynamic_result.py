@@ -12,12 +12,11 @@ from scipy import stats
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
-from hydrocrane.identification.block import interval, signature
 from hydrocrane.identification.bristle import Reading
 from hydrocrane.identification.output_error import Estimate
 from hydrocrane.identification.report import Section, Stage, Table
-from hydrocrane.identification.result import StaticFit
-from hydrocrane.identification.rig_misfit import RigMisfit
+from hydrocrane.identification.result import StaticFit, interval, signature
+from hydrocrane.identification.rig_model import RigMisfit
 from hydrocrane.identification.rig_unknowns import DYNAMIC
 from hydrocrane.machine.machine import Machine
 

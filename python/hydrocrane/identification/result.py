@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import datetime
+import json
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -12,7 +15,6 @@ from numpy.typing import NDArray
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
-from hydrocrane.identification.block import head, interval, signature
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.reach import BOUND, reach
 from hydrocrane.identification.static_map import BREAKAWAY_SPEED, LABELS, LOGARITHMIC, PARAMETERS, StaticMap, unit_of
@@ -20,6 +22,41 @@ from hydrocrane.identification.static_map import BREAKAWAY_SPEED, LABELS, LOGARI
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
+
+
+def checked_name(name: str) -> str:
+    """A name that can head a table of a machine file."""
+    if not re.fullmatch(r"[A-Za-z0-9_-]+", name):
+        nearest = re.sub(r"[^A-Za-z0-9_-]+", "-", name).strip("-")
+        raise InputError(
+            f"`{name}` cannot be the name of a table [friction.<name>]: letters, digits, - and _ can"
+            + (f"; take `{nearest}`" if nearest else "")
+        )
+    return name
+
+
+def head(name: str, cylinder: str, source: str, model: str) -> list[str]:
+    """The first lines of the block of a fit."""
+    return [
+        f"[friction.{checked_name(name)}]",
+        'class = "fitted"',
+        f"source = {json.dumps(source, ensure_ascii=False)}",
+        f"cylinder = {json.dumps(cylinder)}",
+        f"model = {json.dumps(model)}",
+    ]
+
+
+def signature(date: str = "") -> str:
+    """Who fitted, and on which day; today by default."""
+    from hydrocrane import __version__
+
+    return f"hydrocrane {__version__}, {date or datetime.date.today().isoformat()}"
+
+
+def interval(low: float, high: float) -> str:
+    """An interval as a block's comments show it."""
+    return f"{low:.4g} .. {high:.4g}" if np.isfinite(low) else "not told by the data"
+
 
 OFFSET, SPANS, BOW = "offset", ("span.p1", "span.p2"), "bow"
 # Errors of the sensors that a fit may carry along; with one offset for each log these are offset.1, offset.2 ...

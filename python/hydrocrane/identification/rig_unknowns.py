@@ -12,7 +12,7 @@ from hydrocrane.errors import InputError
 from hydrocrane.identification.output_error import Unknown
 from hydrocrane.identification.points import DIRECTIONS
 from hydrocrane.identification.result import StaticFit
-from hydrocrane.identification.rig_sensors import NUISANCES, OF_A_LOG, RigSensors
+from hydrocrane.identification.sensors import NUISANCES, OF_A_LOG, RigSensors
 from hydrocrane.identification.static_map import PARAMETERS, StaticMap
 from hydrocrane.logs import Log
 from hydrocrane.machine.machine import Machine
