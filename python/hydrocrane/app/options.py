@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import re
 import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from hydrocrane.errors import InputError, unknown
+from hydrocrane.units import converted
 
 if TYPE_CHECKING:
     from hydrocrane.analysis.capacity import Height
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from hydrocrane.machine.machine import Machine
     from hydrocrane.machine.overrides import Override
 
-_UNITS = {"rad": {"rad": 1.0, "deg": math.pi / 180}, "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3}}
-_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-z]*)\s*")
+# Units that people are reminded of, by the SI unit; any other of the same kind will do.
+_USUAL = {"rad": "rad, deg", "m": "m, cm, mm"}
 
 
 def overrides(settings: list[str]) -> dict[str, Override]:
@@ -59,11 +59,14 @@ def pose(machine: Machine, settings: list[str]) -> Array:
         if name not in machine.joint_names:
             raise unknown("joint", name, machine.joint_names)
         index = machine.joint_names.index(name)
-        units = _UNITS[machine.joint_units[index]]
-        match = _NUMBER.fullmatch(text)
-        if not sign or match is None or (match[2] and match[2] not in units):
-            raise InputError(f"--at takes JOINT=VALUE with a unit of {', '.join(units)} or none (SI); got `{setting}`")
-        q[index] = float(match[1]) * units.get(match[2], 1.0)
+        unit = machine.joint_units[index]
+        try:
+            q[index] = _length_or_angle(text, unit)
+        except ValueError:
+            usual = _USUAL[unit]
+            raise InputError(
+                f"--at takes JOINT=VALUE with a unit such as {usual}, or none (SI); got `{setting}`"
+            ) from None
     return q
 
 
@@ -73,10 +76,22 @@ def tip_height(text: str | None) -> Height | None:
         return None
     if text in ("best", "worst"):
         return cast("Height", text)
-    match = _NUMBER.fullmatch(text)
-    if match is None or match[2] not in _UNITS["m"]:
-        raise InputError(f"--height takes best, worst, or a length with its unit, such as '1.5 m'; got `{text}`")
-    return float(match[1]) * _UNITS["m"][match[2]]
+    try:
+        return converted("--height", text, "m")
+    except InputError:
+        message = f"--height takes best, worst, or a length with its unit, such as '1.5 m'; got `{text}`"
+        raise InputError(message) from None
+
+
+def _length_or_angle(text: str, unit: str) -> float:
+    """A number, which is SI, or a quantity; a ``ValueError`` where it is neither, or not finite."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = converted("--at", text.strip(), unit)
+    if not math.isfinite(value):
+        raise ValueError(text)
+    return value
 
 
 def checked_machine(source: str) -> str:

@@ -16,7 +16,7 @@ from hydrocrane.identification.dynamic import fit_dynamic
 from hydrocrane.identification.dynamic_result import DynamicFit
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.records import RAMP, STEADY, STEP, Reading, Record
-from hydrocrane.identification.sensors import PRESSURES, bias_without_zero, bow, largest_error, span_error
+from hydrocrane.identification.sensors import PRESSURES, bias_without_zero, largest_error, linearity_error, span_error
 from hydrocrane.identification.setup import Exponents
 from hydrocrane.identification.static_stage import StaticIdentification, identify_static
 from hydrocrane.logs.columns import LogLike
@@ -239,7 +239,7 @@ class _Campaign:
             exponents=self.exponents,
             bias=self._biases(),
             span=span_error(self.found.rig),
-            bow=bow(self.found.rig),
+            linearity_error=linearity_error(self.found.rig),
             velocity_share=span_error(self.found.rig, ("x",)),
         )
 
@@ -260,7 +260,7 @@ class _Campaign:
         # The same sensors read all logs, so that their constant error does not differ between groups.
         groups = {name: self._points(numbers) for name, numbers in self._groups().items()}
         found = compare_friction(groups, margin=MARGIN)
-        if found.verdict.startswith("different"):
+        if found.conclusion.startswith("different"):
             self.found.warnings.append(f"one map was fitted to all logs, but: {found.sentence}")
         return found
 
@@ -293,8 +293,8 @@ class _Campaign:
         fit = self.found.static.fit if self.found.static is not None else None
         return fit if fit is not None and np.isfinite(fit.law.values).all() else None
 
-    def _evaluation(self, count: int, misfit: float) -> None:
-        self.tell(f"fitting the bristles: evaluation {count}, misfit {misfit:.3g} of the sensors' noise")
+    def _evaluation(self, count: int, residuals: float) -> None:
+        self.tell(f"fitting the bristles: evaluation {count}, residuals {residuals:.3g} of the sensors' noise")
 
 
 def _left_of_zeros(records: list[Record]) -> bool | tuple[float, float]:

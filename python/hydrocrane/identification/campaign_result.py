@@ -1,4 +1,4 @@
-"""What a campaign of measurement told about friction, and how each stage of the identification went."""
+"""What a campaign of measurement says about friction, and how each stage of the identification went."""
 
 from __future__ import annotations
 
@@ -9,15 +9,13 @@ from functools import partial
 from os import PathLike
 from pathlib import Path
 
-import numpy as np
-
 from hydrocrane.errors import InputError, ResultFileError
 from hydrocrane.files.whole_file import write_text
 from hydrocrane.identification.comparison import FrictionComparison
 from hydrocrane.identification.dynamic_result import UNITS, DynamicFit
 from hydrocrane.identification.records import STEADY, Record, name_of
 from hydrocrane.identification.report import Report, Section, Table
-from hydrocrane.identification.result import head, interval, of_sensors, shown, signature
+from hydrocrane.identification.result import head, interval, of_sensors, parameter_row, signature
 from hydrocrane.identification.rig_unknowns import DYNAMIC
 from hydrocrane.identification.sensors import PRESSURES
 from hydrocrane.identification.static_stage import StaticIdentification
@@ -159,7 +157,7 @@ def _result(found: Identification) -> Section:
     return Section("Result", text, table, warnings=_once(found.warnings))
 
 
-def _parameters(found: Identification) -> list[tuple[str, ...]]:
+def _parameters(found: Identification) -> list[tuple[str, str, str, str, str]]:
     """(label, unit, value, low, high) of everything that was fitted."""
     rows = []
     if found.static is not None:
@@ -167,17 +165,11 @@ def _parameters(found: Identification) -> list[tuple[str, ...]]:
         for label, (low, high) in fit.intervals(0.95).items():
             if of_sensors(label):
                 continue
-            rows.append(_row(label, fit.unit(label), fit.value(label), low, high))
+            rows.append(parameter_row(label, fit.unit(label), fit.value(label), low, high))
     if found.dynamic is not None and found.dynamic.estimate is not None:
         ends = found.dynamic.intervals(0.95)
-        rows += [_row(name, UNITS[name], found.dynamic.params[name], *ends[name]) for name in DYNAMIC]
+        rows += [parameter_row(name, UNITS[name], found.dynamic.params[name], *ends[name]) for name in DYNAMIC]
     return rows
-
-
-def _row(label: str, unit: str, value: float, low: float, high: float) -> tuple[str, ...]:
-    if not (np.isfinite(low) and np.isfinite(high)):
-        return (label, unit, "-", "not told by the data", "")
-    return (label, unit, shown(value, low, high), f"{low:.4g}", f"{high:.4g}")
 
 
 def _once(texts: list[str]) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 import json
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
@@ -55,12 +55,12 @@ def signature(date: str = "") -> str:
 
 def interval(low: float, high: float) -> str:
     """An interval as a block's comments show it."""
-    return f"{low:.4g} .. {high:.4g}" if np.isfinite(low) else "not told by the data"
+    return f"{low:.4g} .. {high:.4g}" if np.isfinite(low) else "not identifiable"
 
 
-OFFSET, SPANS, BOW = "offset", ("span.p1", "span.p2"), "bow"
+OFFSET, SPANS, LINEARITY = "offset", ("span.p1", "span.p2"), "linearity"
 # Errors of the sensors that a fit may carry along; with one offset for each log these are offset.1, offset.2 ...
-OF_SENSORS = (OFFSET, *SPANS, BOW)
+OF_SENSORS = (OFFSET, *SPANS, LINEARITY)
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class Spread:
     ----------
     labels : tuple of str
         Free parameters as ``coulomb.extending``, then errors of the sensors that have a prior: ``offset``,
-        ``span.p1``, ``span.p2``, ``bow``.
+        ``span.p1``, ``span.p2``, ``linearity_error``.
     from_data, from_prior : ndarray, shape (m, m)
         Covariance that stems from the scatter of the points and from the priors of the sensors' errors; infinite on
         the diagonal of a parameter that the data say nothing about.
@@ -85,7 +85,7 @@ class Spread:
     scale : float
         Factor on the errors handed in; 1 where a floor explains the scatter.
     condition : float
-        Condition number of the fit, columns scaled; large: parameters cannot be told apart.
+        Condition number of the fit, columns scaled; large: parameters cannot be distinguished.
     floor : float
         Standard deviation of a whole level about the map beyond the errors handed in, N, as found or as given.
     """
@@ -133,14 +133,14 @@ class StaticFit:
         prior was given).
     spans : (float, float)
         Relative errors of the spans of p1 and p2, as found   (zero unless a prior was given).
-    bow : float
+    linearity_error : float
         Relative error of the velocity per metre of position, 1/m, as found   (zero unless a prior was given).
     rejected : tuple of Rejected
         Points left out.
     at_bounds : tuple of str
         Parameters that ended at the edge of what is physical.
     warnings : tuple of str
-        What cannot be told from these data.
+        What is not identifiable from these data.
     """
 
     points: FrictionPoints
@@ -148,7 +148,7 @@ class StaticFit:
     method: str = "least-squares"
     offsets: tuple[float, ...] = ()
     spans: tuple[float, float] = (0.0, 0.0)
-    bow: float = 0.0
+    linearity_error: float = 0.0
     spread: Spread | None = None
     rejected: tuple[Rejected, ...] = ()
     at_bounds: tuple[str, ...] = ()
@@ -172,7 +172,7 @@ class StaticFit:
     def force_error(self, v: Array) -> Array:
         """Standard error of the map's force, N, at velocities v (n,), m/s, from the scatter of the points.
 
-        Infinite where a parameter that counts there cannot be told from the data. Errors of the sensors are not in it.
+        Infinite where a parameter that counts there is not identifiable. Errors of the sensors are not in it.
         """
         spread = self._known_spread()
         at = [i for i, label in enumerate(spread.labels) if not of_sensors(label)]
@@ -193,14 +193,14 @@ class StaticFit:
     def unit(self, label: str) -> str:
         """SI unit of a parameter by its label; that of the viscous coefficient follows its exponent as written."""
         if of_sensors(label):
-            return {OFFSET: "N", BOW: "1/m"}.get(label.partition(".")[0], "1")
+            return {OFFSET: "N", LINEARITY: "1/m"}.get(label.partition(".")[0], "1")
         if not label.startswith("viscous."):
             return unit_of(label)
         return unit_of(label, float(f"{self.value(label.replace('viscous', 'viscous-exponent')):.4g}"))
 
     @property
     def _of_sensors(self) -> dict[str, float]:
-        return dict(zip(OF_SENSORS, (self.offset, *self.spans, self.bow), strict=True))
+        return dict(zip(OF_SENSORS, (self.offset, *self.spans, self.linearity_error), strict=True))
 
     @cached_property
     def of_sensors(self) -> Array:
@@ -217,7 +217,7 @@ class StaticFit:
     @cached_property
     def residuals(self) -> Array:
         """Measured less fitted force, N, (n,), of all points, rejected ones too; errors of sensors count to the fit."""
-        return self.points.force - self.law.force(fitted_velocity(self.points, self.bow)) - self.of_sensors
+        return self.points.force - self.law.force(fitted_velocity(self.points, self.linearity_error)) - self.of_sensors
 
     @cached_property
     def accepted(self) -> NDArray[np.bool_]:
@@ -230,18 +230,18 @@ class StaticFit:
     def covariance(self) -> xr.DataArray:
         """Covariance of the free parameters, in products of their SI units."""
         spread = self._known_spread()
-        return _labelled(spread.labels, spread.from_data + spread.from_prior)
+        return labelled(spread.labels, spread.from_data + spread.from_prior)
 
     @property
     def correlation(self) -> xr.DataArray:
-        """Correlation of the free parameters; NaN where one cannot be told from the data."""
+        """Correlation of the free parameters; NaN where one is not identifiable."""
         spread = self._known_spread()
         total = spread.from_data + spread.from_prior
         sigma = np.sqrt(np.diag(total))
         known = np.isfinite(sigma) & (sigma > 0.0)
         out = np.full(total.shape, np.nan)
         out[np.ix_(known, known)] = total[np.ix_(known, known)] / np.outer(sigma[known], sigma[known])
-        return _labelled(spread.labels, out)
+        return labelled(spread.labels, out)
 
     def intervals(self, level: float = 0.95, *, method: str = "") -> dict[str, tuple[float, float]]:
         """Confidence intervals of the free parameters, SI, by label.
@@ -367,12 +367,15 @@ def of_sensors(label: str) -> bool:
     return label in OF_SENSORS or label.startswith(f"{OFFSET}.")
 
 
-def fitted_velocity(points: FrictionPoints, bow: float = 0.0) -> Array:
+def fitted_velocity(points: FrictionPoints, linearity_error: float = 0.0) -> Array:
     """Velocities at which a map is compared with points, (n,): break-away readings stand for v -> 0.
 
-    The slope of a position sensor that reads along a parabola is off by `bow` per metre from the middle of its range.
+    The slope of a position sensor that reads along a parabola is off by `linearity_error` per metre from the
+    middle of its range.
     """
-    straight = points.velocity if points.position is None else points.velocity * (1.0 - bow * points.position)
+    straight = (
+        points.velocity if points.position is None else points.velocity * (1.0 - linearity_error * points.position)
+    )
     return np.where(points.velocity == 0.0, points.sign * BREAKAWAY_SPEED, straight)
 
 
@@ -381,12 +384,20 @@ def shown(value: float, low: float, high: float) -> str:
     return "0" if abs(value) < 1e-6 * max(abs(low), abs(high)) else f"{value:.4g}"
 
 
+def parameter_row(label: str, unit: str, value: float, low: float, high: float) -> tuple[str, str, str, str, str]:
+    """A row of a table: parameter, unit, value, both ends of its interval."""
+    if not (np.isfinite(low) and np.isfinite(high)):
+        return (label, unit, "-", "not identifiable", "")
+    return (label, unit, shown(value, low, high), f"{low:.4g}", f"{high:.4g}")
+
+
 def missing_directions(fit: StaticFit) -> list[str]:
     """Directions without any point."""
     return [name for side, name in enumerate(DIRECTIONS) if not (fit.points.direction == side).any()]
 
 
-def _labelled(labels: tuple[str, ...], table: Array) -> xr.DataArray:
+def labelled(labels: Sequence[str], table: Array) -> xr.DataArray:
+    """A square table (m, m) with its rows and columns by name."""
     import xarray as xr
 
     return xr.DataArray(table, dims=("parameter", "with"), coords={"parameter": list(labels), "with": list(labels)})

@@ -36,7 +36,10 @@ LONGEST = 1.0 / 400.0
 
 @dataclass(frozen=True)
 class Blocks:
-    """Stretches of evenly spaced samples.
+    """A log in stretches: every sample where things happen, means of many where nothing does.
+
+    What a step of the spool sets in motion dies away, so that stretches may grow with the time since the last corner of
+    the command. A mean has the information of its samples as long as a parabola describes the signal within it.
 
     Attributes
     ----------
@@ -337,7 +340,7 @@ def _scenario(log: Log, rig: Machine, command: tuple[Array, Array], start: Array
 Progress = Callable[[int, float], None]
 
 
-class RigMisfit:
+class RigResiduals:
     """Residuals of all logs, in standard deviations, with their slopes by keys and nuisances.
 
     Parameters
@@ -367,10 +370,10 @@ class RigMisfit:
             self.progress(self.evaluations, float(np.sqrt(np.mean(found**2))))
         return found, np.concatenate(slopes)
 
-    def restarted(self, theta: Array) -> RigMisfit:
+    def restarted(self, theta: Array) -> RigResiduals:
         """The same logs, simulated from the starts that `theta` says."""
         models = [model.restarted(theta[self._own(k)][1:3], theta[: self.keys]) for k, model in enumerate(self.models)]
-        moved = RigMisfit(models, self.progress)
+        moved = RigResiduals(models, self.progress)
         moved.evaluations = self.evaluations
         return moved
 

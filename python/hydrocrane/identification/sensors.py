@@ -1,4 +1,9 @@
-"""How far off the sensors of a rig may be, by its file."""
+"""How far off the sensors of a rig may be, by its file, and what they do to its signals.
+                                                              theory: docs/theory/identification/dynamic.md
+
+Of each sensor: noise, a lag, and errors that stay the same throughout, which a fit finds along with everything else.
+Their standard deviations follow from the data sheet's bounds, taken as those of a uniform distribution.
+"""
 
 from __future__ import annotations
 
@@ -56,7 +61,7 @@ def span_error(rig: Machine, signals: Sequence[str] = PRESSURES) -> float:
     return max(stated(rig, name, "accuracy") or 0.0 for name in signals) * UNIFORM
 
 
-def bow(rig: Machine) -> float:
+def linearity_error(rig: Machine) -> float:
     """Standard deviation of the relative error of the velocity per metre of position, 1/m.
 
     The position sensor's deviation is a parabola about the middle of its range, whose height, twice the linearity at
@@ -100,7 +105,7 @@ class RigSensors:
         own because each was calibrated by itself, Pa.
     span : float
         That of a pressure's span, 1.
-    bow, width : float
+    linearity_error, width : float
         The position sensor's deviation from a line and the range of its parabola, m.
     hysteresis : float
         Of the position sensor, m: how far a place reads off by the way it was reached.
@@ -112,7 +117,7 @@ class RigSensors:
     zeros: tuple[float, float]
     left: tuple[float, float]
     span: float
-    bow: float
+    linearity_error: float
     width: float
     hysteresis: float
 
@@ -130,7 +135,7 @@ class RigSensors:
             zeros=zeros,
             left=left,
             span=max(span, 1e-6),
-            bow=max(UNIFORM * position.get("linearity", 0.0) * width, 1e-7),
+            linearity_error=max(UNIFORM * position.get("linearity", 0.0) * width, 1e-7),
             width=width,
             hysteresis=max(UNIFORM * position.get("repeatability", 0.0) * width, 1e-9),
         )
@@ -142,12 +147,12 @@ class RigSensors:
         """
         offset, pressure = START_READING * self.position_noise, START_READING * self.pressure_noise
         p1 = float(np.linalg.norm([pressure, self.zeros[0], self.left[0], self.span * supply]))
-        return (offset, p1, float(np.hypot(self.hysteresis, self.bow)), *self.left)
+        return (offset, p1, float(np.hypot(self.hysteresis, self.linearity_error)), *self.left)
 
     @property
     def deviations(self) -> tuple[float, ...]:
         """Standard deviations of the :data:`NUISANCES`."""
-        slope = PARABOLA * self.bow / self.width
+        slope = PARABOLA * self.linearity_error / self.width
         return (*self.zeros, self.span, self.span, slope, slope / self.width, self.hysteresis)
 
     def turned(self, x: Array) -> Array:

@@ -23,7 +23,7 @@ from hydrocrane.signals.steadiness import (
     oscillation,
     settled,
 )
-from hydrocrane.signals.verdict import verdict
+from hydrocrane.signals.window_checks import checked_windows
 from hydrocrane.signals.windows import Rejected, SteadyWindows, Window
 
 # A sensor's slow noise, which neighbouring samples do not show, may add so much to its fast one.
@@ -81,7 +81,7 @@ def steady_windows(
     found = _Reader(log, rig, load_cell, limits, _pieces(log, signals, straightness)).judged()
     windows = tuple(w for w in found if isinstance(w, Window))
     rejected = tuple(r for r in found if isinstance(r, Rejected))
-    return SteadyWindows(windows, rejected, (*log.flags, *verdict(log, rig, windows)), log, rig, load_cell)
+    return SteadyWindows(windows, rejected, (*log.flags, *checked_windows(log, rig, windows)), log, rig, load_cell)
 
 
 def _pieces(log: Log, signals: tuple[str, ...], straightness: float) -> list[tuple[int, int]]:

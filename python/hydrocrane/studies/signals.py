@@ -12,7 +12,7 @@ from hydrocrane.machine.machine import Machine
 from hydrocrane.scenario.record_size import NUMBERS_PER_ROW, check_size, row_count
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.studies.design import Cases
-from hydrocrane.studies.values import converted
+from hydrocrane.units import converted
 
 
 def known_signals(plan: Scenario, machine: Machine) -> dict[str, tuple[str, str]]:

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from functools import cache
 from typing import NoReturn
 
 import numpy as np
 
-from hydrocrane import _core
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
 from hydrocrane.machine.overrides import Override
 from hydrocrane.studies.key import Key
+from hydrocrane.units import converted
 
 
 def si_value(key: Key, value: object) -> Override:
@@ -37,22 +36,6 @@ def si_value(key: Key, value: object) -> Override:
 
 def _not_one_number(key: Key, value: object) -> NoReturn:
     raise InputError(f"a value of `{key.name}` must be one number (SI) or a text with its unit; got {value!r}")
-
-
-def converted(what: str, text: str, unit: str) -> float:
-    """A text with its unit in SI; `unit` is the SI unit that it must have the dimension of."""
-    try:
-        number, dimension = _core.quantity(text)
-    except ValueError as error:
-        raise InputError(f"`{what}`: {error}") from None
-    if dimension != _dimension(unit):
-        raise InputError(f"`{what}` is in {unit or 'plain numbers'}; `{text}` is another quantity")
-    return float(number)
-
-
-@cache
-def _dimension(unit: str) -> str:
-    return str(_core.quantity(f"1 {unit}".strip())[1])
 
 
 def si_numbers(value: Override, unit: str | None) -> Override:

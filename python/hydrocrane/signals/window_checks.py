@@ -1,4 +1,4 @@
-"""What the windows of a log, taken together, do not tell."""
+"""Checks of the windows of a log, taken together."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SETTLED_SLIPS = 5.0
 DIRECTIONS = ((1, "extending"), (-1, "retracting"))
 
 
-def verdict(log: Log, rig: RigParameters, windows: Sequence[Window]) -> list[Flag]:
+def checked_windows(log: Log, rig: RigParameters, windows: Sequence[Window]) -> list[Flag]:
     """Flags about the whole set of windows and its rig."""
     start, end = float(log.time[0]), float(log.time[-1])
     texts = _coverage(windows) + _beyond_stroke(log, rig) + _unsettled(rig, windows)
