@@ -28,7 +28,7 @@ def deviation(direction: str, sensors: str, seed: int = 0, factor: float = 1.0) 
     leg, speed = LINES[direction]
     task = straight(direction, [np.array(leg)], speed * factor)
     result = run_case(CRANE, "tip", Case(task, Condition(sensors=sensors)), seed=seed)
-    assert result.outcome == "completed" and result.metrics is not None
+    assert result.outcome.kind == "completed" and result.metrics is not None
     return result.metrics.path_max, result.metrics.path_rms
 
 

@@ -157,7 +157,8 @@ def _cell(value: float | None, factor: float) -> str:
 def _remarks(found: Benchmark) -> list[str]:
     """What the table cannot say: runs that did not come to their end, and why."""
     return [
-        f"{result.controller}, {result.case.task.name}, {result.case.condition}: {result.outcome}; {result.message}"
+        f"{result.controller}, {result.case.task.name}, {result.case.condition}: "
+        f"{result.outcome.kind}; {result.message}"
         for result in found.results
-        if result.outcome != "completed"
+        if not result.outcome.completed
     ]

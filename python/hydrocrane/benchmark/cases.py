@@ -27,6 +27,7 @@ from hydrocrane.errors import HydrocraneError, InputError
 from hydrocrane.files.whole_file import write_text
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.machine.overrides import Override
+from hydrocrane.results.outcome import Outcome
 from hydrocrane.results.run import Run
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.simulation.running import simulate
@@ -95,10 +96,8 @@ class Result:
     ----------
     controller : str
     case : Case
-    outcome : str
-        As of :class:`hydrocrane.Outcome`; ``refused`` where the controller cannot run under the condition.
-    message : str
-        Why it was refused or ended early.
+    outcome : Outcome
+        That of the run; of kind ``refused`` where the controller cannot run under the condition.
     metrics : Metrics or None
         ``None`` without a recorded motion.
     tip, asked : (m, 2) arrays
@@ -107,11 +106,15 @@ class Result:
 
     controller: str
     case: Case
-    outcome: str
-    message: str = ""
+    outcome: Outcome
     metrics: Metrics | None = None
     tip: Array = field(default_factory=lambda: np.empty((0, 2)))
     asked: Array = field(default_factory=lambda: np.empty((0, 2)))
+
+    @property
+    def message(self) -> str:
+        """Why it was refused or ended early; empty where it came to its end."""
+        return "" if self.outcome.completed else self.outcome.message
 
     @property
     def score(self) -> float:
@@ -138,7 +141,7 @@ class Result:
             "task": self.case.task.name,
             "speed": self.case.task.speed,
         }
-        end = {"remark": self.remark, "outcome": self.outcome, "message": self.message}
+        end = {"remark": self.remark, "outcome": self.outcome.kind, "message": self.message}
         return head | asdict(self.case.condition) | figures | end
 
 
@@ -254,12 +257,11 @@ def run_case(machine: Machine, controller: AnyController, case: Case, *, seed: i
     try:
         run = simulate(scenario_of(machine, controller, case, seed=seed), ledger=False, on_error="stop")
     except HydrocraneError as error:
-        return Result(name, case, "refused", str(error))
-    message = "" if run.outcome.completed else run.outcome.message
+        return Result(name, case, Outcome("refused", 0.0, str(error)))
     if run.data.sizes["time"] < 2:
-        return Result(name, case, run.outcome.kind, message)
+        return Result(name, case, run.outcome)
     motion = motion_of(run, case.task)
-    return Result(name, case, run.outcome.kind, message, metrics(motion), motion.tip, motion.asked)
+    return Result(name, case, run.outcome, metrics(motion), motion.tip, motion.asked)
 
 
 def scenario_of(machine: Machine, controller: AnyController, case: Case, *, seed: int = 0) -> Scenario:

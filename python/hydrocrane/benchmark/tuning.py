@@ -135,12 +135,12 @@ def _check_start(machine: Machine, results: Sequence[Result]) -> None:
         if _price(result) == math.inf:
             raise InputError(
                 f"the task {result.case.task.name} ({result.case.condition}) does not come to its end with the gains "
-                f"of {machine.name}, so that there is nothing to improve: {result.outcome}, {result.message}"
+                f"of {machine.name}, so that there is nothing to improve: {result.outcome.kind}, {result.message}"
             )
 
 
 def _price(result: Result) -> float:
     """Infinite for a run that does not finish, so that no such gains are ever kept."""
-    if result.outcome != "completed" or result.metrics is None:
+    if not result.outcome.completed or result.metrics is None:
         return math.inf
     return result.metrics.path_rms + EFFORT_PRICE * result.metrics.spool_travel

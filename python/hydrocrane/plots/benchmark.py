@@ -109,7 +109,7 @@ def _bars(axes: Axes, by_key: dict[tuple[str, str], Result], controllers: list[s
 
 def _note(result: Result, value: float) -> str:
     """What stands beside the bar of a deviation `value`, m."""
-    early = "ended early" if result.outcome != "completed" else ""
+    early = "ended early" if not result.outcome.completed else ""
     return ", ".join(part for part in (significant(value * 1e3), early, result.remark) if part)
 
 

@@ -17,6 +17,7 @@ from hydrocrane.errors import InputError, SimulationError, translated, unknown
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.machine.sensors import SENSORS, SensorFault
 from hydrocrane.result_warning import ResultWarning
+from hydrocrane.results.outcome import Outcome
 from hydrocrane.scenario.payload import PayloadChange
 from hydrocrane.scenario.solver import Solver
 
@@ -62,7 +63,8 @@ class Simulator:
         self.machine = machine
         self._start_payload = machine.payload(payload)
         self.sample_time = float(period)
-        self.outcome: str | None = None
+        # How the last sample ended; none before the first reset.
+        self._ended: str | None = None
         self._warnings: tuple[ResultWarning, ...] = ()
         if sensors not in SENSORS:
             raise unknown("kind of sensors", sensors, SENSORS)
@@ -98,6 +100,13 @@ class Simulator:
     def time(self) -> float:
         """s."""
         return float(self._core.time)
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """How the last sample ended: ``completed``, or why there is no next one; ``None`` before the first reset."""
+        if self._ended is None:
+            return None
+        return Outcome(self._ended, self.time, "" if self._ended == "completed" else self._end())
 
     @property
     def payload(self) -> float:
@@ -136,7 +145,7 @@ class Simulator:
             raise InputError(f"reset takes one pose or one state, got a batch of shape {start.shape[:-1]}")
         with translated():
             self._core.reset(np.ascontiguousarray(start))
-        self.outcome, self._warnings = "completed", doubts
+        self._ended, self._warnings = "completed", doubts
         return self._seen(self._core.observation)
 
     def step(self, spool_command: ArrayLike) -> Observation:
@@ -151,13 +160,17 @@ class Simulator:
         seen = None
         # Loops call this every sample: what is right as it is goes straight to the core.
         with suppress(TypeError, ValueError):
-            self.outcome, seen = self._core.step(np.asarray(spool_command))
+            self._ended, seen = self._core.step(np.asarray(spool_command))
         if seen is None:
             with translated():
-                self.outcome, seen = self._core.step(self._checked(spool_command))
-        if self.outcome != "completed":
-            raise SimulationError(f"the simulation ended with `{self.outcome}` at {self.time:.4g} s")
+                self._ended, seen = self._core.step(self._checked(spool_command))
+        if self._ended != "completed":
+            raise SimulationError(self._end())
         return self._seen(seen)
+
+    def _end(self) -> str:
+        """What a step that did not end well is told as."""
+        return f"the simulation ended with `{self._ended}` at {self.time:.4g} s"
 
     def _checked(self, spool_command: ArrayLike) -> Array:
         """One finite command per cylinder, as the core takes it."""
@@ -167,10 +180,10 @@ class Simulator:
         return np.ascontiguousarray(command)
 
     def _require_running(self) -> None:
-        if self.outcome is None:
+        if self._ended is None:
             raise SimulationError("call reset(q=...) or reset(state=...) before the first step")
-        if self.outcome != "completed":
-            raise SimulationError(f"the simulation ended with `{self.outcome}` at {self.time:.4g} s; call reset first")
+        if self._ended != "completed":
+            raise SimulationError(f"{self._end()}; call reset first")
 
     def _seen(self, seen: Array) -> Observation:
         """The parts of what the core tells of a sample."""
