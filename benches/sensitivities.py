@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 import hydrocrane as hc
-from hydrocrane.sensitivity import Experiment, solve
+from hydrocrane.analysis.sensitivity import Experiment, solve
 
 REPEATS = 15
 COUNTS = (1, 4, 8)

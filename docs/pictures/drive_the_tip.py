@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 
 import hydrocrane as hc
-from hydrocrane.fitted_tasks import walk
+from hydrocrane.benchmark.fitted_tasks import walk
 from hydrocrane.plots.style import COLOURS, MUTED, figure, styled, write
-from hydrocrane.result import Run
+from hydrocrane.results.run import Run
 
 START = {"boom": np.radians(100.0), "jib": np.radians(100.0), "extension": 0.0}
 UP = hc.Joystick([0.5, 4.5, 5.0, 9.0], {"z": [1.0, 0.0, -1.0, 0.0]}, full_speed=0.1, ramp=0.2)

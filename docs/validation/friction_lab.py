@@ -23,7 +23,7 @@ import numpy as np
 import hydrocrane as hc
 from hydrocrane import rig
 from hydrocrane.identification import FrictionPoints, StaticFit, StaticMap, fit_static
-from hydrocrane.identification.sensors import bias_without_zero, bow, span_error
+from hydrocrane.identification.sensors import bias_without_zero, linearity_error, span_error
 from hydrocrane.identification.static_map import LABELS
 from hydrocrane.logs import Log
 from hydrocrane.signals import SteadyWindows, steady_windows, zero_calibrated
@@ -101,8 +101,8 @@ shifts the pressures by up to a step of 12 bits, which moves the readings on the
 where sensors err, their zeros do so.
 
 The fit is told of three errors of the sensors (*spans told*): zeros, one for each log, spans of both transmitters, and
-the bow of the position sensor, whose deviation is a parabola, so that its slope differs from place to place. *Not told*
-of a zero calibration, the logs share one constant error.
+the linearity error of the position sensor, whose deviation is a parabola, so that its slope differs from place to
+place. *Not told* of a zero calibration, the logs share one constant error.
 """
 
 
@@ -169,7 +169,7 @@ def fitted(case: Case, crane: hc.Machine, found: list[tuple[SteadyWindows, float
         exponents={"viscous-exponent": held},
         bias=(biases if case.calibrated else max(biases)) if "zero" in case.told else None,
         span=span_error(crane) if told else 0.0,
-        bow=bow(crane) if told else 0.0,
+        linearity_error=linearity_error(crane) if told else 0.0,
     )
 
 

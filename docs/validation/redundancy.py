@@ -15,11 +15,12 @@ import numpy as np
 from scipy.optimize import minimize
 
 import hydrocrane as hc
-from hydrocrane import _core, tasks
-from hydrocrane.benchmark import MACHINE, START
-from hydrocrane.fitted_tasks import rate_bounds, rate_weights
-from hydrocrane.metrics import nearest_on_path
-from hydrocrane.tasks import Task
+from hydrocrane import _core
+from hydrocrane.benchmark import tasks
+from hydrocrane.benchmark.cases import MACHINE, START
+from hydrocrane.benchmark.fitted_tasks import rate_bounds, rate_weights
+from hydrocrane.benchmark.metrics import nearest_on_path
+from hydrocrane.benchmark.tasks import Task
 
 HERE = Path(__file__).resolve().parent
 PAGE, PICTURE = HERE / "redundancy.md", HERE / "redundancy.png"

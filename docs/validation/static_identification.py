@@ -160,7 +160,7 @@ def load_and_pressure(seeds: int) -> list[str]:
 
     lines = [
         "\n## Load and pressure: does friction change?\n",
-        "Two groups, one map or two: share of the seeds with p < 0.05, verdicts at a margin of 10 %, and the largest",
+        "Two groups, one map or two: share of the seeds with p < 0.05, conclusion at a margin of 10 %, and the largest",
         "difference that one seed shows.\n",
         "| groups | seeds | p < 0.05 | equivalent | undecided | different | one seed |",
         "|---|---|---|---|---|---|---|",
@@ -170,8 +170,8 @@ def load_and_pressure(seeds: int) -> list[str]:
              ("Rottne 0 kg", "Rottne 115 kg", few), ("Kalmar 0 kg", "Kalmar 115 kg", few)]  # fmt: skip
     for one, other, count in cases:
         found = [compare_friction(pair(one, other)(seed)) for seed in range(count)]
-        verdicts = [f.verdict for f in found]
-        share = {v: 100 * np.mean([w == v for w in verdicts]) for v in ("equivalent", "undecided")}
+        conclusions = [f.conclusion for f in found]
+        share = {v: 100 * np.mean([w == v for w in conclusions]) for v in ("equivalent", "undecided")}
         alarms = 100 * np.mean([f.p_value < 0.05 for f in found])
         different = 100 - sum(share.values())
         effect = found[0].effect

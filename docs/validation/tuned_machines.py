@@ -11,9 +11,9 @@ from pathlib import Path
 
 import hydrocrane as hc
 from hydrocrane import _core
-from hydrocrane.benchmark import run_case
-from hydrocrane.fitted_tasks import tuning_cases
-from hydrocrane.tuning import TUNED
+from hydrocrane.benchmark.cases import run_case
+from hydrocrane.benchmark.fitted_tasks import tuning_cases
+from hydrocrane.benchmark.tuning import TUNED
 
 TABLE = Path(__file__).resolve().parent / "tip-control" / "tuned-machines.csv"
 MACHINES = ("rottne-f9-lab", "hiab-xs031")
@@ -31,8 +31,8 @@ def rows() -> list[list[str]]:
             figures = []
             for crane in (plain, tuned):
                 result = run_case(crane, "tip", case)
-                if result.metrics is None or result.outcome != "completed":
-                    raise SystemExit(f"{name}, {case.task.name}: {result.outcome}; {result.message}")
+                if result.metrics is None or not result.outcome.completed:
+                    raise SystemExit(f"{name}, {case.task.name}: {result.outcome.kind}; {result.message}")
                 figures += [f"{result.metrics.path_max:.4g}", f"{result.metrics.path_rms:.4g}"]
             found.append([name, f"{case.task.name}, {case.condition}", *figures])
     return found

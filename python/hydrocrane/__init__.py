@@ -13,149 +13,72 @@ Names are looked up on first use, so that ``import hydrocrane`` itself costs nex
 from __future__ import annotations
 
 import importlib
-from typing import TYPE_CHECKING, Any
+import sys
 
-if TYPE_CHECKING:
-    from hydrocrane import plots, rig
-    from hydrocrane.batch import BatchObservation, BatchSimulator
-    from hydrocrane.capacity import LoadChart, load_chart
-    from hydrocrane.citation import cite
-    from hydrocrane.compare import Comparison
-    from hydrocrane.controllers import Controller, Observation, SensorFault
-    from hydrocrane.errors import (
-        HydrocraneError,
-        InputError,
-        MachineFileError,
-        OutOfReachError,
-        ResultFileError,
-        SimulationError,
-    )
-    from hydrocrane.identification import Identification, identify_friction
-    from hydrocrane.joystick import Joystick, Stick
-    from hydrocrane.linear import Modes, mode_map, modes
-    from hydrocrane.logs import Log, read_log
-    from hydrocrane.machine import Machine, Value, bundled_machines, load_machine
-    from hydrocrane.payload import PayloadChange
-    from hydrocrane.phases import Phase
-    from hydrocrane.result import Event, Outcome, Run, load_run
-    from hydrocrane.scenario import Command, Scenario, Solver, bundled_scenarios, load_scenario
-    from hydrocrane.sensitivity import Sensitivities, sensitivities
-    from hydrocrane.simulation import simulate
-    from hydrocrane.simulator import Simulator
-    from hydrocrane.studies import Study, load_study, open_study, sweep
+from hydrocrane._moved import OldNames
 
-# Public name -> module that defines it.
+# Public name -> module that defines it; `__init__.pyi` says the same to type checkers.
 _HOME = {
-    "BatchObservation": "batch",
-    "BatchSimulator": "batch",
-    "Command": "scenario",
-    "Comparison": "compare",
-    "Controller": "controllers",
-    "Event": "result",
+    "BatchObservation": "simulation.batch",
+    "BatchSimulator": "simulation.batch",
+    "Command": "scenario.command",
+    "Comparison": "results.comparison",
+    "Controller": "control.controllers",
+    "Event": "results.record",
     "HydrocraneError": "errors",
     "Identification": "identification",
     "InputError": "errors",
-    "Joystick": "joystick",
-    "LoadChart": "capacity",
+    "Joystick": "control.joystick",
+    "LoadChart": "analysis.capacity",
     "Log": "logs",
-    "Machine": "machine",
+    "Machine": "machine.machine",
     "MachineFileError": "errors",
-    "Modes": "linear",
-    "Observation": "controllers",
+    "Modes": "analysis.linear",
+    "Observation": "control.controllers",
     "OutOfReachError": "errors",
-    "Outcome": "result",
-    "PayloadChange": "payload",
-    "Phase": "phases",
+    "Outcome": "results.outcome",
+    "PayloadChange": "scenario.payload",
+    "Phase": "scenario.phases",
     "ResultFileError": "errors",
-    "Run": "result",
-    "Scenario": "scenario",
-    "Sensitivities": "sensitivity",
-    "SensorFault": "controllers",
+    "Run": "results.run",
+    "Scenario": "scenario.scenario",
+    "Sensitivities": "analysis.sensitivity",
+    "SensorFault": "machine.sensors",
     "SimulationError": "errors",
-    "Simulator": "simulator",
-    "Solver": "scenario",
-    "Stick": "joystick",
+    "Simulator": "simulation.simulator",
+    "Solver": "scenario.solver",
+    "Stick": "control.joystick",
     "Study": "studies",
-    "Value": "machine",
-    "bundled_machines": "machine",
-    "bundled_scenarios": "scenario",
-    "cite": "citation",
+    "Value": "machine.machine",
+    "bundled_machines": "machine.machine",
+    "bundled_scenarios": "scenario.scenario_file",
+    "cite": "results.citation",
     "identify_friction": "identification",
-    "load_chart": "capacity",
-    "load_machine": "machine",
-    "load_run": "result",
-    "load_scenario": "scenario",
+    "load_chart": "analysis.capacity",
+    "load_machine": "machine.machine",
+    "load_run": "results.run",
+    "load_scenario": "scenario.scenario_file",
     "load_study": "studies",
-    "mode_map": "linear",
-    "modes": "linear",
+    "mode_map": "analysis.linear",
+    "modes": "analysis.linear",
     "open_study": "studies",
     "read_log": "logs",
-    "sensitivities": "sensitivity",
-    "simulate": "simulation",
+    "sensitivities": "analysis.sensitivity",
+    "simulate": "simulation.running",
     "sweep": "studies",
 }
+_ROOMS = ("plots", "rig")
 
-__all__ = [
-    "BatchObservation",
-    "BatchSimulator",
-    "Command",
-    "Comparison",
-    "Controller",
-    "Event",
-    "HydrocraneError",
-    "Identification",
-    "InputError",
-    "Joystick",
-    "LoadChart",
-    "Log",
-    "Machine",
-    "MachineFileError",
-    "Modes",
-    "Observation",
-    "OutOfReachError",
-    "Outcome",
-    "PayloadChange",
-    "Phase",
-    "ResultFileError",
-    "Run",
-    "Scenario",
-    "Sensitivities",
-    "SensorFault",
-    "SimulationError",
-    "Simulator",
-    "Solver",
-    "Stick",
-    "Study",
-    "Value",
-    "__version__",
-    "bundled_machines",
-    "bundled_scenarios",
-    "cite",
-    "identify_friction",
-    "load_chart",
-    "load_machine",
-    "load_run",
-    "load_scenario",
-    "load_study",
-    "mode_map",
-    "modes",
-    "open_study",
-    "plots",
-    "read_log",
-    "sensitivities",
-    "rig",
-    "simulate",
-    "sweep",
-]
+__all__ = sorted([*_HOME, *_ROOMS, "__version__"])
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     """Import the module that holds a public name when the name is first used (PEP 562)."""
     if name == "__version__":
         from importlib.metadata import version
 
-        value: Any = version("hydrocrane")
-    elif name in ("plots", "rig"):
+        value: object = version("hydrocrane")
+    elif name in _ROOMS:
         value = importlib.import_module(f"hydrocrane.{name}")
     elif name in _HOME:
         value = getattr(importlib.import_module(f"hydrocrane.{_HOME[name]}"), name)
@@ -167,3 +90,6 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return __all__
+
+
+sys.meta_path.append(OldNames)

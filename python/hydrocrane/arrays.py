@@ -32,6 +32,13 @@ def real_array(value: ArrayLike, name: str) -> Array:
     return array
 
 
+def check_positive(name: str, value: float) -> None:
+    """An :class:`InputError` where `value` is not one number greater than zero."""
+    number = real_array(value, name)
+    if number.ndim or number <= 0:
+        raise InputError(f"{name} must be one number greater than zero, got {value!r}")
+
+
 def seed_number(value: object) -> int:
     """A seed: a whole number from 0 to 2^64 - 1."""
     if isinstance(value, int | np.integer) and not isinstance(value, bool) and 0 <= value < 2**64:

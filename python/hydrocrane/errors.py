@@ -66,7 +66,7 @@ class MachineFileError(HydrocraneError):
         super().__init__(message)
         self.slug, self.file, self.line, self.column, self.key = slug, file, line, column, key
 
-    def __reduce__(self) -> tuple[type, tuple]:
+    def __reduce__(self) -> tuple[type, tuple[str | int | None, ...]]:
         return type(self), (str(self), self.slug, self.file, self.line, self.column, self.key)
 
 

@@ -76,8 +76,8 @@ def compute() -> dict[str, float]:
     numbers = {}
     for test in TESTS:
         found = comparison(test)
-        numbers[f"{test}.told apart"] = float(found.verdict in ("different", "different-within-margin"))
-        numbers[f"{test}.beyond the margin"] = float(found.verdict == "different")
+        numbers[f"{test}.told apart"] = float(found.conclusion in ("different", "different-within-margin"))
+        numbers[f"{test}.beyond the margin"] = float(found.conclusion == "different")
         numbers[f"{test}.p"], numbers[f"{test}.equivalence p"] = found.p_value, found.equivalence_p
         numbers[f"{test}.span deviation N"], numbers[f"{test}.bound N"] = span_deviation(test), bound(found)
         numbers[f"{test}.largest share"] = float(found.effect.share[found.effect.largest])

@@ -12,7 +12,7 @@ from typing import Any
 
 from hydrocrane.app.live import cockpit_server
 from hydrocrane.app.view import viewer_server
-from hydrocrane.result import Run
+from hydrocrane.results.run import Run
 
 # Names of browsers that understand Chromium's remote control.
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")

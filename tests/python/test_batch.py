@@ -107,11 +107,11 @@ def test_payloads_are_each_crane_s_own(crane):
         (lambda b: b.reset(q=[[9.0, 9.0, 9.0]]), "limit"),
         (lambda b: b.set_payload(-1.0), "zero or more"),
         (lambda b: b.set_payload([1.0, 2.0]), "or 3 of them"),
-        (lambda b: hc.BatchSimulator(b.crane, 0), "a whole number, one or more"),
-        (lambda b: hc.BatchSimulator(b.crane, 2, 0.0), "greater than zero"),
-        (lambda b: hc.BatchSimulator(b.crane, 2, step=-1.0), "step must be one number greater than zero, in seconds"),
-        (lambda b: hc.BatchSimulator(b.crane, 2, tolerance=0.0), "tolerance must be one number greater than zero"),
-        (lambda b: hc.BatchSimulator(b.crane, 2, payload=[1.0, 2.0, 3.0]), "or 2 of them"),
+        (lambda b: hc.BatchSimulator(b.machine, 0), "a whole number, one or more"),
+        (lambda b: hc.BatchSimulator(b.machine, 2, 0.0), "greater than zero"),
+        (lambda b: hc.BatchSimulator(b.machine, 2, step=-1.0), "step must be one number greater than zero, in seconds"),
+        (lambda b: hc.BatchSimulator(b.machine, 2, tolerance=0.0), "tolerance must be one number greater than zero"),
+        (lambda b: hc.BatchSimulator(b.machine, 2, payload=[1.0, 2.0, 3.0]), "or 2 of them"),
     ],
 )
 def test_bad_input_is_one_clear_error(crane, call, says):

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import hydrocrane as hc
-from hydrocrane import tasks
 from hydrocrane.app import control
 from hydrocrane.app.cli import main
-from hydrocrane.benchmark import (
+from hydrocrane.benchmark import tasks
+from hydrocrane.benchmark.cases import (
     MACHINE,
     Benchmark,
     Case,
@@ -27,7 +27,7 @@ from hydrocrane.benchmark import (
     run_case,
     scenario_of,
 )
-from hydrocrane.metrics import Motion, metrics, nearest_on_path, significant
+from hydrocrane.benchmark.metrics import Motion, metrics, nearest_on_path, significant
 from hydrocrane.plots.benchmark import control_benchmark
 
 EVERY_TASK = [*tasks.lines(), tasks.square(), tasks.circle(), tasks.reach(), tasks.pick_and_place()]
@@ -202,7 +202,7 @@ def test_numbers_of_the_table(value, text):
 
 def test_tip_keeps_to_the_lines(quick):
     """Within 5 mm on ideal sensors also where the stick asks for more than the pump gives, 20 mm on real ones."""
-    assert [result.outcome for result in quick.results] == ["completed"] * 3
+    assert [result.outcome.kind for result in quick.results] == ["completed"] * 3
     slow, fast, real = (result.metrics for result in quick.results)
     assert slow.path_max < 5e-3 and slow.path_rms < 2e-3
     assert fast.path_max < 10e-3
@@ -234,7 +234,7 @@ def test_a_controller_of_ones_own_is_measured(crane):
 
     task = tasks.lines()[2]
     found = run_case(crane, idle, Case(task))
-    assert found.controller == "idle" and found.outcome == "completed"
+    assert found.controller == "idle" and found.outcome.kind == "completed"
     assert found.metrics.path_max < 5e-3
     assert found.metrics.end_error == pytest.approx(tasks.LINE, abs=5e-3)
     assert np.isnan(found.metrics.rho_set_point) and found.row["rho_set_point"] is None
@@ -258,7 +258,7 @@ def test_an_exception_in_a_controller_is_a_result(crane):
         raise ArithmeticError("lost it")
 
     found = run_case(crane, broken, Case(tasks.lines()[2]))
-    assert found.outcome == "controller-failed" and "ArithmeticError: lost it" in found.message
+    assert found.outcome.kind == "controller-failed" and "ArithmeticError: lost it" in found.message
 
 
 def test_a_controller_that_fails_is_a_result(crane):
@@ -266,7 +266,7 @@ def test_a_controller_that_fails_is_a_result(crane):
         return [0.0]
 
     found = run_case(crane, broken, Case(tasks.lines()[2]))
-    assert found.outcome == "controller-failed" and "1 spool commands for 3" in found.message
+    assert found.outcome.kind == "controller-failed" and "1 spool commands for 3" in found.message
 
 
 def test_conditions_reach_the_run(crane):
@@ -281,7 +281,7 @@ def test_the_log_hangs_on_the_tip_from_the_grip_to_the_release(crane):
     plan = scenario_of(crane, "tip", case)
     assert plan.payload == 0.0 and list(plan.payload_changes.values()) == [100.0, 0.0]
     found = run_case(crane, "tip", case)
-    assert found.outcome == "completed" and found.metrics.path_max < 0.015 and found.metrics.end_error < 0.005
+    assert found.outcome.kind == "completed" and found.metrics.path_max < 0.015 and found.metrics.end_error < 0.005
 
 
 def test_friction_is_unknown_to_the_controller(crane):
@@ -333,7 +333,7 @@ def test_files_hold_every_run(quick, tmp_path):
 
 
 def test_the_page_is_drawn_with_refused_runs_too(quick, tmp_path):
-    refused = Result("other", quick.results[0].case, "refused", "no such period")
+    refused = Result("other", quick.results[0].case, hc.Outcome("refused", 0.0, "no such period"))
     figure = control_benchmark(Benchmark(MACHINE, 3, (*quick.results, refused)))
     figure.savefig(tmp_path / "page.png")
     assert (tmp_path / "page.png").stat().st_size > 10_000

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 import hydrocrane as hc
-from hydrocrane.samples import distance_to_path
+from hydrocrane.results.samples import distance_to_path
 
 POSE = {"boom": np.deg2rad(100), "jib": np.deg2rad(100), "extension": 0.0}
 

@@ -162,3 +162,18 @@ def test_a_batch_of_states_equals_its_rows_whatever_its_size(corrected, random_s
     x, u = random_states(corrected, 50, seed=71)
     whole = corrected.state_derivative(x, u)
     np.testing.assert_array_equal(whole, [corrected.state_derivative(a, b) for a, b in zip(x, u, strict=True)])
+
+
+def test_the_outcome_of_stepping_is_that_of_runs(corrected):
+    sim = hc.Simulator(corrected)
+    assert sim.outcome is None
+    sim.reset(q=corrected.home)
+    assert isinstance(sim.outcome, hc.Outcome) and sim.outcome.completed and sim.outcome.time == 0.0
+
+
+def test_old_keywords_still_work(corrected):
+    with pytest.warns(DeprecationWarning, match="`crane` is called `machine`"):
+        sim = hc.Simulator(crane=corrected)
+    assert sim.machine is corrected and sim.crane is corrected
+    with pytest.raises(TypeError, match="twice"):
+        hc.modes(machine=corrected, crane=corrected, q=corrected.home)

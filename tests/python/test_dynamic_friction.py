@@ -10,13 +10,11 @@ import hydrocrane as hc
 from hydrocrane import rig
 from hydrocrane.errors import InputError
 from hydrocrane.identification import Report, bristle, expected, first_readings, fit_dynamic, output_error
-from hydrocrane.identification.block_means import Blocks
-from hydrocrane.identification.motions import Motion
+from hydrocrane.identification.bristle import Motion
 from hydrocrane.identification.output_error import Unknown
-from hydrocrane.identification.rig_misfit import RigMisfit
-from hydrocrane.identification.rig_model import LogModel, corners, lagged
-from hydrocrane.identification.rig_sensors import RigSensors
+from hydrocrane.identification.rig_model import Blocks, LogModel, RigResiduals, corners, lagged
 from hydrocrane.identification.rig_unknowns import DYNAMIC, most_damping, rig_map, unknowns_of
+from hydrocrane.identification.sensors import RigSensors
 from hydrocrane.logs import Log
 from hydrocrane.signals import zero_calibrated
 
@@ -123,19 +121,19 @@ def test_the_lag_of_a_ramp_is_exact_on_uneven_times():
     )
 
 
-def test_slopes_of_the_misfit_are_those_of_differences(logs):
+def test_slopes_of_the_residuals_are_those_of_differences(logs):
     """Of every unknown, nuisances too, at a point away from the file."""
     sensors = RigSensors.of(CRANE, calibrated=True)
     keys, nuisances = unknowns_of(CRANE, logs[1:], sensors, dict.fromkeys(DYNAMIC, ()), None)
     unknowns = [*keys, *nuisances]
     model = LogModel(logs[1].between(1.0, 2.6), CRANE, sensors, payload=None, keys=[u.name for u in keys])
-    misfit = RigMisfit([model])
+    residuals = RigResiduals([model])
     theta = np.array([u.start + 0.1 * u.scale for u in unknowns])
-    _, slopes = misfit(theta)
+    _, slopes = residuals(theta)
     for i, unknown in enumerate(unknowns):
         step = np.zeros(theta.size)
         step[i] = 0.02 * unknown.scale
-        difference = (misfit(theta + step)[0] - misfit(theta - step)[0]) / 0.04
+        difference = (residuals(theta + step)[0] - residuals(theta - step)[0]) / 0.04
         expected_slope = slopes[:, i] * unknown.scale
         size = np.sqrt(np.mean(expected_slope**2))
         # The solver's own tolerance limits differences of small effects.

@@ -8,8 +8,8 @@ import pytest
 import hydrocrane as hc
 from hydrocrane import _core
 from hydrocrane.app.cli import main
-from hydrocrane.benchmark import START, quick_cases, run_case
-from hydrocrane.fitted_tasks import (
+from hydrocrane.benchmark.cases import START, quick_cases, run_case
+from hydrocrane.benchmark.fitted_tasks import (
     BEYOND,
     SPEEDS,
     STEP,
@@ -20,8 +20,8 @@ from hydrocrane.fitted_tasks import (
     walk,
     walks,
 )
-from hydrocrane.tasks import SENSES
-from hydrocrane.tuning import TUNED, UNITS
+from hydrocrane.benchmark.tasks import SENSES
+from hydrocrane.benchmark.tuning import TUNED, UNITS
 
 LAB, HIAB = hc.load_machine("rottne-f9-lab"), hc.load_machine("hiab-xs031")
 

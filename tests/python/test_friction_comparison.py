@@ -22,7 +22,7 @@ def test_the_rows_of_table_3_differ():
     """The thesis calls the deviation little; its own table has more than twice the friction at some speed."""
     groups = {"0 kg": synthetic_points(UNLOADED, seed=1), "115 kg": synthetic_points(LOADED, seed=2)}
     found = compare_friction(groups)
-    assert found.verdict == "different" and found.p_value < 1e-6
+    assert found.conclusion == "different" and found.p_value < 1e-6
     effect = found.effect
     assert effect.share[effect.largest] > 0.8
     true = np.abs(LOADED.force(effect.velocity)) - np.abs(UNLOADED.force(effect.velocity))
@@ -35,12 +35,12 @@ def test_the_rows_of_table_3_differ():
 
 def test_equal_groups_are_called_equal():
     """Of 10 studies at 5 % more than three false alarms happen once in 10^3."""
-    verdicts = []
+    conclusions = []
     for seed in range(10):
         groups = {str(k): synthetic_points(UNLOADED, seed=100 * k + seed) for k in (1, 2, 3)}
-        verdicts.append(compare_friction(groups).verdict)
-    assert sum(v.startswith("different") for v in verdicts) <= 3
-    assert verdicts.count("equivalent") >= 6
+        conclusions.append(compare_friction(groups).conclusion)
+    assert sum(v.startswith("different") for v in conclusions) <= 3
+    assert conclusions.count("equivalent") >= 6
 
 
 def test_p_values_of_equal_groups_are_even():
@@ -58,7 +58,7 @@ def test_noise_leaves_it_undecided():
         "b": synthetic_points(UNLOADED, seed=2, force_error=60),
     }
     found = compare_friction(groups)
-    assert found.verdict == "undecided" and "not ruled out" in found.sentence
+    assert found.conclusion == "undecided" and "not ruled out" in found.sentence
 
 
 def test_a_small_difference_is_found_and_called_small():
@@ -69,7 +69,7 @@ def test_a_small_difference_is_found_and_called_small():
         "b": synthetic_points(StaticMap(values), seed=2, force_error=1),
     }
     found = compare_friction(groups)
-    assert found.verdict == "different-within-margin" and "by less than 10 %" in found.sentence
+    assert found.conclusion == "different-within-margin" and "by less than 10 %" in found.sentence
 
 
 def test_a_shift_of_the_sensors_is_no_difference_of_friction():

@@ -12,8 +12,7 @@ import hydrocrane as hc
 from hydrocrane import rig
 from hydrocrane.app.cli import main
 from hydrocrane.identification import FrictionPoints, fit_static
-from hydrocrane.identification.campaign_report import summary
-from hydrocrane.identification.sensors import bow
+from hydrocrane.identification.sensors import linearity_error
 from hydrocrane.signals import steady_windows
 
 TRUTH = hc.load_machine("rig-rottne")
@@ -100,7 +99,7 @@ def test_the_stages_do_what_the_functions_do(found):
     record = found.records[0]
     windows = steady_windows(record.log, found.windows[0].rig)
     points, bias = FrictionPoints.from_windows(windows), record.zero.force_error(windows.rig)
-    by_hand = fit_static(points, bias=bias, span=0.003 / np.sqrt(3), bow=bow(TRUTH))
+    by_hand = fit_static(points, bias=bias, span=0.003 / np.sqrt(3), linearity_error=linearity_error(TRUTH))
     assert by_hand.covariance.values == pytest.approx(found.static.fit.covariance.values, rel=1e-6)
     assert by_hand.law.values == pytest.approx(found.static.fit.law.values, rel=1e-7)
 
@@ -131,7 +130,7 @@ def test_logs_of_several_loads_are_compared(steady):
         overrides=rig.loaded_friction("rig-rottne"),
     )  # fmt: skip
     found = hc.identify_friction([steady, heavy], "rig-rottne")
-    assert found.comparison.verdict == "different" and set(found.comparison.fits) == {"20 kg", "115 kg"}
+    assert found.comparison.conclusion == "different" and set(found.comparison.fits) == {"20 kg", "115 kg"}
     assert any("one map was fitted to all logs" in text for text in found.warnings)
 
 
@@ -206,12 +205,13 @@ def test_what_is_left_of_a_damaged_log_is_used_and_said(log, case):
     spoil, word = FLAGGED[case]
     found = hc.identify_friction(spoil(log), "rig-rottne")
     assert any(word in text for text in found.warnings), found.warnings
-    assert found.static is not None and word in summary(found)
+    assert found.static is not None and word in found.summary()
 
 
 def test_one_level_of_one_direction_gives_no_block(log, tmp_path):
     found = hc.identify_friction(part(log, 0.0, 3.4), "rig-rottne")
-    assert summary(found).count("not told by the data") == 4
+    table, _, warnings = found.summary().partition("warning: ")
+    assert table.count("not identifiable") == 4 and "not identifiable" in warnings
     with pytest.raises(hc.InputError, match="retracting"):
         found.write(tmp_path / "friction.toml")
 
@@ -238,10 +238,10 @@ def test_bristles_are_fitted_on_the_identified_map(steady, ramp, tmp_path):
         assert mine.value(f"friction.test.{name}").si == pytest.approx(value, rel=1e-4)
     assert mine.value("friction.test.bristle-damping-velocity").provenance == "assumed"
     # A ramp alone says nothing of the damping: the search ends at its bound, and no number claims to know it.
-    assert any(text.startswith("bristle-damping") and "do not tell it" in text for text in found.warnings)
+    assert any(text.startswith("bristle-damping") and "not identifiable" in text for text in found.warnings)
     assert found.dynamic.intervals()["bristle-damping"] == (-np.inf, np.inf)
-    assert re.search(r"bristle-damping .*not told by the data", found.dynamic.summary())
-    assert re.search(r"bristle-damping .*not told by the data", found.toml())
+    assert re.search(r"bristle-damping .*not identifiable", found.dynamic.summary())
+    assert re.search(r"bristle-damping .*not identifiable", found.toml())
 
 
 def test_a_later_stage_that_fails_leaves_the_earlier_ones(steady, ramp, found):

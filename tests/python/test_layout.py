@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import graphlib
 import re
 import subprocess
 import sys
@@ -28,6 +29,44 @@ MAY_USE = {
     "web": {"machine", "ode", "sim"},
     "evidence": {"num", "ode", "machine", "sim", "web"},
     "python": {"machine", "ode", "sim"},
+}
+
+# Each room of the Python package, and each module beside the rooms, with what it may use of the others. They stand from
+# left to right: what a room may use stands before it.
+BASE = {"_moved", "_core_types", "errors", "arrays", "result_warning", "units"}
+ROOMS = {
+    "_moved": set(),
+    "_core_types": set(),
+    "errors": set(),
+    "arrays": {"errors"},
+    "result_warning": set(),
+    "units": {"errors"},
+    "files": BASE,
+    "logs": BASE | {"files"},
+    "machine": BASE,
+    "control": BASE | {"logs", "machine"},
+    "scenario": BASE | {"machine", "control"},
+    "results": BASE | {"files", "logs", "machine", "control", "scenario"},
+    "simulation": BASE | {"machine", "control", "scenario", "results"},
+    "analysis": BASE | {"machine", "scenario", "results", "simulation"},
+    "benchmark": BASE | {"files", "machine", "control", "scenario", "results", "simulation"},
+    "rig": BASE | {"logs", "machine", "scenario", "results", "simulation"},
+    "signals": BASE | {"logs", "machine"},
+    "identification": BASE | {"files", "logs", "machine", "scenario", "results", "analysis", "rig", "signals"},
+    "studies": BASE | {"files", "machine", "scenario", "results", "simulation"},
+    "gym": BASE | {"machine", "simulation"},
+    "plots": BASE | {"files", "machine", "results", "analysis", "benchmark", "signals", "identification"},
+}  # fmt: skip
+# The app imports every room and is imported by none.
+APP = {"app", "__main__", "__init__"}
+# Results that draw themselves import the plots when they are asked to, so that no picture is paid for unseen.
+DRAW = {
+    "hydrocrane.results.run",
+    "hydrocrane.results.comparison",
+    "hydrocrane.signals.windows",
+    "hydrocrane.identification.comparison",
+    "hydrocrane.identification.dynamic_result",
+    "hydrocrane.identification.result",
 }
 
 
@@ -155,6 +194,118 @@ def test_runs_have_the_same_bits_on_every_platform():
 # --- Python ---------------------------------------------------------------------------------------------------------
 
 
+def module_name(path: Path) -> str:
+    return ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__")
+
+
+MODULES = {module_name(path): path for path in PACKAGE.rglob("*.py")}
+
+
+def module_of(name: str) -> str:
+    """The module of the package that holds a dotted name."""
+    while name not in MODULES:
+        name = name.rpartition(".")[0]
+    return name
+
+
+def package_imports(path: Path) -> set[str]:
+    """Modules of the package that a file imports: at its head, inside functions, and for type checkers."""
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{name_of(path)} imports relatively"
+            names |= {f"{node.module}.{alias.name}" for alias in node.names}
+    # The package itself is imported for its version and the compiled core alone.
+    own = {name for name in names if name.startswith("hydrocrane.")}
+    found = {name for name in own if module_of(name) != "hydrocrane"}
+    assert own - found <= {"hydrocrane._core", "hydrocrane.__version__"}, name_of(path)
+    return {module_of(name) for name in found}
+
+
+def drawn(module: str, imports: set[str]) -> set[str]:
+    """The imports of a module without those of the pictures that it draws when asked."""
+    return {name for name in imports if not name.startswith("hydrocrane.plots")} if module in DRAW else imports
+
+
+IMPORTS = {module: drawn(module, package_imports(path)) for module, path in MODULES.items()}
+
+
+def room_of(module: str) -> str:
+    return module.split(".")[1] if "." in module else "__init__"
+
+
+def test_modules_of_the_package_import_each_other_in_no_circle():
+    """Imports inside functions and for type checkers count as well."""
+    sorter = graphlib.TopologicalSorter({m: {i for i in found if i != m} for m, found in IMPORTS.items()})
+    try:
+        sorter.prepare()
+    except graphlib.CycleError as error:
+        pytest.fail(" -> ".join(error.args[1]))
+
+
+def test_rooms_import_only_what_stands_left_of_them():
+    left: set[str] = set()
+    for room, allowed in ROOMS.items():
+        assert allowed <= left, f"{room} may use {allowed - left}, which stands right of it"
+        left.add(room)
+    assert {room_of(module) for module in MODULES} == set(ROOMS) | APP
+    for module, imports in IMPORTS.items():
+        room = room_of(module)
+        if room not in APP:
+            used = {room_of(name) for name in imports} - {room}
+            assert used <= ROOMS[room], f"{module} uses {used - ROOMS[room]}"
+
+
+@pytest.mark.parametrize("module", sorted(DRAW))
+def test_what_draws_itself_imports_the_plots_only_when_asked(module):
+    assert any(name.startswith("hydrocrane.plots") for name in package_imports(MODULES[module]))
+    assert not any(name.startswith("hydrocrane.plots") for name in imported_at_top(MODULES[module]))
+
+
+def test_rooms_are_listed_in_the_architecture():
+    text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    for room in (r for r in ROOMS if (PACKAGE / r).is_dir()):
+        assert f"| `python/hydrocrane/{room}` |" in text, room
+
+
+def test_old_names_of_modules_still_work():
+    from hydrocrane._moved import MOVED
+
+    for old, homes in MOVED.items():
+        assert not (PACKAGE / f"{old}.py").exists() and not (PACKAGE / old).exists(), old
+        assert all(f"hydrocrane.{home}" in MODULES for home in homes), old
+    script = (
+        "import warnings, pytest, hydrocrane as hc\n"
+        "with pytest.warns(DeprecationWarning, match='hydrocrane.benchmark.tasks'):\n"
+        "    from hydrocrane import tasks\n"
+        "assert callable(tasks.straight)\n"
+        "warnings.simplefilter('ignore')\n"
+        "from hydrocrane.result import Outcome, Run\n"
+        "assert (Outcome, Run) == (hc.Outcome, hc.Run)\n"
+        "import hydrocrane.nothing"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert "No module named 'hydrocrane.nothing'" in done.stderr, done.stderr
+
+
+def test_the_stub_of_the_package_names_what_the_package_has():
+    """Type checkers read `__init__.pyi`, programs the table in `__init__.py`."""
+    import hydrocrane
+
+    stub = ast.parse((PACKAGE / "__init__.pyi").read_text(encoding="utf-8"))
+    said = {}
+    for node in stub.body:
+        if isinstance(node, ast.ImportFrom):
+            assert all(alias.asname == alias.name for alias in node.names)
+            said |= {alias.name: node.module for alias in node.names}
+    assert said == {
+        **{name: f"hydrocrane.{home}" for name, home in hydrocrane._HOME.items()},
+        **dict.fromkeys(hydrocrane._ROOMS, "hydrocrane"),
+    }
+
+
 def imported_at_top(path: Path) -> set[str]:
     """Modules that a file imports when it is imported itself; those for type checkers do not count."""
     names = set()
@@ -198,6 +349,47 @@ def test_a_machine_needs_neither_plots_nor_results():
 def test_help_of_the_command_line_loads_nothing_heavy():
     code = "from hydrocrane.app.cli import main\ntry:\n    main(['--help'])\nexcept SystemExit:\n    pass"
     assert not modules_after(code) & (HEAVY | {"numpy"})
+
+
+# --- types ----------------------------------------------------------------------------------------------------------
+
+
+def said_of_nothing(annotation: ast.expr | None) -> bool:
+    """Whether an annotation is `Any`, as a whole or in a part that is said of no library's type."""
+    if annotation is None:
+        return False
+    if isinstance(annotation, ast.Constant) and isinstance(annotation.value, str):
+        annotation = ast.parse(annotation.value, mode="eval").body
+    # `zarr.Array` must be said to be of something.
+    inside = [n for n in ast.walk(annotation) if isinstance(n, ast.Subscript) and ast.unparse(n) == "zarr.Array[Any]"]
+    names = [n for n in ast.walk(annotation) if isinstance(n, ast.Name) and n.id == "Any"]
+    return len(names) > len(inside)
+
+
+@pytest.mark.parametrize("path", [*MODULES.values(), *PACKAGE.glob("*.pyi")], ids=name_of)
+def test_no_signature_says_any(path):
+    """What may be anything is an `object`, which the type checker lets nobody use before it is looked at."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            given = node.args
+            every = [*given.posonlyargs, *given.args, *given.kwonlyargs, given.vararg, given.kwarg]
+            annotations = [argument.annotation for argument in every if argument is not None] + [node.returns]
+            assert not any(said_of_nothing(annotation) for annotation in annotations), f"{name_of(path)}: {node.name}"
+        if isinstance(node, ast.ClassDef):
+            fields = [entry.annotation for entry in node.body if isinstance(entry, ast.AnnAssign)]
+            assert not any(said_of_nothing(annotation) for annotation in fields), f"{name_of(path)}: {node.name}"
+
+
+def test_what_can_be_changed_of_a_scenario_is_what_it_has():
+    """Type checkers know the keywords of `Scenario.changed` from a table of their own."""
+    import dataclasses
+
+    from hydrocrane.scenario import Scenario, Solver, changes
+
+    fields, settings = ({f.name for f in dataclasses.fields(kind)} for kind in (Scenario, Solver))
+    assert set(changes.ScenarioFields.__annotations__) == fields
+    assert set(changes.SolverFields.__annotations__) == settings
+    assert set(changes.RunChanges.__annotations__) == (fields | settings) - {"machine"}
 
 
 # --- sizes, words ---------------------------------------------------------------------------------------------------

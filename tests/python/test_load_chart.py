@@ -5,7 +5,7 @@ import pytest
 
 import hydrocrane as hc
 from hydrocrane import plots
-from hydrocrane.capacity import Places, capacity
+from hydrocrane.analysis.capacity import Places, capacity
 from hydrocrane.plots.loadchart import load_chart as draw
 
 LAB, HIAB, SLIDER = "rottne-f9-lab", "hiab-xs031", "single-cylinder"
@@ -19,7 +19,7 @@ def chart(request):
 @pytest.fixture(scope="module")
 def drawn(chart):
     """Random poses, their tips and what they hold."""
-    crane = chart.crane
+    crane = chart.machine
     low, high = crane.joint_limits.T
     q = low + (high - low) * np.random.default_rng(1).random((300_000, 3))
     return crane.tip(q), np.nan_to_num(capacity(crane, q, 1e5)[0], nan=0.0)
@@ -32,7 +32,7 @@ def near(where, value, width):
 @pytest.mark.parametrize("height", ["best", "worst", 0.5])
 def test_the_curve_does_not_depend_on_the_grid(chart, height):
     """It did: with 12 values per joint 40 kg stood beside 1000."""
-    finer = hc.load_chart(chart.crane, samples=50)
+    finer = hc.load_chart(chart.machine, samples=50)
     (reach, coarse), (same, fine) = chart.against_reach(height), finer.against_reach(height)
     np.testing.assert_allclose(reach, same, rtol=1e-12)
     np.testing.assert_allclose(coarse, fine, rtol=0.05, atol=1.0)
@@ -55,7 +55,7 @@ def test_best_is_what_no_drawn_pose_exceeds(chart, drawn):
 
 
 def test_worst_is_what_every_height_within_reach_holds(chart):
-    crane = chart.crane
+    crane = chart.machine
     reach, worst = chart.against_reach("worst")
     places = Places(crane, 1e5, 192, 24)
     heights = np.linspace(-3.0, 5.5, 90)
@@ -78,7 +78,7 @@ def test_a_chosen_height_is_held_in_the_best_pose_there(chart, drawn):
 
 def test_places_hold_what_their_poses_hold(chart):
     """Places of known poses: at least what that pose holds."""
-    crane = chart.crane
+    crane = chart.machine
     low, high = crane.joint_limits.T
     q = low + (high - low) * np.random.default_rng(2).uniform(0.05, 0.95, (200, 3))
     found = Places(crane, 1e5, 192, 24).payload(crane.tip(q))
@@ -107,7 +107,7 @@ def test_the_picture_says_which_height_and_cuts_nothing(chart):
         (0.5, ["at z = 0.5 m"]),
         ("worst", ["at the worst height within reach"]),
     ):
-        axes = draw(chart.crane, chart, height=height).axes[1]
+        axes = draw(chart.machine, chart, height=height).axes[1]
         assert [line.get_label() for line in axes.lines] == labels
         assert [text.get_text() for text in axes.get_legend().get_texts()] == labels
         assert axes.get_ylim()[1] >= max(np.nanmax(line.get_ydata()) for line in axes.lines)

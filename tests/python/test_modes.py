@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import hydrocrane as hc
-from hydrocrane import linear, plots
+from hydrocrane import plots
+from hydrocrane.analysis import linear
 
 LAB = "rottne-f9-lab"
 STATIC = {f"friction.{cylinder}.model": "static" for cylinder in ("lift", "jib", "extension")}

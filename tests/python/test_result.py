@@ -11,7 +11,7 @@ import scipy.io
 import xarray as xr
 
 import hydrocrane as hc
-from hydrocrane.summary import energy_balance
+from hydrocrane.results.summary import energy_balance
 
 LAB = "rottne-f9-lab"
 

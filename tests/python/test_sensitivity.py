@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hydrocrane as hc
-from hydrocrane.sensitivity import Experiment, solve
+from hydrocrane.analysis.sensitivity import Experiment, solve
 
 # The pistons go one way, so that differences do not straddle a reversal.
 RIG = hc.load_scenario("single-cylinder-step").changed(

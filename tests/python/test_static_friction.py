@@ -219,15 +219,15 @@ def test_a_bowed_potentiometer_is_carried_along():
     bent, position = 0.02, np.linspace(-0.3, 0.3, len(synthetic_points(ROTTNE)))
     true = synthetic_points(ROTTNE, force_error=0.1, velocity_error=1e-4, seed=6)
     seen = replace(true, velocity=true.velocity * (1.0 + bent * position), position=position)
-    fit = fit_static(seen, bow=0.02)
-    low, high = fit.intervals()["bow"]
-    assert low < bent < high and high - low < 0.04 and fit.unit("bow") == "1/m"
+    fit = fit_static(seen, linearity_error=0.02)
+    low, high = fit.intervals()["linearity"]
+    assert low < bent < high and high - low < 0.04 and fit.unit("linearity") == "1/m"
     for label, (low, high) in fit.intervals().items():
-        if label != "bow":
+        if label != "linearity":
             assert low < ROTTNE.values[LABELS.index(label)] < high, label
     for bad, message in ((-1.0, "1/m"), (0.1, "needs the position")):
         with pytest.raises(hc.InputError, match=message):
-            fit_static(true, bow=bad)
+            fit_static(true, linearity_error=bad)
     with pytest.raises(hc.InputError, match="shape"):
         FrictionPoints.of([0.1, 0.2], [1.0, 2.0], position=[0.0])
 
@@ -284,7 +284,7 @@ def test_one_level_only_is_said():
     assert any("one velocity level only" in w for w in fit.warnings)
     for name in ("coulomb", "stribeck-velocity", "breakaway", "viscous"):
         assert fit.intervals()[f"{name}.retracting"] == (-np.inf, np.inf)
-    assert "coulomb = " in fit.toml("test") and "not told by the data" in fit.toml("test")
+    assert "coulomb = " in fit.toml("test") and "not identifiable" in fit.toml("test")
     assert fit.params["coulomb"] == pytest.approx(np.abs(ROTTNE.force([0.01, -0.01])), rel=0.03)
 
 
@@ -314,7 +314,7 @@ def test_no_slow_levels_leave_stribeck_friction_out():
     assert fit.params["coulomb"] == fit.params["breakaway"] == pytest.approx((160.0, 280.0), rel=0.05)
     assert sum("not seen to fall" in w for w in fit.warnings) == 2
     assert fit.intervals()["breakaway.extending"] == (-np.inf, np.inf)
-    assert "not told by the data" in fit.toml("test")
+    assert "not identifiable" in fit.toml("test")
 
 
 def test_no_fast_levels_are_said():

@@ -70,7 +70,7 @@ def test_a_file_says_what_a_call_says(study):
 def test_paths_are_taken_from_the_folder_of_the_file(study, tmp_path):
     (tmp_path / "my-machine.toml").write_text('extends = "single-cylinder"\n')
     text = GOOD.replace("[study]", '[study]\nmachine = "my-machine.toml"')
-    assert hc.load_study(study(text)).study.crane.source == str((tmp_path / "my-machine.toml").resolve())
+    assert hc.load_study(study(text)).study.base_machine.source == str((tmp_path / "my-machine.toml").resolve())
 
 
 def test_the_example_of_the_project_loads():

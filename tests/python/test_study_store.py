@@ -154,7 +154,7 @@ def test_a_machine_that_changes_under_the_study_stops_it(tmp_path):
     file = tmp_path / "machine.toml"
     file.write_text('extends = "single-cylinder"\n')
     study = hc.Study(RIG, {"payload.mass": [50.0]}, machine=file)
-    assert study.crane.name and study.job.digest
+    assert study.base_machine.name and study.job.digest
     file.write_text('extends = "single-cylinder"\n[cylinder.test]\nbore = { value = "70 mm", class = "setting" }\n')
     with pytest.raises(hc.InputError, match="has changed"):
         study.run(progress=False)

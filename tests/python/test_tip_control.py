@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import hydrocrane as hc
-from hydrocrane.benchmark import Case, Condition, run_case
-from hydrocrane.tasks import straight
+from hydrocrane.benchmark.cases import Case, Condition, run_case
+from hydrocrane.benchmark.tasks import straight
 
 CRANE = hc.load_machine("rottne-f9-lab")
 # Direction and 80 % of its feasible speed, m/s; 0.4 m each way.
@@ -28,7 +28,7 @@ def deviation(direction: str, sensors: str, seed: int = 0, factor: float = 1.0) 
     leg, speed = LINES[direction]
     task = straight(direction, [np.array(leg)], speed * factor)
     result = run_case(CRANE, "tip", Case(task, Condition(sensors=sensors)), seed=seed)
-    assert result.outcome == "completed" and result.metrics is not None
+    assert result.outcome.kind == "completed" and result.metrics is not None
     return result.metrics.path_max, result.metrics.path_rms
 
 

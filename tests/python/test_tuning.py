@@ -7,8 +7,8 @@ import tomllib
 import pytest
 
 import hydrocrane as hc
-from hydrocrane import tuning
-from hydrocrane.benchmark import quick_cases
+from hydrocrane.benchmark import tuning
+from hydrocrane.benchmark.cases import quick_cases
 
 
 def test_bad_gains_become_better_and_the_block_loads(tmp_path):

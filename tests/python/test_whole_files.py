@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 import hydrocrane as hc
-from hydrocrane.whole_file import write_text, written_whole
+from hydrocrane.files.whole_file import write_text, written_whole
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="a limit on the size of files needs POSIX")
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn, cast
 
 import typer
 
@@ -23,8 +23,9 @@ from hydrocrane.app.view import view
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from hydrocrane.machine import Machine
-    from hydrocrane.result import Run
+    from hydrocrane.machine.machine import Machine
+    from hydrocrane.results.run import Run
+    from hydrocrane.scenario.changes import RunChanges
 
 app = typer.Typer(
     name="hydrocrane",
@@ -82,8 +83,9 @@ def simulate(
     from hydrocrane.app.options import checked_scenario, overrides
     from hydrocrane.errors import InputError
 
-    wanted: dict[str, Any] = {"payload": payload, "duration": duration, "method": method, "rtol": rtol, "step": step}
-    changes = {name: value for name, value in wanted.items() if value is not None}
+    wanted = {"payload": payload, "duration": duration, "method": method, "rtol": rtol, "step": step}
+    changes = cast("RunChanges", {name: value for name, value in wanted.items() if value is not None})
+    changes["overrides"] = overrides(settings)
     plan = hc.load_scenario(checked_scenario(scenario))
     if plan.recorded_by not in ("", hc.__version__):
         warn(f"{scenario} was recorded with version {plan.recorded_by}, this is {hc.__version__}: the drive may differ")
@@ -91,7 +93,7 @@ def simulate(
     if output.exists() and not output.is_dir():
         raise InputError(f"--output is a folder, and `{output}` is a file; choose another name")
     with waiting("simulating"):
-        run = hc.simulate(plan, machine=machine, overrides=overrides(settings), verify=verify, **changes)
+        run = hc.simulate(plan, machine=machine, verify=verify, **changes)
     paths = _write_run(run, output, suffixes, film)
     say(run.summary(), "", "written:", *(f"  {path}" for path in paths))
     if run.warnings:
@@ -103,7 +105,7 @@ def simulate(
 def _data_suffixes(name: str, also: list[str], film: str) -> list[str]:
     """Suffixes of the data files of the run `name`; what cannot be written here is an error before anything runs."""
     from hydrocrane.errors import InputError
-    from hydrocrane.files import checked_suffix
+    from hydrocrane.files.datasets import checked_suffix
 
     found = [".nc"]
     for suffix in also:
@@ -160,17 +162,17 @@ def plot(
     _write_figure(figure, path)
 
 
-def _machine_chart(crane: Machine, chart: Chart, cylinder: str | None) -> Figure:
+def _machine_chart(machine: Machine, chart: Chart, cylinder: str | None) -> Figure:
     from hydrocrane import plots
     from hydrocrane.errors import unknown
 
-    if cylinder is not None and cylinder not in crane.cylinder_names:
-        raise unknown("cylinder", cylinder, crane.cylinder_names)
+    if cylinder is not None and cylinder not in machine.cylinder_names:
+        raise unknown("cylinder", cylinder, machine.cylinder_names)
     if chart is Chart.flow_law:
-        return plots.flow_law(crane, cylinder)
+        return plots.flow_law(machine, cylinder)
     if chart is Chart.friction:
-        return plots.friction_maps(crane, cylinder)
-    return plots.joint_stroke(crane, cylinder and crane.joint_names[crane.cylinder_names.index(cylinder)])
+        return plots.friction_maps(machine, cylinder)
+    return plots.joint_stroke(machine, cylinder and machine.joint_names[machine.cylinder_names.index(cylinder)])
 
 
 @app.command(epilog="Example:  hydrocrane animate results/vertical-lift-open-loop.nc -o lift.gif --speed 2")
@@ -203,9 +205,9 @@ def workspace(
     from hydrocrane import plots
 
     _headless()
-    crane = _machine(machine, settings)
-    path = _picture_path(output, f"{crane.name}-workspace.png")
-    _write_figure(plots.workspace(crane), path)
+    loaded = _machine(machine, settings)
+    path = _picture_path(output, f"{loaded.name}-workspace.png")
+    _write_figure(plots.workspace(loaded), path)
 
 
 @app.command(epilog="Example:  hydrocrane loadchart rottne-f9-lab --height '1.5 m' --set supply.pressure='180 bar'")
@@ -220,17 +222,18 @@ def loadchart(
     settings: Settings = [],  # noqa: B006
 ) -> None:
     """Payload against reach: what the cylinders hold at supply pressure."""
-    from hydrocrane import capacity, plots
+    from hydrocrane import plots
+    from hydrocrane.analysis import capacity
     from hydrocrane.app.options import tip_height
     from hydrocrane.app.report import load_table
 
     _headless()
     wanted = tip_height(height)
-    crane = _machine(machine, settings)
-    path = _picture_path(output, f"{crane.name}-loadchart.png")
+    loaded = _machine(machine, settings)
+    path = _picture_path(output, f"{loaded.name}-loadchart.png")
     with waiting("going over the workspace"):
-        chart = capacity.load_chart(crane, samples=samples)
-        table, figure = load_table(chart, wanted), plots.load_chart(crane, chart, height=wanted)
+        chart = capacity.load_chart(loaded, samples=samples)
+        table, figure = load_table(chart, wanted), plots.load_chart(loaded, chart, height=wanted)
     say(table)
     _write_figure(figure, path)
 
@@ -245,24 +248,25 @@ def modes(
     settings: Settings = [],  # noqa: B006
 ) -> None:
     """Natural frequencies and damping in a pose, with and without friction, and their map over the workspace."""
-    from hydrocrane import linear, plots
+    from hydrocrane import plots
+    from hydrocrane.analysis import linear
     from hydrocrane.app.options import pose
     from hydrocrane.app.report import modes_table
 
     _headless()
-    crane = _machine(machine, settings)
-    path = _picture_path(output, f"{crane.name}-modes.png")
+    loaded = _machine(machine, settings)
+    path = _picture_path(output, f"{loaded.name}-modes.png")
     if samples:
         # A grid that is none is told before anything is printed.
-        linear.pose_grid(crane, samples)
-    for found in linear.modes_to_show(crane, pose(crane, at), payload=payload):
+        linear.pose_grid(loaded, samples)
+    for found in linear.modes_to_show(loaded, pose(loaded, at), payload=payload):
         say(linear.FRICTION_WORDS[found.friction], modes_table(found), "")
         for warning in found.warnings:
             warn(str(warning))
     if samples:
         with waiting("going over the workspace"):
-            drawn = linear.mode_map(crane, samples=samples, payload=payload)
-        _write_figure(plots.mode_map(crane, drawn), path)
+            drawn = linear.mode_map(loaded, samples=samples, payload=payload)
+        _write_figure(plots.mode_map(loaded, drawn), path)
 
 
 @app.command(epilog="Example:  hydrocrane machines")
@@ -287,13 +291,13 @@ def check(
 
     if is_scenario(file):
         plan = hc.load_scenario(file).changed(overrides=overrides(settings))
-        crane = plan.load_machine()
-        plan.initial_state(crane)
-        say(*scenario_report(plan, crane))
+        machine = plan.load_machine()
+        plan.initial_state(machine)
+        say(*scenario_report(plan, machine))
     else:
-        crane = _machine(file, settings)
-        say(*machine_report(crane))
-    say(*findings(crane.warnings))
+        machine = _machine(file, settings)
+        say(*machine_report(machine))
+    say(*findings(machine.warnings))
 
 
 @app.command(epilog="Example:  hydrocrane new my-crane --machine rottne-f9-lab")
@@ -336,7 +340,7 @@ def _root(
 
 def _machine(source: str, settings: list[str]) -> Machine:
     from hydrocrane.app.options import checked_machine, overrides
-    from hydrocrane.machine import load_machine
+    from hydrocrane.machine.machine import load_machine
 
     return load_machine(checked_machine(source), overrides(settings))
 

@@ -5,10 +5,13 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
 
 
-def say(*parts: Any) -> None:
+def say(*parts: RenderableType) -> None:
     """Print strings and rich objects, one per line."""
     from rich.console import Console
     from rich.text import Text

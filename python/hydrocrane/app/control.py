@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
@@ -12,7 +12,7 @@ from hydrocrane.app.console import bar, say
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from hydrocrane.benchmark import Benchmark
+    from hydrocrane.benchmark.cases import Benchmark
 
 control = typer.Typer(name="control", help="Crane-tip control.", no_args_is_help=True)
 
@@ -51,18 +51,19 @@ def run_benchmark(
     """Run the tasks of the tip-control benchmark; print a table, write it as CSV and JSON, and draw a page."""
     import matplotlib as mpl
 
-    from hydrocrane import benchmark, fitted_tasks
+    from hydrocrane import benchmark
     from hydrocrane.app.options import overrides
-    from hydrocrane.machine import load_machine
+    from hydrocrane.benchmark import fitted_tasks
+    from hydrocrane.machine.machine import load_machine
 
-    crane = load_machine(machine, overrides(settings))
+    loaded = load_machine(machine, overrides(settings))
     # A folder that cannot be made shall not cost the runs.
     output.mkdir(parents=True, exist_ok=True)
-    whole = not quick and fitted_tasks.fits_the_benchmark(crane)
-    cases = benchmark.all_cases() if whole else fitted_tasks.tuning_cases(crane)
+    whole = not quick and fitted_tasks.fits_the_benchmark(loaded)
+    cases = benchmark.all_cases() if whole else fitted_tasks.tuning_cases(loaded)
     with bar("running the benchmark") as progress:
         found = benchmark.benchmark(
-            controllers or benchmark.CONTROLLERS, cases, machine=crane, seed=seed, progress=progress
+            controllers or benchmark.CONTROLLERS, cases, machine=loaded, seed=seed, progress=progress
         )
     paths = found.save(output)
     mpl.use("Agg")
@@ -82,14 +83,14 @@ def run_tune(
     seed: Annotated[int, typer.Option(help="Draws the errors of the sensors.")] = 0,
 ) -> None:
     """Search the gains of the controller `tip` by simulation, and report them before and after."""
-    from hydrocrane import tuning
     from hydrocrane.app.options import overrides
-    from hydrocrane.machine import load_machine
-    from hydrocrane.whole_file import write_text
+    from hydrocrane.benchmark import tuning
+    from hydrocrane.files.whole_file import write_text
+    from hydrocrane.machine.machine import load_machine
 
-    crane = load_machine(machine, overrides(settings))
+    loaded = load_machine(machine, overrides(settings))
     with bar("tuning") as progress:
-        found = tuning.tune(crane, trials=trials, seed=seed, progress=progress)
+        found = tuning.tune(loaded, trials=trials, seed=seed, progress=progress)
     lines = [f"{key:20} {found.before[key]:8.4g} -> {found.after[key]:8.4g} {tuning.UNITS[key]}" for key in found.after]
     say(
         *lines,
@@ -125,13 +126,17 @@ def benchmark_table(found: Benchmark) -> Table:
     for result in sorted(found.results, key=lambda result: order.index(result.controller)):
         head = (result.controller, result.case.task.name, str(result.case.condition))
         row = result.row
-        table.add_row(*head, *(_cell(row[key], factor) for _, key, factor in COLUMNS), result.remark.split(":")[0])
+        table.add_row(
+            *head,
+            *(_cell(cast("float | None", row[key]), factor) for _, key, factor in COLUMNS),
+            result.remark.split(":")[0],
+        )
     return table
 
 
 def _standings(found: Benchmark) -> str:
     """Mean scores, and who never moved the tip."""
-    from hydrocrane.benchmark import STANDING
+    from hydrocrane.benchmark.cases import STANDING
 
     told = []
     for controller, score in found.standings.items():
@@ -142,7 +147,7 @@ def _standings(found: Benchmark) -> str:
 
 
 def _cell(value: float | None, factor: float) -> str:
-    from hydrocrane.metrics import significant
+    from hydrocrane.benchmark.metrics import significant
 
     if value is None:
         return "-"
@@ -152,7 +157,8 @@ def _cell(value: float | None, factor: float) -> str:
 def _remarks(found: Benchmark) -> list[str]:
     """What the table cannot say: runs that did not come to their end, and why."""
     return [
-        f"{result.controller}, {result.case.task.name}, {result.case.condition}: {result.outcome}; {result.message}"
+        f"{result.controller}, {result.case.task.name}, {result.case.condition}: "
+        f"{result.outcome.kind}; {result.message}"
         for result in found.results
-        if result.outcome != "completed"
+        if not result.outcome.completed
     ]

@@ -6,7 +6,7 @@ import json
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
@@ -15,11 +15,15 @@ from hydrocrane.errors import InputError
 
 if TYPE_CHECKING:
     from hydrocrane.app.live_server import Server
-    from hydrocrane.machine import Machine
-    from hydrocrane.scenario import Scenario
+    from hydrocrane.machine.machine import Machine
+    from hydrocrane.machine.overrides import Override
+    from hydrocrane.scenario.scenario import Scenario
+
+# What the page is asked for, as JSON.
+Request: TypeAlias = dict[str, object]
 
 
-def drive_request(target: str, settings: Mapping[str, Any]) -> dict[str, Any]:
+def drive_request(target: str, settings: Mapping[str, Override]) -> Request:
     """What the page is asked to open: a machine or a scenario, checked here as everywhere on the command line."""
     import hydrocrane as hc
     from hydrocrane.app.options import is_scenario
@@ -27,15 +31,15 @@ def drive_request(target: str, settings: Mapping[str, Any]) -> dict[str, Any]:
     if not is_scenario(target):
         return machine_request(hc.load_machine(target, dict(settings)))
     plan = hc.load_scenario(target).changed(overrides=dict(settings))
-    crane = plan.load_machine()
-    plan.initial_state(crane)
-    return {**machine_request(crane), **_scenario_request(plan)}
+    machine = plan.load_machine()
+    plan.initial_state(machine)
+    return {**machine_request(machine), **_scenario_request(plan)}
 
 
-def machine_request(crane: Machine) -> dict[str, Any]:
+def machine_request(machine: Machine) -> Request:
     """A machine as the page is asked for it."""
-    path = Path(crane.source)
-    request: dict[str, Any] = {"machine": crane.source, "overrides": dict(crane.overrides)}
+    path = Path(machine.source)
+    request: Request = {"machine": machine.source, "overrides": dict(machine.overrides)}
     if path.suffix == ".toml":
         text = path.read_text(encoding="utf-8")
         _check_alone(path, tomllib.loads(text))
@@ -43,10 +47,11 @@ def machine_request(crane: Machine) -> dict[str, Any]:
     return request
 
 
-def _check_alone(path: Path, tree: Mapping[str, Any]) -> None:
+def _check_alone(path: Path, tree: Mapping[str, object]) -> None:
     """The page has no folder to look for other files in."""
-    others = [*tree.get("include", []), *([tree["extends"]] if "extends" in tree else [])]
-    for other in others:
+    included = tree.get("include", [])
+    others = [*(included if isinstance(included, list) else []), *([tree["extends"]] if "extends" in tree else [])]
+    for other in map(str, others):
         if "/" in other or "\\" in other or other.endswith(".toml"):
             raise InputError(
                 f"{path} needs `{other}`, and the cockpit takes a machine in one file: extend a bundled machine by its "
@@ -54,9 +59,9 @@ def _check_alone(path: Path, tree: Mapping[str, Any]) -> None:
             )
 
 
-def _scenario_request(plan: Scenario) -> dict[str, Any]:
+def _scenario_request(plan: Scenario) -> Request:
     """Start, load, controller and sensors; its sticks and spool commands are left to whoever drives."""
-    request: dict[str, Any] = {"joints": dict(plan.joints), "seed": plan.seed}
+    request: Request = {"joints": dict(plan.joints), "seed": plan.seed}
     if plan.payload is not None:
         request["payload"] = plan.payload
     if isinstance(plan.driver, str):
@@ -68,7 +73,7 @@ def _scenario_request(plan: Scenario) -> dict[str, Any]:
     return request
 
 
-def cockpit_server(target: str | None = None, settings: Mapping[str, Any] | None = None, port: int = 0) -> Server:
+def cockpit_server(target: str | None = None, settings: Mapping[str, Override] | None = None, port: int = 0) -> Server:
     """A server for the page, opened on a machine or scenario where one is given; port 0 takes any free one."""
     from hydrocrane.app.live_server import CHOSEN, Server, own_page
 

@@ -15,7 +15,7 @@ from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import Any
+from typing import cast
 
 from hydrocrane.errors import InputError
 
@@ -112,7 +112,7 @@ class Handler(BaseHTTPRequestHandler):
             self.send_header(name, value)
         super().end_headers()
 
-    def log_message(self, format: str, *args: Any) -> None:
+    def log_message(self, format: str, *args: object) -> None:
         """The terminal stays quiet."""
 
 
@@ -138,7 +138,7 @@ class Server(ThreadingHTTPServer):
         """Where the page is."""
         return f"http://{HOST}:{self.server_port}/" + ("?chosen" if CHOSEN in self.files else "")
 
-    def process_request(self, request: Any, client_address: Any) -> None:
+    def process_request(self, request: socket.socket | tuple[bytes, socket.socket], client_address: object) -> None:
         with self._lock:
             if len(self._connections) >= CONNECTIONS:
                 oldest = next(iter(self._connections))
@@ -146,15 +146,15 @@ class Server(ThreadingHTTPServer):
                 # Its thread then finds the end of what it reads.
                 with suppress(OSError):
                     oldest.shutdown(socket.SHUT_RDWR)
-            self._connections[request] = None
+            self._connections[cast(socket.socket, request)] = None
         super().process_request(request, client_address)
 
-    def shutdown_request(self, request: Any) -> None:
+    def shutdown_request(self, request: socket.socket | tuple[bytes, socket.socket]) -> None:
         with self._lock:
-            self._connections.pop(request, None)
+            self._connections.pop(cast(socket.socket, request), None)
         super().shutdown_request(request)
 
-    def handle_error(self, request: Any, client_address: Any) -> None:
+    def handle_error(self, request: socket.socket | tuple[bytes, socket.socket], client_address: object) -> None:
         """Whoever goes away before the answer is there leaves nothing on the terminal."""
         if not isinstance(sys.exception(), OSError):
             super().handle_error(request, client_address)

@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import math
-import re
 import tomllib
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, cast
 
 from hydrocrane.errors import InputError, unknown
+from hydrocrane.units import converted
 
 if TYPE_CHECKING:
+    from hydrocrane.analysis.capacity import Height
     from hydrocrane.arrays import Array
-    from hydrocrane.machine import Machine
+    from hydrocrane.files.toml_file import TomlValue
+    from hydrocrane.machine.machine import Machine
+    from hydrocrane.machine.overrides import Override
 
-_UNITS = {"rad": {"rad": 1.0, "deg": math.pi / 180}, "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3}}
-_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-z]*)\s*")
+# Units that people are reminded of, by the SI unit; any other of the same kind will do.
+_USUAL = {"rad": "rad, deg", "m": "m, cm, mm"}
 
 
-def overrides(settings: list[str]) -> dict[str, Any]:
+def overrides(settings: list[str]) -> dict[str, Override]:
     """``["supply.pressure=100 bar", "payload.mass=200 kg"]`` as a mapping; what reads as TOML is taken as TOML.
 
     Numbers stay texts: as in a file, a quantity needs its unit there. (In Python a number is SI.)
@@ -32,7 +35,7 @@ def overrides(settings: list[str]) -> dict[str, Any]:
     return found
 
 
-def _value(text: str) -> Any:
+def _value(text: str) -> Override:
     try:
         value = tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:
@@ -41,37 +44,54 @@ def _value(text: str) -> Any:
     return _as_text(value) if isinstance(value, bool | int | float | str | list) else text
 
 
-def _as_text(value: Any) -> Any:
+def _as_text(value: TomlValue) -> Override:
     if isinstance(value, list):
         return [_as_text(item) for item in value]
     return value if isinstance(value, bool | str) else repr(value)
 
 
-def pose(crane: Machine, settings: list[str]) -> Array:
+def pose(machine: Machine, settings: list[str]) -> Array:
     """Joint coordinates from ``["boom=100 deg", "extension=50 mm"]``; joints left out stay in mid-range."""
-    q = crane.home.copy()
+    q = machine.home.copy()
     for setting in settings:
         name, sign, text = setting.partition("=")
         name = name.strip()
-        if name not in crane.joint_names:
-            raise unknown("joint", name, crane.joint_names)
-        index = crane.joint_names.index(name)
-        units = _UNITS[crane.joint_units[index]]
-        match = _NUMBER.fullmatch(text)
-        if not sign or match is None or (match[2] and match[2] not in units):
-            raise InputError(f"--at takes JOINT=VALUE with a unit of {', '.join(units)} or none (SI); got `{setting}`")
-        q[index] = float(match[1]) * units.get(match[2], 1.0)
+        if name not in machine.joint_names:
+            raise unknown("joint", name, machine.joint_names)
+        index = machine.joint_names.index(name)
+        unit = machine.joint_units[index]
+        try:
+            q[index] = _length_or_angle(text, unit)
+        except ValueError:
+            usual = _USUAL[unit]
+            raise InputError(
+                f"--at takes JOINT=VALUE with a unit such as {usual}, or none (SI); got `{setting}`"
+            ) from None
     return q
 
 
-def tip_height(text: str | None) -> float | str | None:
+def tip_height(text: str | None) -> Height | None:
     """``best``, ``worst``, or a height such as ``1.5 m`` in metres; nothing stays nothing."""
-    if text is None or text in ("best", "worst"):
-        return text
-    match = _NUMBER.fullmatch(text)
-    if match is None or match[2] not in _UNITS["m"]:
-        raise InputError(f"--height takes best, worst, or a length with its unit, such as '1.5 m'; got `{text}`")
-    return float(match[1]) * _UNITS["m"][match[2]]
+    if text is None:
+        return None
+    if text in ("best", "worst"):
+        return cast("Height", text)
+    try:
+        return converted("--height", text, "m")
+    except InputError:
+        message = f"--height takes best, worst, or a length with its unit, such as '1.5 m'; got `{text}`"
+        raise InputError(message) from None
+
+
+def _length_or_angle(text: str, unit: str) -> float:
+    """A number, which is SI, or a quantity; a ``ValueError`` where it is neither, or not finite."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = converted("--at", text.strip(), unit)
+    if not math.isfinite(value):
+        raise ValueError(text)
+    return value
 
 
 def checked_machine(source: str) -> str:

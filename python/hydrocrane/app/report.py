@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rich.table import Table
 from rich.text import Text
 
-from hydrocrane.capacity import Height, at_height
-from hydrocrane.machine import PROVENANCE_CLASSES
+from hydrocrane.analysis.capacity import Height, at_height
+from hydrocrane.machine.machine import PROVENANCE_CLASSES
 
 if TYPE_CHECKING:
-    from hydrocrane.capacity import LoadChart
-    from hydrocrane.linear import Modes
-    from hydrocrane.machine import Machine
+    from hydrocrane._core_types import Passivity
+    from hydrocrane.analysis.capacity import LoadChart
+    from hydrocrane.analysis.linear import Modes
+    from hydrocrane.machine.machine import Machine
     from hydrocrane.result_warning import ResultWarning
-    from hydrocrane.scenario import Scenario
+    from hydrocrane.scenario.scenario import Scenario
 
 _SHOWN = {"rad": ("deg", 180 / math.pi), "m": ("mm", 1e3)}
 
@@ -29,20 +30,20 @@ def machines_table(machines: list[Machine]) -> Table:
     table.add_column("title", overflow="fold")
     for kind in ("states", *PROVENANCE_CLASSES):
         table.add_column(kind, justify="right")
-    for crane in machines:
-        tally = [str(count) for count in crane.provenance_tally.values()]
-        table.add_row(crane.name, crane.title, str(len(crane.state_names)), *tally)
+    for machine in machines:
+        tally = [str(count) for count in machine.provenance_tally.values()]
+        table.add_row(machine.name, machine.title, str(len(machine.state_names)), *tally)
     return table
 
 
-def machine_report(crane: Machine) -> list[Text | Table]:
+def machine_report(machine: Machine) -> list[Text | Table]:
     """What `check` says about a machine: size, limits and their reasons, friction, provenance."""
-    head = Text.assemble((crane.name, "bold"), f": {crane.title}")
+    head = Text.assemble((machine.name, "bold"), f": {machine.title}")
     size = Text(
-        f"{len(crane.joint_names)} degrees of freedom, {len(crane.cylinder_names)} cylinders,"
-        f" {len(crane.state_names)} states, supply {crane.supply_pressure * 1e-5:.0f} bar"
+        f"{len(machine.joint_names)} degrees of freedom, {len(machine.cylinder_names)} cylinders,"
+        f" {len(machine.state_names)} states, supply {machine.supply_pressure * 1e-5:.0f} bar"
     )
-    return [head, size, _limits(crane), *_friction(crane), _errata(crane), _tally(crane)]
+    return [head, size, _limits(machine), *_friction(machine), _errata(machine), _tally(machine)]
 
 
 def findings(warnings: Sequence[ResultWarning]) -> list[Text]:
@@ -53,55 +54,56 @@ def findings(warnings: Sequence[ResultWarning]) -> list[Text]:
     return [*(Text(f"warning: {warning}", style="yellow") for warning in warnings), Text(f"no errors, {count}")]
 
 
-def _limits(crane: Machine) -> Table:
+def _limits(machine: Machine) -> Table:
     table = Table(box=None, pad_edge=False, header_style="bold")
     for heading in ("joint", "from", "because", "to", "because", "cylinder", "stroke"):
         table.add_column(heading, justify="right" if heading in ("from", "to", "stroke") else "left")
-    for i, joint in enumerate(crane.joint_names):
-        unit, factor = _SHOWN[crane.joint_units[i]]
-        low, high = crane.joint_limits[i] * factor
-        why_low, why_high = crane.joint_limit_reasons[i]
-        low_x, high_x = crane.stroke_limits[i] * 1e3
+    for i, joint in enumerate(machine.joint_names):
+        unit, factor = _SHOWN[machine.joint_units[i]]
+        low, high = machine.joint_limits[i] * factor
+        why_low, why_high = machine.joint_limit_reasons[i]
+        low_x, high_x = machine.stroke_limits[i] * 1e3
         table.add_row(
             joint, f"{low:.1f} {unit}", why_low, f"{high:.1f} {unit}", why_high,
-            crane.cylinder_names[i], f"{low_x:.1f} .. {high_x:.1f} mm",
+            machine.cylinder_names[i], f"{low_x:.1f} .. {high_x:.1f} mm",
         )  # fmt: skip
     return table
 
 
-def _friction(crane: Machine) -> list[Text]:
-    lines = [_passivity(entry) for entry in crane.passivity()]
+def _friction(machine: Machine) -> list[Text]:
+    lines = [_passivity(entry) for entry in machine.passivity()]
     return lines or [Text("friction: static maps, no bristles")]
 
 
-def _passivity(entry: dict[str, Any]) -> Text:
+def _passivity(entry: Passivity) -> Text:
     """One line on the passivity condition of a LuGre friction."""
     line = Text(f"LuGre friction of cylinder {entry['cylinder']}: the passivity condition holds ")
-    if entry["holds"]:
+    limit = entry["velocity_limit"]
+    if limit is None:
         return line.append(f"at every velocity checked, up to {entry['checked_to']:g} m/s", style="green")
-    return line.append(f"only up to {entry['velocity_limit'] * 1e3:.3g} mm/s", style="yellow")
+    return line.append(f"only up to {limit * 1e3:.3g} mm/s", style="yellow")
 
 
-def _errata(crane: Machine) -> Text:
-    printed = [name for name, corrected in crane.errata.items() if not corrected]
+def _errata(machine: Machine) -> Text:
+    printed = [name for name, corrected in machine.errata.items() if not corrected]
     if not printed:
         return Text("errata: all corrected")
     return Text(f"errata run as printed: {', '.join(printed)}", style="yellow")
 
 
-def _tally(crane: Machine) -> Text:
-    tally = ", ".join(f"{count} {kind}" for kind, count in crane.provenance_tally.items() if count)
-    return Text(f"provenance of {len(crane.provenance)} values: {tally}")
+def _tally(machine: Machine) -> Text:
+    tally = ", ".join(f"{count} {kind}" for kind, count in machine.provenance_tally.items() if count)
+    return Text(f"provenance of {len(machine.provenance)} values: {tally}")
 
 
-def scenario_report(plan: Scenario, crane: Machine) -> list[Text]:
+def scenario_report(plan: Scenario, machine: Machine) -> list[Text]:
     """What `check` says about a scenario."""
-    q = [f"{joint} {value:g} {unit}" for joint, value, unit in _start(plan, crane)]
+    q = [f"{joint} {value:g} {unit}" for joint, value, unit in _start(plan, machine)]
     return [
         Text.assemble((plan.name, "bold"), f": {plan.title}"),
-        Text(f"machine {crane.name}, {plan.duration:g} s recorded every {plan.record_interval * 1e3:g} ms"),
+        Text(f"machine {machine.name}, {plan.duration:g} s recorded every {plan.record_interval * 1e3:g} ms"),
         Text(f"start at {', '.join(q)}; pressures {plan.pressures if isinstance(plan.pressures, str) else 'given'}"),
-        Text(f"{_drive(plan, crane)}; solver {plan.solver.method}"),
+        Text(f"{_drive(plan, machine)}; solver {plan.solver.method}"),
         *_loads(plan),
         *(Text(f"from {begin:g} s on: {_loop(stage)}") for begin, stage in plan.stages()[1:]),
     ]
@@ -113,11 +115,11 @@ def _loads(plan: Scenario) -> list[Text]:
     return [Text(f"payload {', '.join(changes)}")] if changes else []
 
 
-def _drive(plan: Scenario, crane: Machine) -> str:
+def _drive(plan: Scenario, machine: Machine) -> str:
     """What moves the spools."""
     if plan.closed_loop:
         return _loop(plan)
-    times, _, linear = plan.command_grid(crane)
+    times, _, linear = plan.command_grid(machine)
     return f"{len(times)} command times, {'joined linearly' if linear else 'held'}"
 
 
@@ -126,9 +128,9 @@ def _loop(plan: Scenario) -> str:
     return f"controller {plan.driver}, {plan.sensors} sensors, {count} stick times"
 
 
-def _start(plan: Scenario, crane: Machine) -> list[tuple[str, float, str]]:
+def _start(plan: Scenario, machine: Machine) -> list[tuple[str, float, str]]:
     shown = []
-    for joint, unit in zip(crane.joint_names, crane.joint_units, strict=True):
+    for joint, unit in zip(machine.joint_names, machine.joint_units, strict=True):
         name, factor = _SHOWN[unit]
         shown.append((joint, plan.joints[joint] * factor, name))
     return shown

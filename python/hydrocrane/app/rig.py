@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from hydrocrane.rig import RigLog
+    from hydrocrane.rig.running import RunSettings
 
 rig = typer.Typer(name="rig", help="The virtual friction rig.", no_args_is_help=True)
 
@@ -25,7 +26,7 @@ def _group() -> None:
 @rig.command(name="list", epilog="Example:  hydrocrane rig list")
 def list_experiments() -> None:
     """List the experiments and the rigs."""
-    from hydrocrane.machine import bundled_machines
+    from hydrocrane.machine.machine import bundled_machines
     from hydrocrane.rig.experiments import EXPERIMENTS
 
     width = max(len(name) for name in EXPERIMENTS)
@@ -61,11 +62,11 @@ def run_experiment(
     # Neither a wrong name nor a wrong suffix shall cost the run.
     known(experiment)
     checked_suffix(output)
-    how: dict[str, Any] = {"seed": seed, "sensors": sensors, "bits": bits, "load_cell": load_cell}
+    how: RunSettings = {"seed": seed, "sensors": sensors, "bits": bits, "load_cell": load_cell}
     how |= {"payload": payload, "supply": supply, "calibration": calibration, "overrides": overrides(settings)}
     if slips is not None:
         how["slips"] = slips
-    varied = {key for member in known(experiment).series for key in member if how[key] is None}
+    varied = {key for member in known(experiment).series for key in member if how.get(key) is None}
     with waiting("running the experiment"):
         logs = rigs.series(experiment, machine, **how) if varied else [rigs.run(experiment, machine, **how)]
     paths = [log.save(output if len(logs) == 1 else _beside(output, log, varied)) for log in logs]

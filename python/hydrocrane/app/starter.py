@@ -7,9 +7,9 @@ from pathlib import Path
 
 from hydrocrane import _core
 from hydrocrane.errors import InputError, unknown
-from hydrocrane.machine import bundled_machines
-from hydrocrane.scenario import bundled_scenarios, load_scenario
-from hydrocrane.whole_file import write_text
+from hydrocrane.files.whole_file import write_text
+from hydrocrane.machine.machine import bundled_machines
+from hydrocrane.scenario.scenario_file import bundled_scenarios, load_scenario
 
 
 def write_starter(folder: Path, machine: str) -> tuple[Path, Path]:

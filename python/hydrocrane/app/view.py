@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import json
 import re
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from hydrocrane.app.console import say, waiting
-from hydrocrane.app.live import machine_request, serve
+from hydrocrane.app.live import Request, machine_request, serve
 from hydrocrane.errors import InputError
 
 if TYPE_CHECKING:
     from hydrocrane.app.live_server import Server
     from hydrocrane.arrays import Array
-    from hydrocrane.result import Run
+    from hydrocrane.results.run import Run
 
 
-def recording(run: Run) -> tuple[dict[str, Any], Array]:
+def recording(run: Run) -> tuple[Request, Array]:
     """What the page is asked to show, and the table (m, columns) of the run: time first, SI.
 
     Names are those of the page: commands at the valves are ``command.<cylinder>``, ledger entries are summed over all
@@ -26,8 +26,8 @@ def recording(run: Run) -> tuple[dict[str, Any], Array]:
     """
     import numpy as np
 
-    data, crane = run.data, run.machine
-    missing = [name for name in crane.state_names if name not in data]
+    data, machine = run.data, run.machine
+    missing = [name for name in machine.state_names if name not in data]
     if missing or not data.sizes["time"]:
         lack = f"`{missing[0]}`" if missing else "rows"
         raise InputError(f"this run has no {lack}, so that the crane cannot be drawn; simulate it again")
@@ -38,7 +38,7 @@ def recording(run: Run) -> tuple[dict[str, Any], Array]:
             columns[shown] = columns[shown] + values.values if shown in columns else values.values
     begin = data.isel(time=0)
     outcome = run.outcome
-    request = machine_request(crane) | {
+    request = machine_request(machine) | {
         "controller": "lever",
         "payload": float(begin["payload"]),
         "joints": {joint: float(begin[f"joint.{joint}.q"]) for joint in run.joint_names},

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import cast
 
 import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrocrane._moved import renamed_keyword
 from hydrocrane.gym.task import Numbers, TipTask
-from hydrocrane.machine import MachineLike
+from hydrocrane.machine.machine import MachineLike
 
 
 class CraneTipEnv(gymnasium.Env[Numbers, NDArray[np.floating]]):
@@ -17,40 +18,41 @@ class CraneTipEnv(gymnasium.Env[Numbers, NDArray[np.floating]]):
 
     Parameters
     ----------
-    crane : Machine or str
+    machine : Machine or str
     sample_time, duration, payload
         As in :class:`TipTask`.
     """
 
     metadata = {"render_modes": []}
 
+    @renamed_keyword("crane", "machine")
     def __init__(
         self,
-        crane: MachineLike = "rottne-f9-lab",
+        machine: MachineLike = "rottne-f9-lab",
         sample_time: float = 0.05,
         duration: float = 10.0,
         payload: float | None = None,
     ) -> None:
-        self.task = TipTask.of(crane, sample_time=sample_time, duration=duration, payload=payload)
-        self.action_space = self.task.action_space
-        self.observation_space = self.task.observation_space
+        self.task = TipTask.of(machine, sample_time=sample_time, duration=duration, payload=payload)
+        self.action_space = cast("gymnasium.Space[NDArray[np.floating]]", self.task.action_space)
+        self.observation_space = cast("gymnasium.Space[Numbers]", self.task.observation_space)
         self._cranes = self.task.simulator(1, threads=1)
         self._target = np.zeros((1, 2))
         self._samples = 0
 
     def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Numbers, dict[str, Any]]:
+        self, *, seed: int | None = None, options: dict[str, object] | None = None
+    ) -> tuple[Numbers, dict[str, object]]:
         """Start an episode. ``options`` may hold ``q``, a pose to start from, and ``target``, (x, z) in m."""
         super().reset(seed=seed)
         q, target = self.task.draw(self.np_random)
         wished = options or {}
         self._target = np.asarray(wished.get("target", target), dtype=np.float64).reshape(1, 2)
         self._samples = 0
-        seen = self._cranes.reset(q=wished.get("q", q))
+        seen = self._cranes.reset(q=np.asarray(wished.get("q", q), dtype=np.float64))
         return self.task.observation(seen, self._target)[0], {"target": self._target[0].copy()}
 
-    def step(self, action: NDArray[np.floating]) -> tuple[Numbers, float, bool, bool, dict[str, Any]]:
+    def step(self, action: NDArray[np.floating]) -> tuple[Numbers, float, bool, bool, dict[str, object]]:
         """Hold the spool commands for one sample."""
         seen = self._cranes.step(self.task.commands(action)[np.newaxis])
         self._samples += 1

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrocrane.arrays import Array
-from hydrocrane.batch import BatchObservation, BatchSimulator
-from hydrocrane.machine import Machine, MachineLike, as_machine
+from hydrocrane.machine.machine import Machine, MachineLike, as_machine
+from hydrocrane.simulation.batch import BatchObservation, BatchSimulator
 
 Numbers = NDArray[np.float32]
 
@@ -34,7 +34,7 @@ class TipTask:
 
     Parameters
     ----------
-    crane : Machine
+    machine : Machine
     sample_time : float
         s between actions.
     duration : float
@@ -43,15 +43,15 @@ class TipTask:
         kg at the tip.
     """
 
-    crane: Machine
+    machine: Machine
     sample_time: float = 0.05
     duration: float = 10.0
     payload: float | None = None
 
     @classmethod
-    def of(cls, crane: MachineLike, **settings: float | None) -> TipTask:
+    def of(cls, machine: MachineLike, **settings: float | None) -> TipTask:
         """The task for a machine or the name of one."""
-        return cls(as_machine(crane), **settings)  # type: ignore[arg-type]
+        return cls(as_machine(machine), **settings)  # type: ignore[arg-type]
 
     @property
     def samples(self) -> int:
@@ -60,33 +60,33 @@ class TipTask:
 
     @property
     def action_space(self) -> gymnasium.spaces.Box:
-        return gymnasium.spaces.Box(-1.0, 1.0, (len(self.crane.cylinder_names),), np.float32)
+        return gymnasium.spaces.Box(-1.0, 1.0, (len(self.machine.cylinder_names),), np.float32)
 
     @property
     def observation_space(self) -> gymnasium.spaces.Box:
-        joints, cylinders = len(self.crane.joint_names), len(self.crane.cylinder_names)
+        joints, cylinders = len(self.machine.joint_names), len(self.machine.cylinder_names)
         bounds = np.repeat([SHARE, RATE, PRESSURE, WAY], [joints, joints, 2 * cylinders, 2]).astype(np.float32)
         return gymnasium.spaces.Box(-bounds, bounds, dtype=np.float32)
 
     def simulator(self, n: int, threads: int | None = None) -> BatchSimulator:
         """Cranes to play with."""
-        return BatchSimulator(self.crane, n, self.sample_time, payload=self.payload, threads=threads)
+        return BatchSimulator(self.machine, n, self.sample_time, payload=self.payload, threads=threads)
 
     def draw(self, random: np.random.Generator) -> tuple[Array, Array]:
         """A pose (n_joints,) to start from and a target (2,), m."""
-        lower, upper = self.crane.joint_limits.T
+        lower, upper = self.machine.joint_limits.T
         start, end = lower + (upper - lower) * random.uniform(MARGIN, 1.0 - MARGIN, (2, len(lower)))
-        return start, self.crane.tip(end)
+        return start, self.machine.tip(end)
 
     def commands(self, action: NDArray[np.floating]) -> Array:
         """Spool commands, m, of actions (..., n_cyl)."""
-        return np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0) * self.crane.spool_strokes
+        return np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0) * self.machine.spool_strokes
 
     def observation(self, seen: BatchObservation, target: Array) -> Numbers:
         """(n, width) of what is seen of n cranes and their targets (n, 2)."""
-        lower, upper = self.crane.joint_limits.T
+        lower, upper = self.machine.joint_limits.T
         share = (2.0 * seen.q - lower - upper) / (upper - lower)
-        pressures = seen.p.reshape(len(seen.q), -1) / self.crane.supply_pressure
+        pressures = seen.p.reshape(len(seen.q), -1) / self.machine.supply_pressure
         space = self.observation_space
         together = np.concatenate([share, seen.qd, pressures, target - seen.tip], axis=1)
         return np.clip(together, space.low, space.high).astype(np.float32)

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
+from hydrocrane._moved import renamed_keyword
 from hydrocrane.arrays import Array
 from hydrocrane.gym.task import Numbers, TipTask
-from hydrocrane.machine import MachineLike
+from hydrocrane.machine.machine import MachineLike
 
 
 class CraneTipVectorEnv(VectorEnv[Numbers, NDArray[np.floating], NDArray[np.bool_]]):
@@ -23,7 +22,7 @@ class CraneTipVectorEnv(VectorEnv[Numbers, NDArray[np.floating], NDArray[np.bool
     Parameters
     ----------
     num_envs : int
-    crane, sample_time, duration, payload
+    machine, sample_time, duration, payload
         As in :class:`CraneTipEnv`.
     threads : int, optional
         Default is the number of cores.
@@ -31,16 +30,17 @@ class CraneTipVectorEnv(VectorEnv[Numbers, NDArray[np.floating], NDArray[np.bool
 
     metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
 
+    @renamed_keyword("crane", "machine")
     def __init__(
         self,
         num_envs: int = 1,
-        crane: MachineLike = "rottne-f9-lab",
+        machine: MachineLike = "rottne-f9-lab",
         sample_time: float = 0.05,
         duration: float = 10.0,
         payload: float | None = None,
         threads: int | None = None,
     ) -> None:
-        self.task = TipTask.of(crane, sample_time=sample_time, duration=duration, payload=payload)
+        self.task = TipTask.of(machine, sample_time=sample_time, duration=duration, payload=payload)
         self.num_envs = num_envs
         self.single_action_space = self.task.action_space
         self.single_observation_space = self.task.observation_space
@@ -53,8 +53,8 @@ class CraneTipVectorEnv(VectorEnv[Numbers, NDArray[np.floating], NDArray[np.bool
         self._over = np.zeros(num_envs, dtype=bool)
 
     def reset(
-        self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Numbers, dict[str, Any]]:
+        self, *, seed: int | list[int | None] | None = None, options: dict[str, object] | None = None
+    ) -> tuple[Numbers, dict[str, object]]:
         """Start an episode with every crane; with the seed s, crane i draws what one crane alone draws with s + i."""
         numbers = range(self.num_envs)
         seeds = seed if isinstance(seed, list) else [None if seed is None else seed + i for i in numbers]
@@ -62,9 +62,9 @@ class CraneTipVectorEnv(VectorEnv[Numbers, NDArray[np.floating], NDArray[np.bool
         self._begin(np.arange(self.num_envs))
         return self.task.observation(self._cranes.observe(), self._target), {}
 
-    def step(
+    def step(  # type: ignore[override]
         self, actions: NDArray[np.floating]
-    ) -> tuple[Numbers, Array, NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+    ) -> tuple[Numbers, Array, NDArray[np.bool_], NDArray[np.bool_], dict[str, object]]:
         """Hold the spool commands for one sample."""
         anew = self._over.copy()
         seen = self._cranes.step(np.where(anew[:, np.newaxis], 0.0, self.task.commands(actions)))
@@ -79,7 +79,7 @@ class CraneTipVectorEnv(VectorEnv[Numbers, NDArray[np.floating], NDArray[np.bool
         return self.task.observation(seen, self._target), reward, lost, late, {}
 
     def _begin(self, cranes: NDArray[np.int64]) -> None:
-        drawn = [self.task.draw(self._random[crane]) for crane in cranes]
+        drawn = [self.task.draw(self._random[i]) for i in cranes]
         self._target[cranes] = [target for _, target in drawn]
         self._samples[cranes] = 0
         self._over[cranes] = False

@@ -1,20 +1,19 @@
 """Identification of friction from measurements: the steady map, comparisons between maps, bristles, and the report."""
 
+from hydrocrane.identification.bristle import first_readings
 from hydrocrane.identification.campaign import identify_friction
 from hydrocrane.identification.campaign_result import Identification, Stage
 from hydrocrane.identification.comparison import FrictionComparison, compare_friction
 from hydrocrane.identification.dynamic import expected, fit_dynamic
 from hydrocrane.identification.dynamic_result import DynamicFit
-from hydrocrane.identification.first_readings import first_readings
 from hydrocrane.identification.graphical import graphical
 from hydrocrane.identification.least_squares import OffsetPrior
 from hydrocrane.identification.points import FrictionPoints
 from hydrocrane.identification.report import Report, Section, Table
 from hydrocrane.identification.result import StaticFit
 from hydrocrane.identification.static_fit import fit_static
-from hydrocrane.identification.static_map import StaticMap
+from hydrocrane.identification.static_map import StaticMap, synthetic_points
 from hydrocrane.identification.static_stage import StaticIdentification, identify_static
-from hydrocrane.identification.synthetic import synthetic_points
 
 __all__ = [
     "DynamicFit",

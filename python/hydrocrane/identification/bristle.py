@@ -14,14 +14,67 @@ x - c/(alpha_0 + alpha_1) (x t - int x dt), (125) as corrected. Then
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
-from hydrocrane.identification.motions import RESTING_SAMPLES, Motion
+from hydrocrane.identification.rig_unknowns import DYNAMIC, key_of, number, rig_map
 from hydrocrane.identification.static_map import StaticMap
+from hydrocrane.logs import Log
+from hydrocrane.machine.machine import Machine
+from hydrocrane.signals import RigParameters, friction_force
+
+# The spool counts as open beyond this share of its largest opening.
+OPEN = 1e-3
+# Samples before the spool opens that belong to a motion.
+RESTING_SAMPLES = 5
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A piston's motion from rest.
+
+    Attributes
+    ----------
+    name : str
+        Log and time.
+    time, position, velocity, friction : (n,) arrays
+        s, m from the place of rest, m/s, N. Friction counts from its value at the log's beginning, where the bristles
+        are straight and what is read is the sensors' zero; later motions begin with bent bristles.
+    """
+
+    name: str
+    time: Array
+    position: Array
+    velocity: Array
+    friction: Array
+
+
+def motions(log: Log, rig: Machine, payload: float | None) -> list[Motion]:
+    """All motions of a log of x, p1, p2 and command; none where the spool never opens."""
+    data = friction_force(log.usable("x", "p1", "p2", "command"), RigParameters.of(rig, payload=payload))
+    time, velocity, friction = (np.asarray(data[name].values) for name in ("time", "velocity", "friction"))
+    command = np.interp(time, log.time, log["command"])
+    way = np.where(np.abs(command) > OPEN * np.abs(command).max(), np.sign(command), 0.0)
+    edges = np.flatnonzero(np.diff(way)) + 1
+    if not edges.size:
+        return []
+    datum = float(np.median(friction[: edges[0]]))
+    x = np.interp(time, log.time, log["x"])
+    found = []
+    for begin, end in zip(edges, [*edges[1:], time.size], strict=True):
+        if way[begin] == 0.0:
+            continue
+        first = max(int(begin) - RESTING_SAMPLES, 0)
+        pick = slice(first, int(end))
+        rest = float(np.median(x[first : int(begin)]))
+        name = f"{log.source}, {time[begin]:.2f} to {time[end - 1]:.2f} s"
+        found.append(Motion(name, time[pick], x[pick] - rest, velocity[pick], friction[pick] - datum))
+    return found
+
 
 # Friction as a share of the static friction: how far it must have changed from rest, out of the noise, and up
 # to where the
@@ -166,3 +219,51 @@ def _check(motion: Motion) -> None:
         raise InputError(f"the motion has {motion.time.size} samples; at least {LEAST_SAMPLES} are needed")
     if not all(np.isfinite(s).all() for s in (motion.position, motion.velocity, motion.friction)):
         raise InputError("a signal holds values that are not finite; cut the log to where every sensor reads")
+
+
+Readings = dict[str, dict[str, Reading]]
+
+
+def first_readings(
+    ramps: Sequence[Log],
+    steps: Sequence[Log],
+    rig: Machine,
+    law: StaticMap | None = None,
+    *,
+    payload: float | None = None,
+) -> tuple[Readings, list[str]]:
+    """Stiffness from the ramps, then damping from the steps.
+
+    Parameters
+    ----------
+    ramps, steps : sequences of Log
+        As for :func:`fit_dynamic`.
+    rig : Machine
+    law : StaticMap, optional
+        Default is the rig's.
+    payload : float, optional
+        kg.
+
+    Returns
+    -------
+    readings : dict
+        ``bristle-stiffness`` and ``bristle-damping``, each by the name of a motion.
+    warnings : list of str
+        What could not be read, and why.
+    """
+    law = rig_map(rig) if law is None else law
+    found: Readings = {name: {} for name in DYNAMIC}
+    warnings = []
+    for motion in (m for log in ramps for m in motions(log, rig, payload)):
+        try:
+            found["bristle-stiffness"][motion.name] = stiffness(motion, law)
+        except InputError as error:
+            warnings.append(f"{motion.name}: no reading of the stiffness: {error}")
+    known = [r.value for r in found["bristle-stiffness"].values()]
+    taken = float(np.mean(known)) if known else number(rig, key_of(rig, "friction", "bristle-stiffness"))
+    for motion in (m for log in steps for m in motions(log, rig, payload)):
+        try:
+            found["bristle-damping"][motion.name] = damping(motion, law, taken)
+        except InputError as error:
+            warnings.append(f"{motion.name}: no reading of the damping: {error}")
+    return found, warnings

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -16,10 +16,12 @@ from hydrocrane.identification.dynamic import fit_dynamic
 from hydrocrane.identification.dynamic_result import DynamicFit
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.records import RAMP, STEADY, STEP, Reading, Record
-from hydrocrane.identification.sensors import PRESSURES, bias_without_zero, bow, largest_error, span_error
+from hydrocrane.identification.sensors import PRESSURES, bias_without_zero, largest_error, linearity_error, span_error
 from hydrocrane.identification.setup import Exponents
 from hydrocrane.identification.static_stage import StaticIdentification, identify_static
-from hydrocrane.machine import MachineLike, as_machine
+from hydrocrane.logs.columns import LogLike
+from hydrocrane.logs.mapping import MappingLike
+from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.signals import RigParameters, SteadyWindows, steady_windows
 
 if TYPE_CHECKING:
@@ -40,12 +42,12 @@ CLEAR = 3.0
 
 
 def identify_friction(
-    logs: Any = (),
+    logs: LogLike | Iterable[LogLike] = (),
     rig: MachineLike = "rig-rottne",
     *,
-    ramps: Any = (),
-    steps: Any = (),
-    mapping: Any = None,
+    ramps: LogLike | Iterable[LogLike] = (),
+    steps: LogLike | Iterable[LogLike] = (),
+    mapping: MappingLike = None,
     payload: float | None = None,
     zero: tuple[float, float] | None = None,
     load_cell: bool = False,
@@ -89,15 +91,15 @@ def identify_friction(
     HydrocraneError
         Where a file cannot be read or an argument cannot be right. What is wrong with the readings fails a stage.
     """
-    crane = as_machine(rig)
-    RigParameters.of(crane, payload=payload)
+    machine = as_machine(rig)
+    RigParameters.of(machine, payload=payload)
     tell = progress or (lambda _: None)
     tell("reading the logs")
-    reading = Reading(crane, mapping, payload, zero, load_cell)
+    reading = Reading(machine, mapping, payload, zero, load_cell)
     records = [*reading.records(logs, ""), *reading.records(ramps, RAMP), *reading.records(steps, STEP)]
     if not records:
         raise InputError("no log was handed over; identification starts from logs of constant velocity")
-    campaign = _Campaign(Identification(crane, records), tell, load_cell, rod_mass, exponents)
+    campaign = _Campaign(Identification(machine, records), tell, load_cell, rod_mass, exponents)
     campaign.run()
     return campaign.found
 
@@ -237,7 +239,7 @@ class _Campaign:
             exponents=self.exponents,
             bias=self._biases(),
             span=span_error(self.found.rig),
-            bow=bow(self.found.rig),
+            linearity_error=linearity_error(self.found.rig),
             velocity_share=span_error(self.found.rig, ("x",)),
         )
 
@@ -258,7 +260,7 @@ class _Campaign:
         # The same sensors read all logs, so that their constant error does not differ between groups.
         groups = {name: self._points(numbers) for name, numbers in self._groups().items()}
         found = compare_friction(groups, margin=MARGIN)
-        if found.verdict.startswith("different"):
+        if found.conclusion.startswith("different"):
             self.found.warnings.append(f"one map was fitted to all logs, but: {found.sentence}")
         return found
 
@@ -291,8 +293,8 @@ class _Campaign:
         fit = self.found.static.fit if self.found.static is not None else None
         return fit if fit is not None and np.isfinite(fit.law.values).all() else None
 
-    def _evaluation(self, count: int, misfit: float) -> None:
-        self.tell(f"fitting the bristles: evaluation {count}, misfit {misfit:.3g} of the sensors' noise")
+    def _evaluation(self, count: int, residuals: float) -> None:
+        self.tell(f"fitting the bristles: evaluation {count}, residuals {residuals:.3g} of the sensors' noise")
 
 
 def _left_of_zeros(records: list[Record]) -> bool | tuple[float, float]:

@@ -1,23 +1,28 @@
-"""What a campaign of measurement told about friction, and how each stage of the identification went."""
+"""What a campaign of measurement says about friction, and how each stage of the identification went."""
 
 from __future__ import annotations
 
+import datetime
+import json
 from dataclasses import dataclass, field
+from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from hydrocrane.errors import ResultFileError
+from hydrocrane.errors import InputError, ResultFileError
+from hydrocrane.files.whole_file import write_text
 from hydrocrane.identification.comparison import FrictionComparison
-from hydrocrane.identification.dynamic_result import DynamicFit
-from hydrocrane.identification.records import Record
+from hydrocrane.identification.dynamic_result import UNITS, DynamicFit
+from hydrocrane.identification.records import STEADY, Record, name_of
+from hydrocrane.identification.report import Report, Section, Table
+from hydrocrane.identification.result import head, interval, of_sensors, parameter_row, signature
+from hydrocrane.identification.rig_unknowns import DYNAMIC
+from hydrocrane.identification.sensors import PRESSURES
 from hydrocrane.identification.static_stage import StaticIdentification
-from hydrocrane.machine import Machine
+from hydrocrane.machine.machine import Machine
 from hydrocrane.signals import SteadyWindows
-from hydrocrane.whole_file import write_text
 
-if TYPE_CHECKING:
-    from hydrocrane.identification.report import Report
+FADING = "bristle-damping-velocity"
 
 
 @dataclass(frozen=True)
@@ -89,10 +94,11 @@ class Identification:
         return tuple(stage for stage in self.stages if stage.outcome == "failed")
 
     def toml(self, cylinder: str | None = None, *, date: str = "", file_name: str = "friction.toml") -> str:
-        """The block ``[friction.<cylinder>]`` for a machine file, with comments on its origin."""
-        from hydrocrane.identification.friction_file import friction_file
+        """The block ``[friction.<cylinder>]`` for a machine file, with comments on its origin.
 
-        return friction_file(self, cylinder or self.cylinder, date=date, file_name=file_name)
+        Without a static map the block holds the bristles alone, to be laid over a file that has the rest.
+        """
+        return _friction_file(self, cylinder or self.cylinder, date=date, file_name=file_name)
 
     def write(self, path: str | PathLike[str], cylinder: str | None = None) -> Path:
         """Write the block to a file that a machine file can include."""
@@ -103,12 +109,162 @@ class Identification:
 
     def report(self) -> Report:
         """Everything in one page."""
-        from hydrocrane.identification.campaign_report import campaign_report
-
-        return campaign_report(self)
+        return _report(self)
 
     def summary(self) -> str:
         """Stages, parameters with their 95 % intervals, and warnings as plain text."""
-        from hydrocrane.identification.campaign_report import summary
+        return _summary(self)
 
-        return summary(self)
+
+def _report(found: Identification) -> Report:
+    """Result first, then the stages in their order, the block last."""
+    from hydrocrane import __version__
+
+    title = f"Friction of cylinder {found.cylinder} of {found.rig.name}"
+    origin = f"hydrocrane {__version__}, {datetime.date.today().isoformat()}. {found.rig.title}."
+    report = Report(title, introduction=origin)
+    report.stage("Result", lambda: _result(found))
+    report.stage("Logs", lambda: _logs(found))
+    for windows in found.windows:
+        name = f"Steady motion in {name_of(windows.log)}"
+        report.stage(name, partial(_windows, name, windows))
+    if found.static is not None:
+        for name, make in found.static.stages(found.cylinder)[:-1]:
+            report.stage(name, make)
+    if found.comparison is not None:
+        report.stage("Load and pressure", lambda: _comparison(found))
+    if found.dynamic is not None:
+        # Of a fit that did not end there are first readings alone.
+        ended = found.dynamic.estimate is not None
+        for name, make in found.dynamic.stages()[: -1 if ended else 1]:
+            report.stage(name, make)
+    for stage in found.failures:
+        report.add(Section(stage.name.capitalize(), failure=stage.message))
+    report.stage("Block for the machine file", lambda: Section("Block for the machine file", code=found.toml()))
+    return report
+
+
+def _windows(name: str, windows: SteadyWindows) -> Section:
+    return Section(name, figure=windows.plot())
+
+
+def _result(found: Identification) -> Section:
+    rows = tuple((stage.name, stage.outcome, stage.message) for stage in found.stages)
+    text = "\n\n".join(f"{s.name.capitalize()} {s.outcome}: {s.message}." for s in found.stages if s.message)
+    table = Table(("parameter", "unit", "fitted", "95 % from", "to"), tuple(_parameters(found)))
+    if not table.rows:
+        return Section("Result", text, Table(("stage", "outcome", "reason"), rows), warnings=_once(found.warnings))
+    return Section("Result", text, table, warnings=_once(found.warnings))
+
+
+def _parameters(found: Identification) -> list[tuple[str, str, str, str, str]]:
+    """(label, unit, value, low, high) of everything that was fitted."""
+    rows = []
+    if found.static is not None:
+        fit = found.static.fit
+        for label, (low, high) in fit.intervals(0.95).items():
+            if of_sensors(label):
+                continue
+            rows.append(parameter_row(label, fit.unit(label), fit.value(label), low, high))
+    if found.dynamic is not None and found.dynamic.estimate is not None:
+        ends = found.dynamic.intervals(0.95)
+        rows += [parameter_row(name, UNITS[name], found.dynamic.params[name], *ends[name]) for name in DYNAMIC]
+    return rows
+
+
+def _once(texts: list[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(texts))
+
+
+def _logs(found: Identification) -> Section:
+    heads = ("log", "taken as", "samples", "seconds", "load [kg]", "supply [bar]", "zero taken off: p1, p2 [bar]")
+    return Section("Logs", table=Table(heads, tuple(_log(record) for record in found.records)))
+
+
+def _log(record: Record) -> tuple[str, ...]:
+    time, zero = record.log.time, record.zero
+    length = f"{time[-1] - time[0]:.4g}" if time.size else "0"
+    shown = "none" if zero is None else ", ".join(f"{zero.zeros[name] * 1e-5:+.3f}" for name in PRESSURES)
+    role = record.role or "not used"
+    role = "left out: " + "; ".join(f.message for f in record.log.fatal) if record.log.fatal else role
+    return (record.name, role, str(time.size), length, f"{record.payload:g}", f"{record.supply * 1e-5:g}", shown)
+
+
+def _comparison(found: Identification) -> Section:
+    assert found.comparison is not None
+    return Section("Load and pressure", found.comparison.sentence, figure=found.comparison.plot())
+
+
+def _summary(found: Identification) -> str:
+    """Stages, parameters and warnings as plain text."""
+    lines = [f"{found.rig.name}, cylinder {found.cylinder}: {', '.join(record.name for record in found.records)}"]
+    rows = _parameters(found)
+    if rows:
+        lines += ["", f"{'parameter':<28}{'fitted':>12}   {'95 % interval':<24}unit"]
+        lines += [
+            f"{label:<28}{value:>12}   {low + (' .. ' + high if high else ''):<24}{unit}"
+            for label, unit, value, low, high in rows
+        ]
+    if found.comparison is not None:
+        lines += ["", found.comparison.sentence]
+    notable = [
+        f"{s.name} {s.outcome}" + (f": {s.message}" if s.outcome == "skipped" else "")
+        for s in found.stages
+        if s.outcome != "done"
+    ]
+    lines += ["", *notable] if notable else []
+    lines += ["", *(f"warning: {text}" for text in _once(found.warnings))] if found.warnings else []
+    return "\n".join(lines)
+
+
+def _friction_file(found: Identification, cylinder: str, *, date: str = "", file_name: str = "friction.toml") -> str:
+    """Comments on the origin, then ``[friction.<cylinder>]`` with what was fitted."""
+    bristles = _bristles(found)
+    static = None if found.static is None else found.static.fit
+    if static is None and not bristles:
+        reasons = "; ".join(f"{stage.name}: {stage.message}" for stage in found.stages if stage.message)
+        raise InputError(f"nothing was identified, so there is nothing to write. {reasons}")
+    if static is not None:
+        used = static.points.source + _dynamic_names(found)
+        block = static.toml(cylinder, source=dict.fromkeys(used), date=date, bristles=bristles)
+    else:
+        source = f"{', '.join(_dynamic_names(found))}; output-error fit, {signature(date)}"
+        block = "\n".join([*head(cylinder, cylinder, source, "lugre"), *bristles]) + "\n"
+    return "\n".join([*_preface(found, cylinder, file_name), block])
+
+
+def _preface(found: Identification, cylinder: str, file_name: str) -> list[str]:
+    lines = [
+        f"# Friction of the cylinder `{cylinder}`, identified on {found.rig.name}. A machine file takes it over with",
+        f"#     include = [{json.dumps(file_name, ensure_ascii=False)}]",
+        "# above its first table. Comments hold 95 % intervals.",
+    ]
+    if not _bristles(found):
+        lines.append(
+            '# The bristles were not identified; without `model = "static"` those of the including file stay in use.'
+        )
+    lines += [f"# Not finished: {stage.name}: {stage.message}" for stage in found.failures]
+    return [line.replace("\n", " ") for line in lines]
+
+
+def _dynamic_names(found: Identification) -> tuple[str, ...]:
+    if found.dynamic is None or found.dynamic.estimate is None:
+        return ()
+    return tuple(r.name for r in found.records if r.role not in (STEADY, "") and not r.log.fatal)
+
+
+def _bristles(found: Identification) -> list[str]:
+    """Lines of the fitted bristles; the fading of their damping was held."""
+    fit = found.dynamic
+    if fit is None or fit.estimate is None:
+        return []
+    ends = fit.intervals(0.95)
+    lines = []
+    for name in DYNAMIC:
+        lines.append(f'{name} = "{fit.params[name]:.5g} {UNITS[name]}"  # 95 %: {interval(*ends[name])}')
+    key = f"friction.{found.cylinder}.{FADING}"
+    if key in found.rig.keys:
+        source = json.dumps(f"held in the fit, from {found.rig.name}")
+        value = f"{float(found.rig.value(key).si):.5g} m/s"
+        lines.append(f'{FADING} = {{ value = "{value}", class = "assumed", source = {source} }}')
+    return lines

@@ -13,6 +13,7 @@ from scipy.stats import t as student
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
+from hydrocrane.identification.least_squares import level_means
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.profile import Solved
 from hydrocrane.identification.result import StaticFit
@@ -109,7 +110,7 @@ class FrictionComparison:
         return max(self.differences, key=lambda d: float(np.max(np.abs(d.share))))
 
     @property
-    def verdict(self) -> str:
+    def conclusion(self) -> str:
         """``different``, ``different-within-margin``, ``equivalent`` or ``undecided``."""
         if self.p_value < self.significance:
             return "different-within-margin" if self.equivalence_p < self.significance else "different"
@@ -117,7 +118,7 @@ class FrictionComparison:
 
     @property
     def sentence(self) -> str:
-        """The verdict in words, with numbers."""
+        """The conclusion in words, with numbers."""
         d = self.effect
         k = d.largest
         low, high = d.interval(1.0 - self.significance)
@@ -138,7 +139,12 @@ class FrictionComparison:
                 f"No difference found (p = {self.p_value:.2g}), but one of {margin} is not ruled out either "
                 f"(p = {self.equivalence_p:.2g}): {size}. More windows would decide."
             ),
-        }[self.verdict]
+        }[self.conclusion]
+
+    @property
+    def verdict(self) -> str:
+        """The same as `conclusion`, under its name from before."""
+        return self.conclusion
 
     def plot(self) -> Figure:
         """Maps and points of the groups, and their differences with the margin."""
@@ -164,7 +170,7 @@ def compare_friction(
     margin : float
         Share of the friction below which a difference does not matter.
     significance : float
-        Chance of a wrong verdict that is accepted.
+        Chance of a wrong conclusion that is accepted.
     exponents
         As for :func:`fit_static`.
     offset_deviation : float
@@ -203,7 +209,7 @@ def _check(groups: Mapping[str, FrictionPoints], margin: float, significance: fl
 
 
 def _solved(fit: StaticFit) -> Solved:
-    assert fit.solved is not None and fit.spread is not None
+    assert isinstance(fit.solved, Solved) and fit.spread is not None
     return fit.solved
 
 
@@ -220,21 +226,16 @@ def _nested_test(
             f"{sum(levels)} velocity levels for {sum(unknowns)} parameters: nothing is left to compare with; add levels"
         )
     expected = [s.sigma / max(fit.spread.scale, 1e-9) for s, fit in zip(solved, fits, strict=True) if fit.spread]
-    separate = [_between(s, sigma) for s, sigma in zip(solved, expected, strict=True)]
-    scale = float(np.sqrt(sum(separate) / spare)) or 1e-9
+    separate = 0.0
+    for s, sigma in zip(solved, expected, strict=True):
+        weight, mean, _ = level_means(s.problem.points, s.problem.residuals(s.x)[0], sigma)
+        separate += float(np.sum(weight * mean**2))
+    scale = float(np.sqrt(separate / spare)) or 1e-9
     sigma = np.concatenate(expected) * scale
-    apart = sum(float(np.sum((s.problem.misfit(s.x)[0] / (e * scale)) ** 2)) for s, e in zip(solved, expected))
+    apart = sum(float(np.sum((s.problem.residuals(s.x)[0] / (e * scale)) ** 2)) for s, e in zip(solved, expected))
     together, free = _pooled(solved, sigma, exponents, floor, deviation)
     extra = sum(unknowns) - free
     return max(together - apart, 0.0) / extra, (extra, spare)
-
-
-def _between(solved: Solved, sigma: Array) -> float:
-    """Sum of squares of the level means about the map, in units of what was expected."""
-    weight = sigma**-2
-    _, level = np.unique(solved.problem.points.level, return_inverse=True)
-    mean = np.bincount(level, weight * solved.problem.misfit(solved.x)[0])
-    return float(np.sum(mean**2 / np.bincount(level, weight)))
 
 
 def _pooled(
@@ -257,11 +258,11 @@ def _pooled(
 
     def residual(u: Array) -> Array:
         shift = u[problem.unknowns :]
-        misfit = problem.misfit(u[: problem.unknowns])[0] + of_shift @ shift
-        return np.append(misfit / sigma, shift / deviation if offsets else [])
+        residuals = problem.residuals(u[: problem.unknowns])[0] + of_shift @ shift
+        return np.append(residuals / sigma, shift / deviation if offsets else [])
 
     def slopes(u: Array) -> Array:
-        of_map = problem.misfit(u[: problem.unknowns])[1] / sigma[:, None]
+        of_map = problem.residuals(u[: problem.unknowns])[1] / sigma[:, None]
         if not offsets:
             return of_map
         prior = np.hstack([np.zeros((offsets, problem.unknowns)), np.eye(offsets) / deviation])

@@ -14,13 +14,11 @@ import numpy as np
 
 from hydrocrane.errors import HydrocraneError, InputError
 from hydrocrane.identification import output_error
+from hydrocrane.identification.bristle import first_readings
 from hydrocrane.identification.dynamic_result import DynamicFit
-from hydrocrane.identification.first_readings import first_readings
 from hydrocrane.identification.output_error import Estimate, Unknown
 from hydrocrane.identification.result import StaticFit
-from hydrocrane.identification.rig_misfit import Progress, RigMisfit
-from hydrocrane.identification.rig_model import OTHER_PLACE, OTHER_PRESSURE, LogModel
-from hydrocrane.identification.rig_sensors import Calibrated, RigSensors
+from hydrocrane.identification.rig_model import OTHER_PLACE, OTHER_PRESSURE, LogModel, Progress, RigResiduals
 from hydrocrane.identification.rig_unknowns import (
     DYNAMIC,
     check_bristles,
@@ -30,12 +28,13 @@ from hydrocrane.identification.rig_unknowns import (
     with_map,
     with_values,
 )
+from hydrocrane.identification.sensors import Calibrated, RigSensors
 from hydrocrane.logs import Log
-from hydrocrane.machine import Machine
+from hydrocrane.machine.machine import Machine
 
 # A root-mean-square residual beyond this many standard deviations is not noise.
 TOO_FAR = 1.5
-# A parameter with a wider 95 % interval than this share of its value is not told by the data.
+# A parameter with a wider 95 % interval than this share of its value is not identifiable.
 TOO_WIDE = 0.5
 # Further from its prior, in standard deviations, no unknown of a right model is expected.
 STRAINED = 4.5
@@ -87,55 +86,57 @@ def fit_dynamic(
         raise InputError("a dynamic fit needs the log of a ramp or a step")
     check_bristles(rig)
     law = rig_map(rig) if static is None else static.law
-    crane = with_map(rig, law)
-    readings, warnings = first_readings(ramps, steps, crane, law, payload=payload)
+    machine = with_map(rig, law)
+    readings, warnings = first_readings(ramps, steps, machine, law, payload=payload)
     estimate: Estimate | None = None
-    misfit: RigMisfit | None = None
+    residuals: RigResiduals | None = None
     try:
-        sensors = RigSensors.of(crane, calibrated=calibrated)
+        sensors = RigSensors.of(machine, calibrated=calibrated)
         read = {name: [r.value for r in found.values()] for name, found in readings.items()}
 
-        def fitted_from(read: Mapping[str, Sequence[float]]) -> tuple[Estimate, RigMisfit, list[Unknown]]:
-            keys, nuisances = unknowns_of(crane, logs, sensors, read, static)
+        def fitted_from(read: Mapping[str, Sequence[float]]) -> tuple[Estimate, RigResiduals, list[Unknown]]:
+            keys, nuisances = unknowns_of(machine, logs, sensors, read, static)
             names = [unknown.name for unknown in keys]
-            models = [LogModel(log, crane, sensors, payload=payload, keys=names) for log in logs]
-            return _fitted([*keys, *nuisances], RigMisfit(models, progress))
+            models = [LogModel(log, machine, sensors, payload=payload, keys=names) for log in logs]
+            return _fitted([*keys, *nuisances], RigResiduals(models, progress))
 
-        estimate, misfit, unknowns = fitted_from(read)
+        estimate, residuals, unknowns = fitted_from(read)
         if estimate.variance > FAR_OFF:
             # Readings may mislead the search: once more from the rig's own values.
             other = fitted_from(dict.fromkeys(DYNAMIC, ()))
-            estimate, misfit, unknowns = min((estimate, misfit, unknowns), other, key=lambda found: found[0].variance)
-        warnings += [*_doubts(estimate, misfit, crane), *_strained(estimate, unknowns)]
+            estimate, residuals, unknowns = min(
+                (estimate, residuals, unknowns), other, key=lambda found: found[0].variance
+            )
+        warnings += [*_doubts(estimate, residuals, machine), *_strained(estimate, unknowns)]
     except HydrocraneError as error:
         if not any(readings.values()):
             raise
         warnings.append(f"the simulated rig could not be fitted, what is left are first readings: {error}")
-    passive = _passive_up_to(crane, estimate)
+    passive = _passive_up_to(machine, estimate)
     if np.isfinite(passive):
         warnings.append(f"friction with this damping gives energy back above {passive:.3g} m/s")
-    table = key_of(crane, "friction", DYNAMIC[0]).rsplit(".", 1)[0]
-    return DynamicFit(crane, table, readings, estimate, misfit, passive, static, tuple(warnings))
+    table = key_of(machine, "friction", DYNAMIC[0]).rsplit(".", 1)[0]
+    return DynamicFit(machine, table, readings, estimate, residuals, passive, static, tuple(warnings))
 
 
-def _fitted(unknowns: Sequence[Unknown], misfit: RigMisfit) -> tuple[Estimate, RigMisfit, list[Unknown]]:
+def _fitted(unknowns: Sequence[Unknown], residuals: RigResiduals) -> tuple[Estimate, RigResiduals, list[Unknown]]:
     """The fit, and again from the starts that it found until they stay: their effects are straight lines only nearby.
 
     A model that is far off stays so: it is not fitted again.
     """
     for softened in SOFTENED:
-        near = output_error.fit(unknowns, misfit, tolerance=ON_THE_WAY, softened=softened)
+        near = output_error.fit(unknowns, residuals, tolerance=ON_THE_WAY, softened=softened)
         unknowns = [_started(unknown, float(value)) for unknown, value in zip(unknowns, near.values, strict=True)]
-    estimate = output_error.fit(unknowns, misfit, tolerance=ROUGH)
+    estimate = output_error.fit(unknowns, residuals, tolerance=ROUGH)
     if estimate.variance > FAR_OFF:
-        return estimate, misfit, list(unknowns)
+        return estimate, residuals, list(unknowns)
     for _ in range(MOST_MOVES):
         unknowns = [_moved(unknown, float(value)) for unknown, value in zip(unknowns, estimate.values, strict=True)]
-        misfit = misfit.restarted(estimate.values)
-        estimate = output_error.fit(unknowns, misfit)
+        residuals = residuals.restarted(estimate.values)
+        estimate = output_error.fit(unknowns, residuals)
         if _near(estimate):
             break
-    return estimate, misfit, list(unknowns)
+    return estimate, residuals, list(unknowns)
 
 
 def _near(estimate: Estimate) -> bool:
@@ -174,16 +175,16 @@ def expected(
     sensors = RigSensors.of(rig, calibrated=calibrated)
     keys, nuisances = unknowns_of(rig, logs, sensors, dict.fromkeys(DYNAMIC, ()), static)
     names = [unknown.name for unknown in keys]
-    misfit = RigMisfit([LogModel(log, rig, sensors, payload=payload, keys=names) for log in logs])
-    found = output_error.bound([*keys, *nuisances], misfit)
+    residuals = RigResiduals([LogModel(log, rig, sensors, payload=payload, keys=names) for log in logs])
+    found = output_error.bound([*keys, *nuisances], residuals)
     short = {key_of(rig, "friction", name): name for name in DYNAMIC}
     return {short.get(name, name): deviation for name, deviation in found.items()}
 
 
-def _doubts(estimate: Estimate, misfit: RigMisfit, rig: Machine) -> list[str]:
+def _doubts(estimate: Estimate, residuals: RigResiduals, rig: Machine) -> list[str]:
     """What the data do not tell, and what does not fit them."""
     found = [] if estimate.converged else [f"the fit stopped early: {estimate.message}"]
-    for log, signal, size in misfit.of_signals(estimate.values):
+    for log, signal, size in residuals.of_signals(estimate.values):
         if size > TOO_FAR:
             found.append(
                 f"{log}: residuals of {signal} are {size:.1f} times what its sensor explains: the rig's file, load or "
@@ -195,9 +196,11 @@ def _doubts(estimate: Estimate, misfit: RigMisfit, rig: Machine) -> list[str]:
         value, half = estimate[key], 1.96 * estimate.deviation(key)
         unit = rig.value(key).unit
         if key in estimate.at_bound:
-            found.append(f"{name} ended at the edge of what is physical, {value:.4g} {unit}; these logs do not tell it")
+            found.append(
+                f"{name} ended at the edge of what is physical, {value:.4g} {unit}: not identifiable from these logs"
+            )
         elif half > TOO_WIDE * abs(value):
-            found.append(f"{name} cannot be told from these logs: {value:.4g} +- {half:.2g} {unit}")
+            found.append(f"{name} is not identifiable from these logs: {value:.4g} +- {half:.2g} {unit}")
     return found
 
 
@@ -223,4 +226,5 @@ def _passive_up_to(rig: Machine, estimate: Estimate | None) -> float:
         return float("inf")
     keys = [key_of(rig, "friction", name) for name in DYNAMIC]
     fitted = with_values(rig, keys, np.array([estimate[key] for key in keys]))
-    return float(min((e["velocity_limit"] for e in fitted.passivity() if not e["holds"]), default=np.inf))
+    limits = [e["velocity_limit"] for e in fitted.passivity() if e["velocity_limit"] is not None]
+    return float(min(limits, default=np.inf))

@@ -12,14 +12,13 @@ from scipy import stats
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
-from hydrocrane.identification.block import friction_block, interval, signature
 from hydrocrane.identification.bristle import Reading
 from hydrocrane.identification.output_error import Estimate
-from hydrocrane.identification.report import Section, Table
-from hydrocrane.identification.result import StaticFit
-from hydrocrane.identification.rig_misfit import RigMisfit
+from hydrocrane.identification.report import Section, Stage, Table
+from hydrocrane.identification.result import StaticFit, interval, labelled, signature
+from hydrocrane.identification.rig_model import RigResiduals
 from hydrocrane.identification.rig_unknowns import DYNAMIC
-from hydrocrane.machine import Machine
+from hydrocrane.machine.machine import Machine
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,7 +41,7 @@ class DynamicFit:
         By parameter and motion, the first readings.
     estimate : Estimate or None
         Of all unknowns, nuisances too; None where the fit failed.
-    misfit : RigMisfit or None
+    rig_residuals : RigResiduals or None
         The logs with what predicts them.
     passive_up_to : float
         Lowest speed (m/s) at which friction with these parameters gives energy back; infinite: nowhere.
@@ -55,7 +54,7 @@ class DynamicFit:
     table: str
     readings: dict[str, dict[str, Reading]]
     estimate: Estimate | None
-    misfit: RigMisfit | None = field(repr=False)
+    rig_residuals: RigResiduals | None = field(repr=False)
     passive_up_to: float
     static: StaticFit | None = None
     warnings: tuple[str, ...] = ()
@@ -79,15 +78,15 @@ class DynamicFit:
     @property
     def covariance(self) -> xr.DataArray:
         """Covariance of all unknowns, in products of their SI units; the bristle parameters come first."""
-        return _labelled(self._names(), self.fitted().covariance)
+        return labelled(self._names(), self.fitted().covariance)
 
     @property
     def correlation(self) -> xr.DataArray:
         """Correlation of all unknowns; the bristle parameters come first."""
-        return _labelled(self._names(), self.fitted().correlation)
+        return labelled(self._names(), self.fitted().correlation)
 
     def intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
-        """Confidence intervals of the bristle parameters, SI; infinite where one ended on a bound: it is not told."""
+        """Confidence intervals of the bristle parameters, SI; infinite where one ended on a bound."""
         if not 0.0 < level < 1.0:
             raise InputError(f"level must lie between 0 and 1, got {level:g}; 0.95 is usual")
         found, width = self.fitted(), float(stats.norm.ppf(0.5 + 0.5 * level))
@@ -100,8 +99,8 @@ class DynamicFit:
     def predicted(self, log: int) -> Array:
         """x, p1, p2 of a log (b, 3), SI, as the fitted rig and its sensors give them at the times of its model."""
         found = self.fitted()
-        assert self.misfit is not None
-        return self.misfit.predicted(found.values, log)
+        assert self.rig_residuals is not None
+        return self.rig_residuals.predicted(found.values, log)
 
     def summary(self) -> str:
         """Parameters, intervals and warnings, one line each."""
@@ -132,7 +131,7 @@ class DynamicFit:
             Day of the fit, by default today.
         """
         ends = self.intervals(0.95)
-        logs = ", ".join(source) or ", ".join(m.source for m in self.misfit.models if m.source)  # type: ignore[union-attr]
+        logs = ", ".join(source) or ", ".join(m.source for m in self.rig_residuals.models if m.source)  # type: ignore[union-attr]
         where = json.dumps(f"{logs}; output-error fit, {signature(date)}", ensure_ascii=False)
         lines = [
             f'{name} = {{ value = "{value:.5g} {UNITS[name]}", class = "fitted", source = {where} }}'
@@ -141,11 +140,11 @@ class DynamicFit:
         ]
         cylinder = self.rig.cylinder_names[0]
         if self.static is not None:
-            return friction_block(self.static, cylinder, name=self.table.split(".", 1)[1], bristles=lines)
+            return self.static.toml(cylinder, name=self.table.split(".", 1)[1], bristles=lines)
         head = [f"[{self.table}]", f"cylinder = {json.dumps(cylinder)}", 'model = "lugre"']
         return "\n".join([*head, *lines]) + "\n"
 
-    def stages(self) -> list[tuple]:
+    def stages(self) -> list[Stage]:
         """(title, function that makes the section) for :meth:`Report.stage`, in the order of a report."""
         return [
             ("Dynamic friction, first readings", self._first_readings),
@@ -200,9 +199,3 @@ class DynamicFit:
 
     def _key(self, name: str) -> str:
         return f"{self.table}.{name}"
-
-
-def _labelled(names: list[str], table: Array) -> xr.DataArray:
-    import xarray as xr
-
-    return xr.DataArray(table, dims=("parameter", "with"), coords={"parameter": names, "with": names})

@@ -54,7 +54,7 @@ def _read(speed: Array, force: Array, exponent: float) -> tuple[list[float], lis
     """Coulomb, break-away, Stribeck velocity, viscous coefficient of one direction, and what limits them."""
     said = []
     if speed.size < 3:
-        said.append(f"{speed.size} velocity level(s): Coulomb, Stribeck and viscous friction cannot be told apart")
+        said.append(f"{speed.size} velocity level(s): Coulomb, Stribeck and viscous friction cannot be distinguished")
     lowest = int(np.argmin(force))
     coulomb, viscous = _line(speed[lowest:], force[lowest:], exponent)
     stribeck = _stribeck_velocity(speed, force - viscous * speed**exponent, coulomb)

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import OptimizeResult, least_squares
+from scipy.optimize import OptimizeResult, brentq, least_squares
 
 from hydrocrane.arrays import Array
 from hydrocrane.identification.points import FrictionPoints
-from hydrocrane.identification.result import BOW, OFFSET, SPANS, fitted_velocity
+from hydrocrane.identification.result import LINEARITY, OFFSET, SPANS, fitted_velocity
 from hydrocrane.identification.static_map import Coordinates
 
 Loss = Literal["soft_l1", "huber", "cauchy", "arctan", "linear"]
@@ -71,13 +71,13 @@ class SensorErrors:
         Constant force error: one for all logs, or one for each; empty: there is none.
     span : float
         Standard deviation of the relative error of each transmitter's span; zero: there is none.
-    bow : float
+    linearity_error : float
         Standard deviation of the relative error of the velocity per metre of position, 1/m; zero: there is none.
     """
 
     offsets: tuple[OffsetPrior, ...] = ()
     span: float = 0.0
-    bow: float = 0.0
+    linearity_error: float = 0.0
 
     @cached_property
     def priors(self) -> dict[str, OffsetPrior]:
@@ -85,7 +85,7 @@ class SensorErrors:
         several = len(self.offsets) > 1
         known = {f"{OFFSET}.{k}" if several else OFFSET: prior for k, prior in enumerate(self.offsets, 1)}
         known |= dict.fromkeys(SPANS, OffsetPrior(self.span)) if self.span else {}
-        return known | ({BOW: OffsetPrior(self.bow)} if self.bow else {})
+        return known | ({LINEARITY: OffsetPrior(self.linearity_error)} if self.linearity_error else {})
 
 
 @dataclass(frozen=True)
@@ -102,9 +102,9 @@ class Problem:
     floor : float
         Standard deviation of a whole level about any map, N: keeps a level of many points from outweighing others.
     sensors : SensorErrors
-        Its errors are the last unknowns: offsets, both spans, bow.
-    untold : tuple of str
-        Labels of parameters that were held because these points cannot tell them.
+        Its errors are the last unknowns: offsets, both spans, linearity.
+    not_identifiable : tuple of str
+        Labels of parameters that were held because they are not identifiable from these points.
     free_floor : bool
         The floor is to be found, and `floor` is a guess.
     """
@@ -115,7 +115,7 @@ class Problem:
     column: NDArray[np.int_]
     floor: float
     sensors: SensorErrors = SensorErrors()
-    untold: tuple[str, ...] = ()
+    not_identifiable: tuple[str, ...] = ()
     free_floor: bool = False
 
     @property
@@ -174,10 +174,10 @@ class Problem:
         velocity = np.where(points.velocity == 0.0, 0.0, slope * points.velocity_error)
         return np.sqrt(force**2 + velocity**2 + levels.count[points.level] * self.floor**2)
 
-    def misfit(self, x: Array) -> tuple[Array, Array]:
+    def residuals(self, x: Array) -> tuple[Array, Array]:
         """Fitted less measured force (n,), N, and its slopes over the unknowns."""
         theta, points, of_force = self.theta(x), self.points, self.of_force
-        velocity = fitted_velocity(points, float(x[-1]) if self.sensors.bow else 0.0)
+        velocity = fitted_velocity(points, float(x[-1]) if self.sensors.linearity_error else 0.0)
         force, over_velocity, over_parameters = self.coordinates.to_map(theta).evaluate(velocity)
         over_theta = over_parameters @ self.coordinates.slopes(theta)
         slopes = np.zeros((len(points), x.size))
@@ -185,7 +185,7 @@ class Problem:
             slopes[:, self.column[i]] += over_theta[:, i]
         shared = slice(self.unknowns, self.unknowns + of_force.shape[1])
         slopes[:, shared] = of_force
-        if self.sensors.bow and points.position is not None:
+        if self.sensors.linearity_error and points.position is not None:
             slopes[:, -1] = -over_velocity * points.velocity * points.position
         return force + of_force @ x[shared] - points.force, slopes
 
@@ -194,9 +194,9 @@ class Problem:
         low, high = self.bounds()
         inside = np.where(np.isfinite(high), np.clip(x, low, high), np.maximum(x, low))
         return least_squares(
-            lambda u: self.residual(u, sigma, extra)[0],
+            lambda u: self.weighted_residuals(u, sigma, extra)[0],
             inside,
-            jac=lambda u: self.residual(u, sigma, extra)[1],
+            jac=lambda u: self.weighted_residuals(u, sigma, extra)[1],
             bounds=(low, high),
             x_scale="jac",
             loss=loss,
@@ -207,10 +207,10 @@ class Problem:
             max_nfev=300,
         )
 
-    def residual(self, x: Array, sigma: Array, extra: Row | None = None) -> tuple[Array, Array]:
+    def weighted_residuals(self, x: Array, sigma: Array, extra: Row | None = None) -> tuple[Array, Array]:
         """Residuals in standard deviations, an extra one and the priors of the sensors last, and their slopes."""
-        misfit, slopes = self.misfit(x)
-        r, jac = misfit / sigma, slopes / sigma[:, None]
+        residuals, slopes = self.residuals(x)
+        r, jac = residuals / sigma, slopes / sigma[:, None]
         rows = [extra(x)] if extra else []
         for k, prior in enumerate(self.priors.values(), self.unknowns):
             slope = np.zeros(x.size)
@@ -239,16 +239,21 @@ class Scatter:
     within_freedom: int
 
 
-def scatter(points: FrictionPoints, misfit: Array, sigma: Array, unknowns: int) -> Scatter:
-    """Variance of levels about the map and of points within levels; with independent errors both are equal."""
+def level_means(points: FrictionPoints, residuals: Array, sigma: Array) -> tuple[Array, Array, NDArray[np.intp]]:
+    """Weight and weighted mean of the residuals of each level, (n_levels,), and the level of each point, (n,)."""
     weight = sigma**-2
     _, level = np.unique(points.level, return_inverse=True)
-    total = np.bincount(level, weight)
-    mean = np.bincount(level, weight * misfit) / total
+    total = np.asarray(np.bincount(level, weight), dtype=np.float64)
+    return total, np.asarray(np.bincount(level, weight * residuals) / total), level
+
+
+def scatter(points: FrictionPoints, residuals: Array, sigma: Array, unknowns: int) -> Scatter:
+    """Variance of levels about the map and of points within levels; with independent errors both are equal."""
+    total, mean, level = level_means(points, residuals, sigma)
     between_freedom = int(total.size) - unknowns
     within_freedom = len(points) - int(total.size)
     between = float(np.sum(total * mean**2))
-    within = float(np.sum(weight * (misfit - mean[level]) ** 2))
+    within = float(np.sum(sigma**-2 * (residuals - mean[level]) ** 2))
     return Scatter(
         between / between_freedom if between_freedom > 0 else np.nan,
         within / within_freedom if within_freedom > 0 else np.nan,
@@ -305,3 +310,95 @@ def invert(jacobian: Array, deviations: Array) -> Inverse:
     weighted = inverse[:, of_sensors] / deviations
     condition = float(s[0] / s[-1]) if s[-1] > 0.0 else np.inf
     return Inverse(inverse - weighted @ weighted.T, weighted, undetermined, condition)
+
+
+# With fewer levels to spare than this the floor is not found, and the scatter within the levels helps to scale.
+FEW = 3
+
+
+def floor_is_found(problem: Problem) -> bool:
+    """Whether the scatter of the levels tells the floor; else it stays, and all errors are scaled alike."""
+    return problem.free_floor and _freedom(problem) >= FEW
+
+
+def of_the_bulk(problem: Problem, x: Array) -> Array:
+    """Standard deviation of each point, N, at which the median residual is as large as it should be.
+
+    A floor that is found grows until it is. It is never less than none: a point within its stated errors is not stray,
+    however close the others lie by chance.
+    """
+    theta, residuals = problem.theta(x), problem.residuals(x)[0]
+    sigma = problem.standard_deviation(theta)
+    if not floor_is_found(problem):
+        return sigma * _bulk(residuals / sigma, problem.unknowns)
+
+    def excess(floor: float) -> float:
+        return _bulk(residuals / replace(problem, floor=floor).standard_deviation(theta), problem.unknowns) - 1.0
+
+    return replace(problem, floor=_without(excess, problem, residuals)).standard_deviation(theta)
+
+
+def with_floor(problem: Problem, x: Array) -> Problem:
+    """The problem with the floor at which the levels scatter about the map as expected; none where errors explain it.
+
+    Mandel and Paule, Analytical Chemistry 42, 1970: levels that are known to different precision neither weigh all the
+    same nor rule by the precision of their noise alone.
+    """
+    if not floor_is_found(problem):
+        return problem
+    residuals, theta = problem.residuals(x)[0], problem.theta(x)
+
+    def excess(floor: float) -> float:
+        sigma = replace(problem, floor=floor).standard_deviation(theta)
+        return scatter(problem.points, residuals, sigma, problem.unknowns).between - 1.0
+
+    return replace(problem, floor=_without(excess, problem, residuals))
+
+
+def scale_of(problem: Problem, x: Array, sigma: Array) -> tuple[float, float]:
+    """Factor of all errors, and the degrees of freedom of what was found in the scatter: this factor or the floor.
+
+    A floor that is found explains the scatter, and errors as stated are never made smaller. Else the levels about the
+    map count, because what is common to the points of a level does not average out within it. With few levels to spare
+    the points within the levels are taken in; they say nothing of a floor that is guessed, so that it is not made
+    smaller either. Without any points to spare, the errors handed in are trusted.
+    """
+    found = scatter(problem.points, problem.residuals(x)[0], sigma, problem.unknowns)
+    if floor_is_found(problem):
+        return 1.0, float(found.between_freedom)
+    if found.between_freedom >= FEW:
+        return max(float(np.sqrt(found.between)), 1e-6), float(found.between_freedom)
+    freedom = max(found.between_freedom, 0) + found.within_freedom
+    if freedom == 0:
+        return 1.0, np.inf
+    total = np.nan_to_num(found.between) * max(found.between_freedom, 0)
+    total += np.nan_to_num(found.within) * found.within_freedom
+    return max(float(np.sqrt(total / freedom)), 1.0 if problem.free_floor else 1e-6), float(freedom)
+
+
+def found_share(problem: Problem, sigma: Array) -> Array:
+    """(n,) share of each point's variance that was found in the scatter instead of stated."""
+    if not floor_is_found(problem):
+        return np.ones(sigma.size)
+    return problem.points.levels.count[problem.points.level] * (problem.floor / sigma) ** 2
+
+
+def _freedom(problem: Problem) -> int:
+    """Levels to spare."""
+    return int(problem.points.levels.count.size) - problem.unknowns
+
+
+def _bulk(standardised: Array, unknowns: int) -> float:
+    """Standard deviation of the bulk of the residuals, from their median, corrected for the unknowns."""
+    n = standardised.size
+    freedom = max(n - unknowns, 1)
+    scale = 1.4826 * float(np.median(np.abs(standardised))) * np.sqrt(n / freedom)
+    return scale if scale > 1e-6 else 1e-6
+
+
+def _without(excess: Callable[[float], float], problem: Problem, residuals: Array) -> float:
+    """Floor at which nothing is left in excess, N; next to none where there is no excess at all."""
+    smallest = 1e-9 * float(np.abs(problem.points.force).max())
+    # With the whole residuals as the floor nothing is left in excess.
+    largest = 10.0 * float(np.abs(residuals).max()) + smallest
+    return float(brentq(excess, smallest, largest)) if excess(smallest) > 0.0 else smallest

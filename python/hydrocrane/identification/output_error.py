@@ -22,7 +22,7 @@ from hydrocrane.arrays import Array
 from hydrocrane.errors import HydrocraneError, InputError
 
 # From the values (k,), SI, to residuals in standard deviations (m,) and their slopes (m, k) per SI unit.
-Misfit = Callable[[Array], tuple[Array, Array]]
+ResidualFunction = Callable[[Array], tuple[Array, Array]]
 # Relative change of cost or unknowns at which the search stops: far below what a standard deviation costs.
 TOLERANCE = 1e-5
 MOST_EVALUATIONS = 40
@@ -113,9 +113,9 @@ class Estimate:
 
 
 def fit(
-    unknowns: Sequence[Unknown], misfit: Misfit, *, tolerance: float = TOLERANCE, softened: float = 1.0
+    unknowns: Sequence[Unknown], function: ResidualFunction, *, tolerance: float = TOLERANCE, softened: float = 1.0
 ) -> Estimate:
-    """Fit the unknowns; values that `misfit` cannot evaluate are stepped back from.
+    """Fit the unknowns; values that `function` cannot evaluate are stepped back from.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def fit(
         Factor of all standard deviations of the data. Far from the answer straight lines promise too much of nuisances;
         while the data count for little, their priors hold them.
     """
-    evaluator = _Evaluator(unknowns, misfit, softened)
+    evaluator = _Evaluator(unknowns, function, softened)
     low, high = (np.array([u.bounds[side] for u in unknowns]) / evaluator.scale for side in (0, 1))
     found = optimize.least_squares(
         evaluator.residuals,
@@ -150,12 +150,12 @@ def fit(
     )
 
 
-def bound(unknowns: Sequence[Unknown], misfit: Misfit) -> dict[str, float]:
+def bound(unknowns: Sequence[Unknown], function: ResidualFunction) -> dict[str, float]:
     """Smallest standard deviations that an unbiased fit can reach at the unknowns' starts (Cramer-Rao), by name, SI.
 
     Priors count as data.
     """
-    evaluator = _Evaluator(unknowns, misfit)
+    evaluator = _Evaluator(unknowns, function)
     deviation = np.sqrt(np.diag(_inverse(evaluator.slopes(evaluator.start)))) * evaluator.scale
     return {u.name: float(d) for u, d in zip(unknowns, deviation, strict=True)}
 
@@ -171,8 +171,8 @@ class _Evaluator:
         Residuals, priors included.
     """
 
-    def __init__(self, unknowns: Sequence[Unknown], misfit: Misfit, softened: float = 1.0) -> None:
-        self.misfit, self.softened, self.count = misfit, softened, 0
+    def __init__(self, unknowns: Sequence[Unknown], function: ResidualFunction, softened: float = 1.0) -> None:
+        self.function, self.softened, self.count = function, softened, 0
         self.scale = np.array([u.scale for u in unknowns])
         self.start = np.array([u.start for u in unknowns]) / self.scale
         self.prior = np.array([(i, *u.prior) for i, u in enumerate(unknowns) if u.prior is not None]).reshape(-1, 3)
@@ -204,14 +204,14 @@ class _Evaluator:
         self._at, self._residuals, self._slopes = scaled.copy(), residuals, slopes
 
     def _all(self, values: Array) -> tuple[Array, Array]:
-        residuals, slopes = self.misfit(values)
+        residuals, slopes = self.function(values)
         at, mean, deviation = self.prior[:, 0].astype(int), self.prior[:, 1], self.prior[:, 2]
         rows = np.zeros((at.size, values.size + 1))
         rows[np.arange(at.size), at] = 1.0 / deviation
         rows[:, -1] = (values[at] - mean) / deviation
         both = np.vstack([np.column_stack([slopes, residuals]) / self.softened, rows])
         self.count = len(both)
-        turned = np.linalg.qr(both, mode="r")
+        turned = np.asarray(np.linalg.qr(both, mode="r"))
         return turned[:, -1], turned[:, :-1] * self.scale
 
 

@@ -145,7 +145,7 @@ class FrictionPoints:
             velocity_error=columns[2],
             force_error=columns[3],
             source=source,
-            chambers=pushed if pushed and all(p is not None for p in pushed) else None,
+            chambers=[p for p in pushed if p is not None] if pushed and None not in pushed else None,
             position=place if np.isfinite(place).all() else None,
         )
 
@@ -164,9 +164,18 @@ class FrictionPoints:
 
         counts = np.cumsum([0, *(points.logs for points in logs)])
         of_log = np.concatenate([points.log + first for points, first in zip(logs, counts, strict=False)])
-        plain = [column(name) for name in ("velocity", "force", "velocity_error", "force_error", "direction")]
         source = tuple(name for points in logs for name in points.source)
-        return cls(*plain, source, column("chambers"), column("position"), of_log)
+        return cls(
+            velocity=np.concatenate([points.velocity for points in logs]),
+            force=np.concatenate([points.force for points in logs]),
+            velocity_error=np.concatenate([points.velocity_error for points in logs]),
+            force_error=np.concatenate([points.force_error for points in logs]),
+            direction=np.concatenate([points.direction for points in logs]),
+            source=source,
+            chambers=column("chambers"),
+            position=column("position"),
+            of_log=of_log,
+        )
 
     def __len__(self) -> int:
         return self.velocity.size

@@ -158,5 +158,5 @@ class Solved:
 
     def _cost(self, x: Array) -> float:
         """Sum of squares, the priors of the sensors in it."""
-        r = self.problem.residual(x, self.sigma)[0]
+        r = self.problem.weighted_residuals(x, self.sigma)[0]
         return float(r @ r)

@@ -7,14 +7,15 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from hydrocrane.errors import InputError
 from hydrocrane.identification.sensors import PRESSURES, largest_error
 from hydrocrane.logs import Log, read_log
-from hydrocrane.machine import Machine
+from hydrocrane.logs.columns import LogLike
+from hydrocrane.logs.mapping import MappingLike
+from hydrocrane.machine.machine import Machine
 from hydrocrane.signals import ZeroCalibrated, zero_calibrated
 
 STEADY, RAMP, STEP = "steady", "ramp", "step"
@@ -71,17 +72,18 @@ class Reading:
     """How logs are to be read: the options of :func:`~hydrocrane.identification.identify_friction`."""
 
     rig: Machine
-    mapping: Any = None
+    mapping: MappingLike = None
     payload: float | None = None
     zero: tuple[float, float] | None = None
     load_cell: bool = False
 
-    def records(self, given: Any, role: str) -> list[Record]:
+    def records(self, given: LogLike | Iterable[LogLike], role: str) -> list[Record]:
         """Records of one log or of several: paths, logs, or whatever :meth:`hydrocrane.Log.of` takes."""
-        single = isinstance(given, str | PathLike | Log) or not isinstance(given, Iterable)
-        return [self._record(each, role) for each in ([given] if single else given)]
+        if isinstance(given, str | PathLike | Log) or not isinstance(given, Iterable):
+            return [self._record(given, role)]
+        return [self._record(each, role) for each in given]
 
-    def _record(self, given: Any, role: str) -> Record:
+    def _record(self, given: LogLike, role: str) -> Record:
         if isinstance(given, str | PathLike):
             log = read_log(given, self.mapping)
         else:

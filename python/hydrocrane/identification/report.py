@@ -8,10 +8,10 @@ import io
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from hydrocrane.errors import ResultFileError
-from hydrocrane.whole_file import write_text
+from hydrocrane.files.whole_file import write_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -77,6 +77,10 @@ class Section:
         if self.code:
             parts.append(f"<pre>{html.escape(self.code)}</pre>")
         return "\n".join([*parts, "</section>"])
+
+
+# A title, and what makes the section under it.
+Stage: TypeAlias = tuple[str, Callable[[], Section]]
 
 
 @dataclass

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import datetime
+import json
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,17 +17,50 @@ from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.reach import BOUND, reach
-from hydrocrane.identification.static_map import BREAKAWAY_SPEED, LABELS, LOGARITHMIC, StaticMap, unit_of
+from hydrocrane.identification.static_map import BREAKAWAY_SPEED, LABELS, LOGARITHMIC, PARAMETERS, StaticMap, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from hydrocrane.identification.profile import Solved
 
-OFFSET, SPANS, BOW = "offset", ("span.p1", "span.p2"), "bow"
+def checked_name(name: str) -> str:
+    """A name that can head a table of a machine file."""
+    if not re.fullmatch(r"[A-Za-z0-9_-]+", name):
+        nearest = re.sub(r"[^A-Za-z0-9_-]+", "-", name).strip("-")
+        raise InputError(
+            f"`{name}` cannot be the name of a table [friction.<name>]: letters, digits, - and _ can"
+            + (f"; take `{nearest}`" if nearest else "")
+        )
+    return name
+
+
+def head(name: str, cylinder: str, source: str, model: str) -> list[str]:
+    """The first lines of the block of a fit."""
+    return [
+        f"[friction.{checked_name(name)}]",
+        'class = "fitted"',
+        f"source = {json.dumps(source, ensure_ascii=False)}",
+        f"cylinder = {json.dumps(cylinder)}",
+        f"model = {json.dumps(model)}",
+    ]
+
+
+def signature(date: str = "") -> str:
+    """Who fitted, and on which day; today by default."""
+    from hydrocrane import __version__
+
+    return f"hydrocrane {__version__}, {date or datetime.date.today().isoformat()}"
+
+
+def interval(low: float, high: float) -> str:
+    """An interval as a block's comments show it."""
+    return f"{low:.4g} .. {high:.4g}" if np.isfinite(low) else "not identifiable"
+
+
+OFFSET, SPANS, LINEARITY = "offset", ("span.p1", "span.p2"), "linearity"
 # Errors of the sensors that a fit may carry along; with one offset for each log these are offset.1, offset.2 ...
-OF_SENSORS = (OFFSET, *SPANS, BOW)
+OF_SENSORS = (OFFSET, *SPANS, LINEARITY)
 
 
 @dataclass(frozen=True)
@@ -35,7 +71,7 @@ class Spread:
     ----------
     labels : tuple of str
         Free parameters as ``coulomb.extending``, then errors of the sensors that have a prior: ``offset``,
-        ``span.p1``, ``span.p2``, ``bow``.
+        ``span.p1``, ``span.p2``, ``linearity_error``.
     from_data, from_prior : ndarray, shape (m, m)
         Covariance that stems from the scatter of the points and from the priors of the sensors' errors; infinite on
         the diagonal of a parameter that the data say nothing about.
@@ -49,7 +85,7 @@ class Spread:
     scale : float
         Factor on the errors handed in; 1 where a floor explains the scatter.
     condition : float
-        Condition number of the fit, columns scaled; large: parameters cannot be told apart.
+        Condition number of the fit, columns scaled; large: parameters cannot be distinguished.
     floor : float
         Standard deviation of a whole level about the map beyond the errors handed in, N, as found or as given.
     """
@@ -63,6 +99,13 @@ class Spread:
     scale: float
     condition: float
     floor: float = 0.0
+
+
+class Profile(Protocol):
+    """A solved fit in which parameters can be moved while all others follow."""
+
+    def ends(self, label: str, sigma: float, far: float) -> tuple[float, float]:
+        """The interval of a parameter whose standard error is `sigma`, `far` standard errors to either side."""
 
 
 @dataclass(frozen=True)
@@ -90,14 +133,14 @@ class StaticFit:
         prior was given).
     spans : (float, float)
         Relative errors of the spans of p1 and p2, as found   (zero unless a prior was given).
-    bow : float
+    linearity_error : float
         Relative error of the velocity per metre of position, 1/m, as found   (zero unless a prior was given).
     rejected : tuple of Rejected
         Points left out.
     at_bounds : tuple of str
         Parameters that ended at the edge of what is physical.
     warnings : tuple of str
-        What cannot be told from these data.
+        What is not identifiable from these data.
     """
 
     points: FrictionPoints
@@ -105,12 +148,12 @@ class StaticFit:
     method: str = "least-squares"
     offsets: tuple[float, ...] = ()
     spans: tuple[float, float] = (0.0, 0.0)
-    bow: float = 0.0
+    linearity_error: float = 0.0
     spread: Spread | None = None
     rejected: tuple[Rejected, ...] = ()
     at_bounds: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
-    solved: Solved | None = field(default=None, repr=False)
+    solved: Profile | None = field(default=None, repr=False)
 
     @property
     def offset(self) -> float:
@@ -129,7 +172,7 @@ class StaticFit:
     def force_error(self, v: Array) -> Array:
         """Standard error of the map's force, N, at velocities v (n,), m/s, from the scatter of the points.
 
-        Infinite where a parameter that counts there cannot be told from the data. Errors of the sensors are not in it.
+        Infinite where a parameter that counts there is not identifiable. Errors of the sensors are not in it.
         """
         spread = self._known_spread()
         at = [i for i, label in enumerate(spread.labels) if not of_sensors(label)]
@@ -150,14 +193,14 @@ class StaticFit:
     def unit(self, label: str) -> str:
         """SI unit of a parameter by its label; that of the viscous coefficient follows its exponent as written."""
         if of_sensors(label):
-            return {OFFSET: "N", BOW: "1/m"}.get(label.partition(".")[0], "1")
+            return {OFFSET: "N", LINEARITY: "1/m"}.get(label.partition(".")[0], "1")
         if not label.startswith("viscous."):
             return unit_of(label)
         return unit_of(label, float(f"{self.value(label.replace('viscous', 'viscous-exponent')):.4g}"))
 
     @property
     def _of_sensors(self) -> dict[str, float]:
-        return dict(zip(OF_SENSORS, (self.offset, *self.spans, self.bow), strict=True))
+        return dict(zip(OF_SENSORS, (self.offset, *self.spans, self.linearity_error), strict=True))
 
     @cached_property
     def of_sensors(self) -> Array:
@@ -174,7 +217,7 @@ class StaticFit:
     @cached_property
     def residuals(self) -> Array:
         """Measured less fitted force, N, (n,), of all points, rejected ones too; errors of sensors count to the fit."""
-        return self.points.force - self.law.force(fitted_velocity(self.points, self.bow)) - self.of_sensors
+        return self.points.force - self.law.force(fitted_velocity(self.points, self.linearity_error)) - self.of_sensors
 
     @cached_property
     def accepted(self) -> NDArray[np.bool_]:
@@ -187,18 +230,18 @@ class StaticFit:
     def covariance(self) -> xr.DataArray:
         """Covariance of the free parameters, in products of their SI units."""
         spread = self._known_spread()
-        return _labelled(spread.labels, spread.from_data + spread.from_prior)
+        return labelled(spread.labels, spread.from_data + spread.from_prior)
 
     @property
     def correlation(self) -> xr.DataArray:
-        """Correlation of the free parameters; NaN where one cannot be told from the data."""
+        """Correlation of the free parameters; NaN where one is not identifiable."""
         spread = self._known_spread()
         total = spread.from_data + spread.from_prior
         sigma = np.sqrt(np.diag(total))
         known = np.isfinite(sigma) & (sigma > 0.0)
         out = np.full(total.shape, np.nan)
         out[np.ix_(known, known)] = total[np.ix_(known, known)] / np.outer(sigma[known], sigma[known])
-        return _labelled(spread.labels, out)
+        return labelled(spread.labels, out)
 
     def intervals(self, level: float = 0.95, *, method: str = "") -> dict[str, tuple[float, float]]:
         """Confidence intervals of the free parameters, SI, by label.
@@ -250,11 +293,62 @@ class StaticFit:
             return value / factor, value * factor
         return float(value - far * sigma), float(value + far * sigma)
 
-    def toml(self, cylinder: str, *, name: str | None = None, source: Iterable[str] = (), date: str = "") -> str:
-        """The block ``[friction.<name>]`` for a machine file; see :mod:`hydrocrane.identification.block`."""
-        from hydrocrane.identification.block import friction_block
+    def toml(
+        self,
+        cylinder: str,
+        *,
+        name: str | None = None,
+        source: Iterable[str] = (),
+        date: str = "",
+        bristles: Iterable[str] = (),
+    ) -> str:
+        """``[friction.<name>]`` with class ``fitted``; parameters that were held are ``assumed`` and say so.
 
-        return friction_block(self, cylinder, name=name, source=source, date=date)
+        Parameters
+        ----------
+        cylinder : str
+            The cylinder it belongs to; also the table's name unless `name` is given.
+        source : iterable of str
+            Names of the logs; by default those the points came from.
+        date : str
+            Day of the fit, by default today.
+        bristles : iterable of str
+            Lines of the bristles' values; with any, the model is LuGre's.
+
+        Comments give the 95 % intervals.
+        """
+        missing = [name for side, name in enumerate(DIRECTIONS) if not self._finite(side)]
+        if missing:
+            raise InputError(
+                f"no friction {missing[0]} was measured, so there is no block for a machine file; "
+                f"add logs of the piston {missing[0]}"
+            )
+        added = list(bristles)
+        logs = ", ".join(source) or ", ".join(self.points.source) or "points handed over in Python"
+        origin = f"{logs}; {self.method} fit of {int(self.accepted.sum())} points, {signature(date)}"
+        lines = head(name or cylinder, cylinder, origin, "lugre" if added else "static")
+        # Exponents are rounded first, because the unit of the viscous coefficient carries them.
+        powers = [float(f"{p:.4g}") for p in self.params["viscous-exponent"]]
+        return "\n".join([*lines, *(self._line(key, powers) for key in PARAMETERS), *added]) + "\n"
+
+    def _finite(self, side: int) -> bool:
+        return bool(np.isfinite(self.law.values.reshape(-1, 2)[:, side]).all())
+
+    def _line(self, key: str, powers: list[float]) -> str:
+        """One key of the block."""
+        values = []
+        for side, direction in enumerate(DIRECTIONS):
+            unit = unit_of(f"{key}.{direction}", powers[side])
+            value = powers[side] if key == "viscous-exponent" else self.params[key][side]
+            values.append(f"{value:.4g}" if unit == "1" else f'"{value:.5g} {unit}"')
+        pair = f"[{', '.join(values)}]"
+        if self.spread is None:
+            return f"{key} = {pair}"
+        if not any(label.startswith(f"{key}.") for label in self.spread.labels):
+            return f'{key} = {{ value = {pair}, class = "assumed", source = "held in the fit" }}'
+        known = self.intervals(0.95)
+        ends = [known.get(f"{key}.{direction}") for direction in DIRECTIONS]
+        return f"{key} = {pair}  # 95 %: {' and '.join(interval(*e) for e in ends if e is not None)}"
 
     def plot(self) -> Figure:
         """Points and map, near zero velocity and over the whole range, with residuals."""
@@ -273,12 +367,15 @@ def of_sensors(label: str) -> bool:
     return label in OF_SENSORS or label.startswith(f"{OFFSET}.")
 
 
-def fitted_velocity(points: FrictionPoints, bow: float = 0.0) -> Array:
+def fitted_velocity(points: FrictionPoints, linearity_error: float = 0.0) -> Array:
     """Velocities at which a map is compared with points, (n,): break-away readings stand for v -> 0.
 
-    The slope of a position sensor that reads along a parabola is off by `bow` per metre from the middle of its range.
+    The slope of a position sensor that reads along a parabola is off by `linearity_error` per metre from the
+    middle of its range.
     """
-    straight = points.velocity if points.position is None else points.velocity * (1.0 - bow * points.position)
+    straight = (
+        points.velocity if points.position is None else points.velocity * (1.0 - linearity_error * points.position)
+    )
     return np.where(points.velocity == 0.0, points.sign * BREAKAWAY_SPEED, straight)
 
 
@@ -287,12 +384,20 @@ def shown(value: float, low: float, high: float) -> str:
     return "0" if abs(value) < 1e-6 * max(abs(low), abs(high)) else f"{value:.4g}"
 
 
+def parameter_row(label: str, unit: str, value: float, low: float, high: float) -> tuple[str, str, str, str, str]:
+    """A row of a table: parameter, unit, value, both ends of its interval."""
+    if not (np.isfinite(low) and np.isfinite(high)):
+        return (label, unit, "-", "not identifiable", "")
+    return (label, unit, shown(value, low, high), f"{low:.4g}", f"{high:.4g}")
+
+
 def missing_directions(fit: StaticFit) -> list[str]:
     """Directions without any point."""
     return [name for side, name in enumerate(DIRECTIONS) if not (fit.points.direction == side).any()]
 
 
-def _labelled(labels: tuple[str, ...], table: Array) -> xr.DataArray:
+def labelled(labels: Sequence[str], table: Array) -> xr.DataArray:
+    """A square table (m, m) with its rows and columns by name."""
     import xarray as xr
 
     return xr.DataArray(table, dims=("parameter", "with"), coords={"parameter": list(labels), "with": list(labels)})

@@ -9,21 +9,88 @@ starts.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Unpack
 
 import numpy as np
+from numpy.typing import NDArray
 
+from hydrocrane.analysis.sensitivity import Experiment, solve
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
-from hydrocrane.identification.block_means import Blocks
-from hydrocrane.identification.rig_sensors import RigSensors, whitened
 from hydrocrane.identification.rig_unknowns import with_values
+from hydrocrane.identification.sensors import NUISANCES, OF_A_LOG, RigSensors, gains, read, whitened
 from hydrocrane.logs import Log
-from hydrocrane.machine import Machine
-from hydrocrane.scenario import Command, Scenario, Solver
-from hydrocrane.sensitivity import Experiment, solve
+from hydrocrane.machine.machine import Machine
+from hydrocrane.scenario.changes import RunChanges
+from hydrocrane.scenario.command import Command
+from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.scenario.solver import Solver
+
+# Length of a block as a share of the time since the last corner, and its largest as a share of the log.
+GROWTH = 0.1
+LONGEST = 1.0 / 400.0
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """A log in stretches: every sample where things happen, means of many where nothing does.
+
+    What a step of the spool sets in motion dies away, so that stretches may grow with the time since the last corner of
+    the command. A mean has the information of its samples as long as a parabola describes the signal within it.
+
+    Attributes
+    ----------
+    first, count : (b,) arrays
+        Index of a block's first sample, and how many it has.
+    nodes : (k,) array
+        Times, s, at which a simulated signal must be known for its means: one to three per block.
+    places : (b, 3) array
+        Which nodes are a block's first sample, middle and last sample.
+    """
+
+    first: NDArray[np.intp]
+    count: NDArray[np.intp]
+    nodes: Array
+    places: NDArray[np.intp]
+
+    @classmethod
+    def of(cls, time: Array, corners: Array) -> Blocks:
+        """Blocks of samples at `time` (n,), s, of which none reaches across one of the `corners`, s."""
+        first = _starts(time, corners)
+        count = np.diff(np.append(first, time.size))
+        begin, end = time[first], time[first + count - 1]
+        nodes, places = np.unique(np.stack([begin, 0.5 * (begin + end), end], axis=-1), return_inverse=True)
+        return cls(first, count, nodes, np.asarray(places).reshape(-1, 3))
+
+    def mean(self, samples: Array) -> Array:
+        """(b, ...) means of samples (n, ...)."""
+        shape = (-1, *[1] * (samples.ndim - 1))
+        return np.asarray(np.add.reduceat(samples, self.first, axis=0) / self.count.reshape(shape))
+
+    def mean_of_nodes(self, values: Array) -> Array:
+        """(b, ...) means over a block's samples of a signal known at the nodes (k, ...), exact for parabolas."""
+        ends = np.where(self.count > 1, (self.count + 1) / (6.0 * np.maximum(self.count - 1, 1)), 0.0)
+        weights = np.stack([ends, 1.0 - 2.0 * ends, ends], axis=-1)
+        return np.asarray(np.einsum("bj,bj...->b...", weights, values[self.places]))
+
+
+def _starts(time: Array, corners: Array) -> NDArray[np.intp]:
+    """Index of the first sample of each block."""
+    interval = (time[-1] - time[0]) / (time.size - 1)
+    most = max(int(LONGEST * time.size), 1)
+    edges = np.unique(np.concatenate([[0], np.searchsorted(time, corners), [time.size]]))
+    starts = []
+    for begin, end in zip(edges[:-1], edges[1:], strict=True):
+        at = int(begin)
+        while at < end:
+            starts.append(at)
+            since = time[at] - time[begin]
+            at += int(np.clip(GROWTH * since / interval, 1, most))
+    return np.array(starts, dtype=np.intp)
+
 
 SIGNALS = ("x", "p1", "p2")
 # Share of its own largest value to which the logged command is followed by straight lines.
@@ -110,6 +177,7 @@ class LogModel:
         with the same reading of it."""
         plan, rig = self.experiment.plan, self.experiment.machine
         cylinder, (a1, a2) = rig.cylinder_names[0], rig.piston_areas[0]
+        assert not isinstance(plan.pressures, str), "this scenario was made with pressures"
         p1, p2 = plan.pressures[cylinder]
         balanced = {cylinder: (p1 + OTHER_PRESSURE, p2 + OTHER_PRESSURE * a1 / a2)}
         by_pressure = (self._started(pressures=balanced) - self._nominal) / OTHER_PRESSURE
@@ -119,9 +187,9 @@ class LogModel:
         by_place[:, 0] -= 1.0
         return np.stack([by_pressure, by_place], axis=-1)
 
-    def _started(self, **start: Any) -> Array:
+    def _started(self, **start: Unpack[RunChanges]) -> Array:
         """(b, 3) prediction from another start."""
-        made, plan = self.experiment, self.experiment.plan.changed(machine=self._near, **start)
+        made, plan = self.experiment, self.experiment.plan.changed(**start, machine=self._near)
         times = np.minimum(self.blocks.nodes, plan.duration * (1 - 1e-12))
         one = Experiment(plan, made.keys[:1], signals=made.signals, times=times, resolve_slopes=False)
         return self._means(one, one.values)[0]
@@ -267,3 +335,72 @@ def _scenario(log: Log, rig: Machine, command: tuple[Array, Array], start: Array
         solver=SOLVER,
         name=log.source or "log",
     )
+
+
+Progress = Callable[[int, float], None]
+
+
+class RigResiduals:
+    """Residuals of all logs, in standard deviations, with their slopes by keys and nuisances.
+
+    Parameters
+    ----------
+    models : sequence of LogModel
+        With the same keys.
+    progress : callable, optional
+        Called with the number of evaluations and the root-mean-square residual.
+    """
+
+    def __init__(self, models: Sequence[LogModel], progress: Progress | None = None) -> None:
+        self.models = tuple(models)
+        self.keys = len(models[0].experiment.keys)
+        self.progress = progress
+        self.evaluations = 0
+
+    def __call__(self, theta: Array) -> tuple[Array, Array]:
+        residuals: list[Array] = []
+        slopes: list[Array] = []
+        for k, model in enumerate(self.models):
+            seen, row = self._readings(theta, k)
+            residuals += model.weighted(seen - model.measured)
+            slopes += model.weighted(row)
+        found = np.concatenate(residuals)
+        self.evaluations += 1
+        if self.progress is not None:
+            self.progress(self.evaluations, float(np.sqrt(np.mean(found**2))))
+        return found, np.concatenate(slopes)
+
+    def restarted(self, theta: Array) -> RigResiduals:
+        """The same logs, simulated from the starts that `theta` says."""
+        models = [model.restarted(theta[self._own(k)][1:3], theta[: self.keys]) for k, model in enumerate(self.models)]
+        moved = RigResiduals(models, self.progress)
+        moved.evaluations = self.evaluations
+        return moved
+
+    def predicted(self, theta: Array, log: int) -> Array:
+        """Readings x, p1, p2 (b, 3) of one log, SI."""
+        return self._readings(theta, log)[0]
+
+    def of_signals(self, theta: Array) -> Iterator[tuple[str, str, float]]:
+        """Log, signal, and the root-mean-square residual of the one in the other."""
+        for k, model in enumerate(self.models):
+            residuals = model.weighted(self.predicted(theta, k) - model.measured)
+            for signal, values in zip(SIGNALS, residuals, strict=True):
+                yield model.source, signal, float(np.sqrt(np.mean(values**2)))
+
+    def _readings(self, theta: Array, log: int) -> tuple[Array, Array]:
+        """Readings of one log (b, 3) and their slopes by all unknowns (b, 3, k)."""
+        model, common = self.models[log], self.keys + len(NUISANCES)
+        own = self._own(log)
+        y, dy = model.predict(theta[: self.keys])
+        seen, by_nuisance = read(y, model.turned, model.by_start, theta[self.keys : common], theta[own])
+        row = np.zeros((*y.shape, theta.size))
+        row[:, :, : self.keys] = dy * gains(y, theta[self.keys : common])[:, :, np.newaxis]
+        row[:, :, self.keys : common] = by_nuisance[:, :, : len(NUISANCES)]
+        row[:, :, own] = by_nuisance[:, :, len(NUISANCES) :]
+        return seen, row
+
+    def _own(self, log: int) -> slice:
+        """Where :data:`OF_A_LOG` of a log stands among the unknowns."""
+        first = self.keys + len(NUISANCES) + log * len(OF_A_LOG)
+        return slice(first, first + len(OF_A_LOG))

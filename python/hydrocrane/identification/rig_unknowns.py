@@ -4,7 +4,6 @@ theory: docs/theory/identification/dynamic.md"""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -13,10 +12,10 @@ from hydrocrane.errors import InputError
 from hydrocrane.identification.output_error import Unknown
 from hydrocrane.identification.points import DIRECTIONS
 from hydrocrane.identification.result import StaticFit
-from hydrocrane.identification.rig_sensors import NUISANCES, OF_A_LOG, RigSensors
+from hydrocrane.identification.sensors import NUISANCES, OF_A_LOG, RigSensors
 from hydrocrane.identification.static_map import PARAMETERS, StaticMap
 from hydrocrane.logs import Log
-from hydrocrane.machine import Machine
+from hydrocrane.machine.machine import Machine
 from hydrocrane.rig import damping
 
 DYNAMIC = ("bristle-stiffness", "bristle-damping")
@@ -78,14 +77,15 @@ def with_map(rig: Machine, law: StaticMap) -> Machine:
 
 def with_values(rig: Machine, keys: Sequence[str], values: Array) -> Machine:
     """The rig with other values of some keys, SI; ``[0]`` and ``[1]`` are the sides of a pair."""
-    changes: dict[str, Any] = {}
+    pairs: dict[str, list[float]] = {}
+    singles: dict[str, float] = {}
     for key, value in zip(keys, values.tolist(), strict=True):
         name, _, side = key.partition("[")
         if side:
-            changes.setdefault(name, np.broadcast_to(rig.value(name).si, (2,)).tolist())[int(side[0])] = value
+            pairs.setdefault(name, np.broadcast_to(rig.value(name).si, (2,)).tolist())[int(side[0])] = value
         else:
-            changes[name] = value
-    return rig.changed(changes)
+            singles[name] = value
+    return rig.changed({**singles, **pairs})
 
 
 def unknowns_of(

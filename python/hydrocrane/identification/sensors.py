@@ -1,12 +1,22 @@
-"""How far off the sensors of a rig may be, by its file."""
+"""How far off the sensors of a rig may be, by its file, and what they do to its signals.
+                                                              theory: docs/theory/identification/dynamic.md
+
+Of each sensor: noise, a lag, and errors that stay the same throughout, which a fit finds along with everything else.
+Their standard deviations follow from the data sheet's bounds, taken as those of a uniform distribution.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cholesky, solve_triangular
 
-from hydrocrane.machine import Machine
+from hydrocrane.arrays import Array, real_array
+from hydrocrane.errors import InputError
+from hydrocrane.machine.machine import Machine
 from hydrocrane.signals import RigParameters
 
 # Standard deviations as shares of the accuracy: of an error that is evenly likely within it, and of the error at zero,
@@ -51,7 +61,7 @@ def span_error(rig: Machine, signals: Sequence[str] = PRESSURES) -> float:
     return max(stated(rig, name, "accuracy") or 0.0 for name in signals) * UNIFORM
 
 
-def bow(rig: Machine) -> float:
+def linearity_error(rig: Machine) -> float:
     """Standard deviation of the relative error of the velocity per metre of position, 1/m.
 
     The position sensor's deviation is a parabola about the middle of its range, whose height, twice the linearity at
@@ -59,3 +69,180 @@ def bow(rig: Machine) -> float:
     """
     linearity, full = stated(rig, "x", "linearity"), stated(rig, "x", "range")
     return 16.0 * linearity * UNIFORM / full if linearity and full else 0.0
+
+
+# Zero error of a pressure that a zero calibration is supposed to leave where nobody says what it left, Pa.
+CALIBRATED_ZERO = 500.0
+# No zero is supposed to be known better than this, Pa.
+BEST_ZERO = 10.0
+# How far a potentiometer's turning differs from the exponential approach that stands for it, as a share of its
+# hysteresis.
+TURNING = 0.4
+# How well a start is read, as a share of the noise of one reading; on the safe side.
+START_READING = 0.5
+# A parabola's deviation from a line between -d and d over its range r has at most the slope 8 d / r and the curvature
+# coefficient 8 d / r^2.
+PARABOLA = 8.0
+# Whether the zeros of p1 and p2 were subtracted, or their standard errors then, Pa.
+Calibrated = bool | Sequence[float]
+NUISANCES = ("p1.zero", "p2.zero", "p1.span", "p2.span", "x.slope", "x.curve", "x.hysteresis")
+# And of each log: a zero calibration has an error of its own each time.
+OF_A_LOG = ("x.offset", "p1.start", "x.start", "p1.calibration", "p2.calibration")
+
+
+@dataclass(frozen=True)
+class RigSensors:
+    """Errors of the sensors of x, p1 and p2.
+
+    Attributes
+    ----------
+    lag : float
+        Time constant of the pressure transmitters, s.
+    pressure_noise, position_noise : float
+        Standard deviation of one reading, Pa and m.
+    zeros, left : (float, float)
+        Standard deviations of the zero errors of p1 and p2 that all logs share, and of those that each log has of its
+        own because each was calibrated by itself, Pa.
+    span : float
+        That of a pressure's span, 1.
+    linearity_error, width : float
+        The position sensor's deviation from a line and the range of its parabola, m.
+    hysteresis : float
+        Of the position sensor, m: how far a place reads off by the way it was reached.
+    """
+
+    lag: float
+    pressure_noise: float
+    position_noise: float
+    zeros: tuple[float, float]
+    left: tuple[float, float]
+    span: float
+    linearity_error: float
+    width: float
+    hysteresis: float
+
+    @classmethod
+    def of(cls, rig: Machine, *, calibrated: Calibrated) -> RigSensors:
+        """By the machine file of a rig, and what a zero calibration left of the pressures' zeros."""
+        pressure, position = _properties(rig, "p1"), _properties(rig, "x")
+        full, width = pressure["range"], position["range"]
+        span = UNIFORM * pressure.get("accuracy", 0.0)
+        zeros, left = _zeros(calibrated, float(span * full))
+        return cls(
+            lag=pressure.get("rise-time", 0.0) / np.log(9.0),
+            pressure_noise=max(_noise(pressure) * full, 1.0),
+            position_noise=max(_noise(position) * width, 1e-8),
+            zeros=zeros,
+            left=left,
+            span=max(span, 1e-6),
+            linearity_error=max(UNIFORM * position.get("linearity", 0.0) * width, 1e-7),
+            width=width,
+            hysteresis=max(UNIFORM * position.get("repeatability", 0.0) * width, 1e-9),
+        )
+
+    def of_a_log(self, supply: float) -> tuple[float, ...]:
+        """Standard deviations of :data:`OF_A_LOG`: what a reading at rest and a calibration do not tell.
+
+        The span's error grows with the pressure read, which is below that of the `supply`, Pa.
+        """
+        offset, pressure = START_READING * self.position_noise, START_READING * self.pressure_noise
+        p1 = float(np.linalg.norm([pressure, self.zeros[0], self.left[0], self.span * supply]))
+        return (offset, p1, float(np.hypot(self.hysteresis, self.linearity_error)), *self.left)
+
+    @property
+    def deviations(self) -> tuple[float, ...]:
+        """Standard deviations of the :data:`NUISANCES`."""
+        slope = PARABOLA * self.linearity_error / self.width
+        return (*self.zeros, self.span, self.span, slope, slope / self.width, self.hysteresis)
+
+    def turned(self, x: Array) -> Array:
+        """(n,) in [-1, 1]: the share of its hysteresis by which the position sensor is off along a motion x (n,), m.
+
+        From nothing at the start it approaches the direction of the motion within twice the hysteresis.
+        """
+        steps = np.diff(x)
+        kept = np.exp(-np.abs(steps) / (2.0 * self.hysteresis))
+        share = np.zeros(x.size)
+        for i, (way, keep) in enumerate(zip(np.sign(steps), kept, strict=True)):
+            share[i + 1] = way + (share[i] - way) * keep
+        return share
+
+    def root_of_covariance(self, x: Array, count: NDArray[np.intp]) -> Array:
+        """(b, b) Cholesky factor of the covariance of mean positions along a motion x (b,), m, of `count` (b,) samples.
+
+        What is left of the hysteresis fades over the way and not over time: more samples at one place tell no
+        more of it.
+        """
+        way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(x)))])
+        near = np.exp(-np.abs(way[:, np.newaxis] - way) / (2.0 * self.hysteresis))
+        covariance = (TURNING * self.hysteresis) ** 2 * near + np.diag(self.position_noise**2 / count)
+        return np.asarray(cholesky(covariance, lower=True))
+
+
+def read(y: Array, turned: Array, by_start: Array, nuisances: Array, of_log: Array) -> tuple[Array, Array]:
+    """What the sensors read.
+
+    Parameters
+    ----------
+    y : (b, 3) array
+        x, p1, p2, SI.
+    turned : (b,) array
+        As of :meth:`RigSensors.turned`.
+    by_start : (b, 3, 2) array
+        As of :attr:`LogModel.by_start`.
+    nuisances, of_log : (7,) and (5,) arrays
+        In the order of :data:`NUISANCES` and :data:`OF_A_LOG`.
+
+    Returns
+    -------
+    readings : (b, 3) array
+    slopes : (b, 3, 12) array
+        By both.
+    """
+    way = y[:, 0] - y[0, 0]
+    slopes = np.zeros((*y.shape, len(NUISANCES) + len(OF_A_LOG)))
+    slopes[:, 1, 0] = slopes[:, 2, 1] = slopes[:, 0, 7] = 1.0
+    slopes[:, 1, 2], slopes[:, 2, 3] = y[:, 1], y[:, 2]
+    slopes[:, 0, 4], slopes[:, 0, 5], slopes[:, 0, 6] = way, way**2, -turned
+    slopes[:, :, 8:10] = by_start
+    slopes[:, 1, 10] = slopes[:, 2, 11] = 1.0
+    # Everything that a sensor adds is linear in its errors.
+    return y + slopes @ np.concatenate([nuisances, of_log]), slopes
+
+
+def gains(y: Array, nuisances: Array) -> Array:
+    """(b, 3) slopes of the readings by the signals."""
+    _, _, p1_span, p2_span, x_slope, x_curve, _ = nuisances
+    way = y[:, 0] - y[0, 0]
+    ones = np.ones_like(way)
+    return np.stack([1.0 + x_slope + 2.0 * x_curve * way, (1.0 + p1_span) * ones, (1.0 + p2_span) * ones], axis=-1)
+
+
+def whitened(root: Array, values: Array) -> Array:
+    """Values (b, ...) of a covariance with Cholesky factor `root` (b, b) as independent ones of variance one."""
+    return np.asarray(solve_triangular(root, values, lower=True, check_finite=False))
+
+
+def _zeros(calibrated: Calibrated, largest: float) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Standard deviations of the zero errors that logs share, and of each log's own, Pa."""
+    if isinstance(calibrated, bool):
+        known = (BEST_ZERO, CALIBRATED_ZERO) if calibrated else (max(largest, CALIBRATED_ZERO), BEST_ZERO)
+        return (known[0], known[0]), (known[1], known[1])
+    errors = real_array(calibrated, "calibrated")
+    if errors.shape != (2,) or (errors < 0.0).any():
+        raise InputError(f"calibrated is yes, no, or the standard errors of the zeros of p1 and p2, got {calibrated!r}")
+    return (BEST_ZERO, BEST_ZERO), (max(float(errors[0]), BEST_ZERO), max(float(errors[1]), BEST_ZERO))
+
+
+def _noise(sensor: dict[str, float]) -> float:
+    """Standard deviation of one reading with its rounding, as a share of the range."""
+    step = 2.0 ** -sensor["bits"] if "bits" in sensor else 0.0
+    return float(np.hypot(sensor.get("noise", 0.0), step / np.sqrt(12.0)))
+
+
+def _properties(rig: Machine, signal: str) -> dict[str, float]:
+    """Numbers of a sensor that a fit cannot do without, SI."""
+    found = properties(rig, signal)
+    if not found:
+        raise InputError(f"{rig.name} has no sensor for a signal that ends in `{ENDINGS[signal]}`; add one to its file")
+    return found

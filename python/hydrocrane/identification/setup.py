@@ -69,37 +69,40 @@ def problem_of(
     chosen = FLOOR_SHARE * float(np.median(np.abs(used.force))) if floor is None else floor
     if symmetric and np.unique(used.direction).size < 2:
         raise InputError(f"symmetric needs points in both directions, but all are {DIRECTIONS[used.direction[0]]}")
-    can = told(used, symmetric)
-    # Rise and viscous force that cannot be told are none.
+    can = identifiable(used, symmetric)
+    # Rise and viscous force that are not identifiable are none.
     for row in (PARAMETERS.index("breakaway"), PARAMETERS.index("viscous")):
         start.reshape(6, 2)[row, ~can[row]] = 0.0
     column = _columns(can, held, symmetric)
-    untold = _untold(used, can)
-    return Problem(used, coordinates, start, column, max(chosen, smallest), sensors, untold, floor is None), rejected
+    not_identifiable = _not_identifiable(used, can)
+    return Problem(
+        used, coordinates, start, column, max(chosen, smallest), sensors, not_identifiable, floor is None
+    ), rejected
 
 
-def sensor_errors(points: FrictionPoints, bias: Bias, span: float, bow: float) -> SensorErrors:
+def sensor_errors(points: FrictionPoints, bias: Bias, span: float, linearity_error: float) -> SensorErrors:
     """What is known of the sensors, checked: the points must hold what it works on."""
-    for name, value, unit in (("span", span, "as a share of the reading"), ("bow", bow, "1/m")):
+    for name, value, unit in (("span", span, "as a share of the reading"), ("linearity_error", linearity_error, "1/m")):
         if not (np.isfinite(value) and value >= 0.0):
             raise InputError(f"{name} needs a standard deviation of zero or more, {unit}, got {value}")
     if span and points.chambers is None:
         raise InputError(
             "span needs the forces of both chambers: take windows of steady_windows, or give FrictionPoints.of chambers"
         )
-    if bow and points.position is None:
+    if linearity_error and points.position is None:
         raise InputError(
-            "bow needs the position of each point: take windows of steady_windows, or give FrictionPoints.of position"
+            "linearity_error needs the position of each point: take windows of steady_windows, or give "
+            "FrictionPoints.of position"
         )
     if not isinstance(bias, Sequence):
         prior = _prior(bias)
-        return SensorErrors(() if prior is None else (prior,), span, bow)
+        return SensorErrors(() if prior is None else (prior,), span, linearity_error)
     if len(bias) != points.logs:
         raise InputError(
             f"bias has {len(bias)} entries for points of {points.logs} logs; FrictionPoints.joined keeps logs apart, "
             "and one number stands for a constant error that they share"
         )
-    return SensorErrors(tuple(_prior(each) or OffsetPrior(EXACT) for each in bias), span, bow)
+    return SensorErrors(tuple(_prior(each) or OffsetPrior(EXACT) for each in bias), span, linearity_error)
 
 
 def _held(exponents: Exponents) -> dict[str, float | None]:
@@ -163,8 +166,8 @@ def stribeck_seen(points: FrictionPoints) -> tuple[bool, bool]:
     return seen[0], seen[1]
 
 
-def told(points: FrictionPoints, symmetric: bool) -> NDArray[np.bool_]:
-    """Which parameters, (6, 2), the points can tell at all: the others are held, and said to be unknown."""
+def identifiable(points: FrictionPoints, symmetric: bool) -> NDArray[np.bool_]:
+    """Which parameters, (6, 2), are identifiable from the points; the others are held, and said to be unknown."""
     seen = stribeck_seen(points)
     out = np.ones((len(PARAMETERS), 2), dtype=bool)
     for side in (0, 1):
@@ -192,8 +195,8 @@ def _columns(can: NDArray[np.bool_], held: Mapping[str, float | None], symmetric
     return column.ravel()
 
 
-def _untold(points: FrictionPoints, can: NDArray[np.bool_]) -> tuple[str, ...]:
-    """Labels of the parameters that cannot be told in a direction that was measured; exponents do not matter then.
+def _not_identifiable(points: FrictionPoints, can: NDArray[np.bool_]) -> tuple[str, ...]:
+    """Labels of the parameters that are not identifiable in a measured direction; exponents do not matter then.
 
     At one level all friction is fitted as Coulomb friction, of which it is the sum with the others.
     """

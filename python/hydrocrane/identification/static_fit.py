@@ -2,23 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from scipy.optimize import OptimizeResult
+from scipy.stats import f as fisher
 
+from hydrocrane._moved import renamed_keyword
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
-from hydrocrane.identification import advice
-from hydrocrane.identification.least_squares import Loss, Problem, invert, scatter
-from hydrocrane.identification.points import FrictionPoints
+from hydrocrane.identification.graphical import FAR
+from hydrocrane.identification.least_squares import (
+    Loss,
+    Problem,
+    Scatter,
+    found_share,
+    invert,
+    of_the_bulk,
+    scale_of,
+    scatter,
+    with_floor,
+)
+from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.profile import Solved
 from hydrocrane.identification.reach import BOUND
-from hydrocrane.identification.result import BOW, SPANS, Rejected, Spread, StaticFit
+from hydrocrane.identification.result import (
+    LINEARITY,
+    SPANS,
+    Rejected,
+    Spread,
+    StaticFit,
+    missing_directions,
+    of_sensors,
+)
 from hydrocrane.identification.setup import RESOLVED, Bias, Exponents, problem_of, sensor_errors
 from hydrocrane.identification.static_map import LABELS, StaticMap
-from hydrocrane.identification.weights import found_share, of_the_bulk, scale_of, with_floor
 
 # Points further off than this many standard deviations of the bulk are left out.
 OUTLIER = 5.0
@@ -27,13 +47,14 @@ STARTS = (1.0, 0.4, 2.5)
 ROUNDS = 4
 
 
+@renamed_keyword("bow", "linearity_error")
 def fit_static(
     points: FrictionPoints,
     *,
     exponents: Exponents = "fixed",
     bias: Bias = None,
     span: float = 0.0,
-    bow: float = 0.0,
+    linearity_error: float = 0.0,
     velocity_share: float = 0.0,
     symmetric: bool = False,
     loss: Loss = "soft_l1",
@@ -54,9 +75,10 @@ def fit_static(
         apart by :meth:`FrictionPoints.joined`. None: there is no such error.
     span : float
         Standard deviation of the relative error of each pressure transmitter's span, as 0.003/sqrt(3) for a bound of
-        0.3 %: evenly likely within sqrt(3) times as much, as `bow` and `velocity_share`. Levels at different pressures
-        and equal friction tell the spans apart; logs at another supply pressure do so best. The points need `chambers`.
-    bow : float
+        0.3 %: evenly likely within sqrt(3) times as much, as `linearity_error` and `velocity_share`. Levels at
+        different pressures and equal friction distinguish the spans; logs at another supply pressure do so best. The
+        points need `chambers`.
+    linearity_error : float
         Standard deviation of the relative error of the velocity per metre of position, 1/m: the slope of a position
         sensor that reads along a parabola, as 16 linearity/(sqrt(3) range). The points need `position`.
     velocity_share : float
@@ -77,7 +99,7 @@ def fit_static(
     """
     if not (np.isfinite(velocity_share) and velocity_share >= 0.0):
         raise InputError(f"velocity_share needs a standard deviation of zero or more, relative, got {velocity_share}")
-    sensors = sensor_errors(points, bias, span, bow)
+    sensors = sensor_errors(points, bias, span, linearity_error)
     problem, rejected = problem_of(points, exponents, sensors, symmetric, loss, floor)
     robust, sigma = _robust(problem, loss)
     kept, stray = _without_outliers(problem, robust, sigma, loss)
@@ -97,7 +119,7 @@ def _robust(problem: Problem, loss: Loss) -> tuple[OptimizeResult, Array]:
             found = problem.solve(x, sigma, loss=loss)
             x, sigma = found.x, of_the_bulk(problem, found.x)
         # Weighted alike for every start, or the start with the widest bulk would win.
-        quality = float(np.sum(np.abs(problem.misfit(x)[0] / problem.standard_deviation(problem.theta(x)))))
+        quality = float(np.sum(np.abs(problem.residuals(x)[0] / problem.standard_deviation(problem.theta(x)))))
         if best is None or quality < best.quality:
             best = found
             best.quality, best.sigma = quality, sigma
@@ -109,7 +131,7 @@ def _without_outliers(
     problem: Problem, found: OptimizeResult, sigma: Array, loss: Loss
 ) -> tuple[Problem, list[tuple[int, float]]]:
     """The problem without stray points; each of them with its distance in standard deviations."""
-    distance = np.abs(problem.misfit(found.x)[0]) / sigma
+    distance = np.abs(problem.residuals(found.x)[0]) / sigma
     stray = distance > OUTLIER
     # With as many unknowns as levels the map follows any point, so that distance says nothing.
     if loss == "linear" or problem.points.levels.count.size <= problem.unknowns or not stray.any():
@@ -145,8 +167,8 @@ def _result(
     share: float,
 ) -> StaticFit:
     theta = problem.theta(found.x)
-    misfit, slopes = problem.misfit(found.x)
-    of_levels = scatter(problem.points, misfit, sigma, problem.unknowns)
+    residuals, slopes = problem.residuals(found.x)
+    of_levels = scatter(problem.points, residuals, sigma, problem.unknowns)
     scale, freedom = scale_of(problem, found.x, sigma)
     spread = _spread(problem, theta, slopes / (sigma[:, None] * scale), scale, freedom, share)
     values = problem.coordinates.to_map(theta).values.reshape(-1, 2).copy()
@@ -158,14 +180,14 @@ def _result(
         "law": StaticMap(values.ravel()),
         "offsets": tuple(map(float, found.x[problem.unknowns :][: len(problem.sensors.offsets)])),
         "spans": tuple(of_sensors.get(name, 0.0) for name in SPANS),
-        "bow": of_sensors.get(BOW, 0.0),
+        "linearity_error": of_sensors.get(LINEARITY, 0.0),
         "spread": spread,
         "rejected": tuple(sorted(rejected, key=lambda r: r.index)),
         "at_bounds": _at_bounds(problem, found.x),
         "solved": Solved(problem, found.x, sigma * scale),
     }
     draft = StaticFit(points=points, **details)
-    return StaticFit(points=points, warnings=advice.on_fit(draft, of_levels, bool(problem.priors)), **details)
+    return StaticFit(points=points, warnings=_warnings(draft, of_levels, bool(problem.priors)), **details)
 
 
 def _spread(problem: Problem, theta: Array, jacobian: Array, scale: float, freedom: float, share: float) -> Spread:
@@ -177,7 +199,7 @@ def _spread(problem: Problem, theta: Array, jacobian: Array, scale: float, freed
         over_theta[i, problem.column[i]] = 1.0
     to_parameters = problem.coordinates.slopes(theta) @ over_theta
     free = (to_parameters != 0.0).any(axis=1)
-    labels = [label for i, label in enumerate(LABELS) if free[i] or label in problem.untold]
+    labels = [label for i, label in enumerate(LABELS) if free[i] or label in problem.not_identifiable]
     rows = to_parameters[[LABELS.index(label) for label in labels]]
     stretched = share * problem.coordinates.to_map(theta).stretched[[LABELS.index(label) for label in labels]]
     stretched = np.append(stretched, np.zeros(len(problem.priors)))
@@ -186,10 +208,10 @@ def _spread(problem: Problem, theta: Array, jacobian: Array, scale: float, freed
     data = rows @ inverse.from_data @ rows.T
     weighted = rows @ inverse.whole @ (jacobian.T * np.sqrt(found_share(problem, problem.standard_deviation(theta))))
     prior = rows @ inverse.from_prior @ rows.T + np.outer(stretched, stretched)
-    even = [k for k, name in enumerate(problem.priors) if name in (*SPANS, BOW)]
+    even = [k for k, name in enumerate(problem.priors) if name in (*SPANS, LINEARITY)]
     bounds = BOUND * np.column_stack([rows @ inverse.over_prior[:, even], stretched])
     blind = (np.abs(rows[:, inverse.undetermined]) > 0.0).any(axis=1)
-    unknown_rows = blind | np.isin(labels, problem.untold)
+    unknown_rows = blind | np.isin(labels, problem.not_identifiable)
     data[unknown_rows, unknown_rows] = np.inf
     found = weighted @ weighted.T
     return Spread(tuple(labels), data, prior, found, bounds, freedom, scale, inverse.condition, problem.floor)
@@ -204,3 +226,117 @@ def _at_bounds(problem: Problem, x: Array) -> tuple[str, ...]:
         if x[k] - low[k] <= near or high[k] - x[k] <= near:
             out += [LABELS[i] for i in np.flatnonzero(problem.column == k)]
     return tuple(out)
+
+
+# A parameter whose 95 % interval reaches further than this share of its value is called poorly known.
+POOR = 0.5
+# Above this condition number, columns scaled, parameters stand for each other.
+ILL_CONDITIONED = 1e4
+# A map that describes the levels scatters this much by chance in one of a hundred cases.
+UNLIKELY = 0.01
+
+
+def _warnings(fit: StaticFit, scatter: Scatter, with_prior: bool) -> tuple[str, ...]:
+    """Warnings of a fit, the most fundamental first."""
+    return (
+        *(f"no points {name}: nothing is known of friction {name}" for name in missing_directions(fit)),
+        *_levels(fit),
+        *_bounds(fit),
+        *_poorly_known(fit),
+        *_badly_described(fit, scatter),
+        *_of_sensors(fit, with_prior),
+        *_rejection(fit),
+    )
+
+
+def _levels(fit: StaticFit) -> Iterator[str]:
+    """Where velocities are missing."""
+    used = fit.points.select(fit.accepted)
+    not_identifiable = [label for label, (low, _) in fit.intervals(method="t").items() if not np.isfinite(low)]
+    for side, name in enumerate(DIRECTIONS):
+        here = used.levels.direction == side
+        speed = np.abs(used.levels.velocity[here])
+        if speed.size == 0:
+            continue
+        stribeck = fit.params["stribeck-velocity"][side]
+        if speed.size == 1:
+            yield (
+                f"{name}: one velocity level only; Coulomb, Stribeck and viscous friction cannot be distinguished, "
+                "and all is counted as Coulomb friction"
+            )
+            continue
+        if f"stribeck-velocity.{name}" in not_identifiable:
+            yield (
+                f"{name}: friction is not seen to fall with speed (slowest level {speed.min() * 1e3:.3g} mm/s), so "
+                "Stribeck friction was left out: break-away force and Stribeck velocity stand for nothing measured. "
+                "Add slower levels or break-away readings"
+            )
+            stribeck = 0.0
+        elif not (speed < stribeck).any():
+            yield (
+                f"{name}: no level slower than the Stribeck velocity ({stribeck * 1e3:.3g} mm/s); "
+                "break-away force and Stribeck velocity stand for each other: add slower levels"
+            )
+        if (speed > FAR * stribeck).sum() < 2:
+            yield (
+                f"{name}: fewer than two levels beyond {FAR:g} Stribeck velocities ({FAR * stribeck * 1e3:.3g} mm/s); "
+                "viscous and Coulomb friction cannot be distinguished: add faster levels"
+            )
+
+
+def _bounds(fit: StaticFit) -> Iterator[str]:
+    for label in fit.at_bounds:
+        name, direction = label.split(".")
+        what = "Stribeck rise (break-away less Coulomb)" if name == "breakaway" else name
+        yield f"{direction}: {what} ended at the edge of what is physical"
+
+
+def _poorly_known(fit: StaticFit) -> Iterator[str]:
+    for label, (low, high) in fit.intervals(0.95, method="t").items():
+        value = fit.value(label)
+        if of_sensors(label):
+            continue
+        if not np.isfinite(low):
+            yield f"{label} is not identifiable from these points"
+        elif max(high - value, value - low) > POOR * abs(value):
+            yield f"{label} is poorly known: {value:.3g}, 95 % interval {low:.3g} to {high:.3g}"
+    spread = fit.spread
+    if spread is not None and spread.condition > ILL_CONDITIONED:
+        yield f"parameters stand for each other: condition number {spread.condition:.2g}; see the correlation"
+
+
+def _badly_described(fit: StaticFit, scatter: Scatter) -> Iterator[str]:
+    if scatter.between_freedom <= 0:
+        yield "as many parameters as levels or more: nothing is left to check the map against"
+        return
+    if scatter.within_freedom <= 0 or scatter.within == 0.0:
+        return
+    ratio = scatter.between / scatter.within
+    chance = float(fisher.sf(ratio, scatter.between_freedom, scatter.within_freedom))
+    if chance < UNLIKELY:
+        yield (
+            f"the levels lie {np.sqrt(ratio):.1f} times further off the map than the points within them scatter "
+            f"(chance {chance:.1g}): the map does not describe these data, or something changed between levels"
+        )
+
+
+def _of_sensors(fit: StaticFit, with_prior: bool) -> Iterator[str]:
+    """A constant error of the force shifts Coulomb friction of the directions against each other, spans do as well."""
+    spread = fit.spread
+    if not with_prior or spread is None:
+        return
+    for label in ("coulomb.extending", "coulomb.retracting"):
+        if label in spread.labels:
+            at = spread.labels.index(label)
+            if spread.from_prior[at, at] > spread.from_data[at, at]:
+                yield (
+                    "the constant error of the force sensors decides how well Coulomb friction of a single direction "
+                    "is known; its sum over both directions is known better. A zero calibration helps"
+                    + (", logs at a second supply pressure tell the spans" if any(fit.spans) else "")
+                )
+                return
+
+
+def _rejection(fit: StaticFit) -> Iterator[str]:
+    if len(fit.rejected) > 0.1 * len(fit.points):
+        yield f"{len(fit.rejected)} of {len(fit.points)} points were left out; look at them before trusting the rest"

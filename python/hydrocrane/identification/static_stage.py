@@ -8,11 +8,12 @@ from typing import Protocol
 
 import numpy as np
 
+from hydrocrane._moved import renamed_keyword
 from hydrocrane.identification.graphical import graphical
 from hydrocrane.identification.least_squares import Loss
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints, SteadyWindow
-from hydrocrane.identification.report import Report, Section, Table
-from hydrocrane.identification.result import StaticFit, of_sensors, shown
+from hydrocrane.identification.report import Report, Section, Stage, Table
+from hydrocrane.identification.result import StaticFit, of_sensors, parameter_row
 from hydrocrane.identification.setup import Bias, Exponents
 from hydrocrane.identification.static_fit import fit_static
 from hydrocrane.identification.static_map import EXPONENTS
@@ -55,7 +56,7 @@ class StaticIdentification:
             report.stage(name, make)
         return report
 
-    def stages(self, cylinder: str) -> list[tuple]:
+    def stages(self, cylinder: str) -> list[Stage]:
         """(title, function that makes the section) in the order of the report."""
         return [
             ("Data", self._data),
@@ -111,10 +112,7 @@ class StaticIdentification:
 
     def _row(self, label: str, ends: tuple[float, float]) -> tuple[str, ...]:
         ruler = "-" if of_sensors(label) else f"{self.reading.value(label):.4g}"
-        if not np.isfinite(ends).all():
-            return (label, self.fit.unit(label), "-", "not told by the data", "", ruler)
-        value = shown(self.fit.value(label), *ends)
-        return (label, self.fit.unit(label), value, f"{ends[0]:.4g}", f"{ends[1]:.4g}", ruler)
+        return (*parameter_row(label, self.fit.unit(label), self.fit.value(label), *ends), ruler)
 
     def _correlation(self) -> Section:
         table = self.fit.correlation
@@ -139,6 +137,7 @@ class StaticIdentification:
         return Section("Block for the machine file", code=self.fit.toml(cylinder))
 
 
+@renamed_keyword("bow", "linearity_error")
 def identify_static(
     windows: Iterable[SteadyWindow] | FrictionPoints,
     *,
@@ -147,7 +146,7 @@ def identify_static(
     exponents: Exponents = "fixed",
     bias: Bias = None,
     span: float = 0.0,
-    bow: float = 0.0,
+    linearity_error: float = 0.0,
     velocity_share: float = 0.0,
     symmetric: bool = False,
     loss: Loss = "soft_l1",
@@ -169,7 +168,7 @@ def identify_static(
         exponents=exponents,
         bias=bias,
         span=span,
-        bow=bow,
+        linearity_error=linearity_error,
         velocity_share=velocity_share,
         symmetric=symmetric,
         loss=loss,

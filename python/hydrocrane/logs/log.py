@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -15,10 +15,13 @@ from hydrocrane.errors import InputError, nearest
 from hydrocrane.logs.checks import checked, readings
 from hydrocrane.logs.clock import epoch_unit
 from hydrocrane.logs.flags import Flag
-from hydrocrane.logs.mapping import LogMapping, Source, log_mapping, si_values
+from hydrocrane.logs.mapping import LogMapping, MappingLike, Source, log_mapping, si_values
 from hydrocrane.logs.readers import read_table, table_of_dataset
 from hydrocrane.logs.signals import SIGNALS
 from hydrocrane.logs.table import Table, known_unit, split_name
+
+if TYPE_CHECKING:
+    from hydrocrane.logs.columns import LogLike
 
 
 @dataclass(frozen=True)
@@ -42,14 +45,14 @@ class Log:
     source: str = ""
 
     @classmethod
-    def of(cls, data: Any, mapping: Any = None, source: str = "") -> Log:
+    def of(cls, data: LogLike, mapping: MappingLike = None, source: str = "") -> Log:
         """A checked log of a Dataset, DataFrame, mapping of arrays or run, in SI unless `mapping` says otherwise."""
         if isinstance(data, Log):
             return data if mapping is None else cls.of(data.data, mapping, data.source)
         from hydrocrane.logs.columns import columns_of
 
-        held = data.data if isinstance(getattr(data, "data", None), xr.Dataset) else data
-        table = table_of_dataset(held) if isinstance(held, xr.Dataset) else Table(columns_of(held))
+        held = data if isinstance(data, xr.Dataset) else getattr(data, "data", None)
+        table = table_of_dataset(held) if isinstance(held, xr.Dataset) else Table(columns_of(data))
         table.in_memory = True
         return _log(table, log_mapping(mapping), source or type(data).__name__)
 
@@ -120,7 +123,7 @@ class Log:
         return write_log(self.data, Path(path))
 
 
-def read_log(path: str | PathLike[str], mapping: Any = None) -> Log:
+def read_log(path: str | PathLike[str], mapping: MappingLike = None) -> Log:
     """Read and check a log.
 
     Parameters

@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TypeAlias
 
 from hydrocrane import _core
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, nearest
+from hydrocrane.files.toml_file import read_toml
 from hydrocrane.logs.signals import SIGNALS
 from hydrocrane.logs.table import LEAST_UNIT, known_unit, scaled
-from hydrocrane.toml_file import read_toml
 
 _SIGNAL_KEYS = ("column", "unit", "sign", "offset")
 _TIME_KEYS = ("column", "unit", "sample-rate")
@@ -53,7 +53,11 @@ class LogMapping:
     origin: str = "the mapping"
 
 
-def log_mapping(given: Any) -> LogMapping | None:
+# A path to a TOML file, its content, or a mapping made before.
+MappingLike: TypeAlias = "str | PathLike[str] | Mapping[str, object] | LogMapping | None"
+
+
+def log_mapping(given: MappingLike) -> LogMapping | None:
     """A mapping from a path to a TOML file, from its content as a ``dict``, or from nothing."""
     if given is None or isinstance(given, LogMapping):
         return given
@@ -65,7 +69,7 @@ def log_mapping(given: Any) -> LogMapping | None:
     return _from_content(read_toml(path, "mapping file"), str(path))
 
 
-def _from_content(content: Mapping[str, Any], origin: str) -> LogMapping:
+def _from_content(content: Mapping[str, object], origin: str) -> LogMapping:
     _only(content, ("time", "signal"), origin)
     signals = _mapping(content.get("signal", {}), f"{origin}: [signal]")
     time = _mapping(content.get("time", {}), f"{origin}: [time]")
@@ -76,40 +80,43 @@ def _from_content(content: Mapping[str, Any], origin: str) -> LogMapping:
     sources = {}
     for name, entry in signals.items():
         where = f"{origin}: [signal.{name}]"
-        _only(_mapping(entry, where), _SIGNAL_KEYS, where)
-        sources[name] = _source(entry, name, where)
+        table = _mapping(entry, where)
+        _only(table, _SIGNAL_KEYS, where)
+        sources[name] = _source(table, name, where)
     clock = _source(time, "time", f"{origin}: [time]") if "column" in time else None
     return LogMapping(sources, clock, rate, origin)
 
 
-def _mapping(value: Any, where: str) -> Mapping[str, Any]:
+def _mapping(value: object, where: str) -> Mapping[str, object]:
     if not isinstance(value, Mapping):
         raise InputError(f'{where} must be a table of keys, for example column = "Length_3"; got {value!r}')
     return value
 
 
-def _only(content: Mapping[str, Any], keys: tuple[str, ...], where: str) -> None:
+def _only(content: Mapping[str, object], keys: tuple[str, ...], where: str) -> None:
     for key in content:
         if key not in keys:
             raise InputError(f"{where} has an unknown key `{key}`{nearest(str(key), keys)}")
 
 
-def _source(entry: Mapping[str, Any], name: str, where: str) -> Source:
+def _source(entry: Mapping[str, object], name: str, where: str) -> Source:
     column = entry.get("column", name)
     if isinstance(column, bool) or not isinstance(column, str | int):
         raise InputError(f"{where} column must be a name or a number counted from 1; got {column!r}")
     sign = entry.get("sign", 1)
-    if isinstance(sign, bool) or sign not in (1, -1):
+    if not isinstance(sign, int | float) or isinstance(sign, bool) or sign not in (1, -1):
         raise InputError(f"{where} sign must be 1 or -1; got {sign!r}")
     unit, offset = entry.get("unit"), entry.get("offset")
     if unit is not None:
+        unit = _text(unit, f"{where} unit")
         factor_of(unit, name, f"{where} unit")
     if offset is not None:
+        offset = _text(offset, f"{where} offset")
         _offset(offset, name, f"{where} offset")
     return Source(column, unit, int(sign), offset)
 
 
-def _rate(text: Any, where: str) -> float:
+def _rate(text: object, where: str) -> float:
     rate, dimension = _quantity(text, where)
     one, hertz = _core.quantity("1 Hz")
     if dimension != hertz or rate <= 0:
@@ -119,7 +126,7 @@ def _rate(text: Any, where: str) -> float:
 
 def factor_of(unit: str, name: str, where: str) -> float:
     """SI value of one of a column's numbers, with its dimension checked against the signal `name`."""
-    starts_with_number = isinstance(unit, str) and unit.strip()[:1] in tuple("+-.0123456789")
+    starts_with_number = unit.strip()[:1] in tuple("+-.0123456789")
     # "1" alone is the unit of a ratio, "40 bar" a scale; a bare unit is one of itself.
     factor, dimension = _quantity(unit if starts_with_number else f"1 {unit}", where)
     _check_dimension(dimension, name, unit, where)
@@ -135,13 +142,17 @@ def _offset(text: str, name: str, where: str) -> float:
     return offset
 
 
-def _quantity(text: Any, where: str) -> tuple[float, str]:
-    if not isinstance(text, str):
-        raise InputError(f'{where} must be text with a unit, for example "1 mm"; got {text!r}')
+def _quantity(text: object, where: str) -> tuple[float, str]:
     try:
-        return _core.quantity(text)
+        return _core.quantity(_text(text, where))
     except ValueError as error:
         raise InputError(f"{where}: {error}") from None
+
+
+def _text(text: object, where: str) -> str:
+    if not isinstance(text, str):
+        raise InputError(f'{where} must be text with a unit, for example "1 mm"; got {text!r}')
+    return text
 
 
 def _check_dimension(dimension: str, name: str, given: str, where: str) -> None:

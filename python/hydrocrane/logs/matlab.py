@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import cast
 
 import h5py
 import numpy as np
@@ -52,16 +52,18 @@ def read_hdf5(path: Path) -> Table:
         raise ResultFileError(f"{path} is damaged or cut off: {error}; copy it again from the logger") from None
 
 
-def _group(group: h5py.Group, root: h5py.File) -> dict[str, Any] | list[dict[str, Any]]:
+def _group(group: h5py.Group, root: h5py.File) -> dict[str, object] | list[dict[str, object]]:
     members = {name: _node(group[name], root) for name in group if not name.startswith("#")}
     # An array of structures is stored as a structure of arrays of references.
     referring = all(isinstance(child, h5py.Dataset) and child.dtype == h5py.ref_dtype for child in group.values())
     if members and referring:
-        return [dict(zip(members, item)) for item in zip(*members.values())]
+        # A dataset of references is read as a list, see `_node`.
+        lists = cast("list[list[object]]", list(members.values()))
+        return [dict(zip(members, item)) for item in zip(*lists)]
     return members
 
 
-def _node(node: h5py.Group | h5py.Dataset, root: h5py.File) -> Any:
+def _node(node: h5py.Group | h5py.Dataset, root: h5py.File) -> object:
     if isinstance(node, h5py.Group):
         return _group(node, root)
     kind = _text(node.attrs.get("MATLAB_class", b""))
@@ -81,7 +83,7 @@ def _node(node: h5py.Group | h5py.Dataset, root: h5py.File) -> Any:
     return Measured(np.squeeze(np.transpose(value) if kind else np.asarray(value)), unit)
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     if isinstance(value, np.ndarray) and value.size == 1:
         value = value.item()
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from hydrocrane.logs.table import Table, as_column, plain_facts
+
+Leaf: TypeAlias = "np.ndarray | float"
 
 
 class Measured(NamedTuple):
@@ -17,7 +19,7 @@ class Measured(NamedTuple):
     unit: str
 
 
-def table_of(content: Mapping[str, Any]) -> Table:
+def table_of(content: Mapping[str, object]) -> Table:
     """Columns of a nested mapping: members joined by dots, matrices cut along their longer axis.
 
     Three habits are known: the `units` and `names` beside the vectors of this package's own files; captures of dSPACE
@@ -39,7 +41,7 @@ def table_of(content: Mapping[str, Any]) -> Table:
     return table
 
 
-def _leaves(node: Any, path: str = "") -> Iterator[tuple[str, Any, str]]:
+def _leaves(node: object, path: str = "") -> Iterator[tuple[str, Leaf, str]]:
     """(dotted path, array, unit) of everything that may be a column."""
     if isinstance(node, Mapping):
         yield from _structure(node, path)
@@ -54,7 +56,7 @@ def _leaves(node: Any, path: str = "") -> Iterator[tuple[str, Any, str]]:
         yield path, node, ""
 
 
-def _structure(node: Mapping[str, Any], path: str) -> Iterator[tuple[str, Any, str]]:
+def _structure(node: Mapping[str, object], path: str) -> Iterator[tuple[str, Leaf, str]]:
     if "Data" in node and isinstance(node.get("Name", ""), str) and not isinstance(node["Data"], Mapping):
         unit = node.get("Unit", "")
         where = node.get("Name") or path
@@ -63,13 +65,13 @@ def _structure(node: Mapping[str, Any], path: str) -> Iterator[tuple[str, Any, s
         return
     capture = isinstance(node.get("Y"), list | Mapping | np.ndarray) and isinstance(node.get("X"), Mapping)
     for name, child in node.items():
-        if capture and name == "X":
+        if capture and name == "X" and isinstance(child, Mapping):
             yield from _leaves({**child, "Name": "time"}, "time")
         else:
             yield from _leaves(child, name if not path or capture else f"{path}.{name}")
 
 
-def _columns(path: str, leaf: Any) -> Iterator[tuple[str, np.ndarray]]:
+def _columns(path: str, leaf: Leaf) -> Iterator[tuple[str, np.ndarray]]:
     column = as_column(leaf)
     if column is None or column.ndim > 2:
         return

@@ -6,7 +6,6 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -143,7 +142,7 @@ def scaled(values: Array, factor: float) -> Array:
     return values / inverse if inverse and 1.0 / inverse == factor else values * factor
 
 
-def plain_facts(content: Mapping[Any, Any]) -> dict[str, str | float | int]:
+def plain_facts(content: Mapping[str, object]) -> dict[str, str | float | int]:
     """The texts and numbers of what a file holds about itself, as Python's own; what is neither is left out."""
     facts: dict[str, str | float | int] = {}
     for name, value in content.items():

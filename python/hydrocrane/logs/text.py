@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from hydrocrane.errors import InputError, ResultFileError
+from hydrocrane.files.toml_file import parsed
 from hydrocrane.logs.clock import is_moment, seconds_of
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.table import Table, check_width, plain_facts, split_name, tidy_unit
-from hydrocrane.toml_file import parsed
 
 DELIMITERS = ("\t", ";", ",")
 COMMENTS = ("#", "%", "//")
@@ -46,7 +46,7 @@ def read_text(path: Path) -> Table:
 
 def _facts(comments: Iterable[str]) -> dict[str, str | float | int]:
     """What comment lines like ``# payload = 20`` say about the log, as TOML; other comments are passed over."""
-    facts = {}
+    facts: dict[str, object] = {}
     for line in comments:
         try:
             facts |= parsed(line.lstrip("#%/"), "a comment")

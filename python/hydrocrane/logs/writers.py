@@ -12,10 +12,10 @@ import h5py
 import xarray as xr
 
 from hydrocrane.errors import ResultFileError, nearest
-from hydrocrane.files import frame, write_matlab, write_netcdf
+from hydrocrane.files.datasets import frame, write_matlab, write_netcdf
+from hydrocrane.files.whole_file import written_whole
 from hydrocrane.logs.readers import mdf_reader
 from hydrocrane.logs.table import plain_facts
-from hydrocrane.whole_file import written_whole
 
 
 def write_log(data: xr.Dataset, path: Path) -> Path:
@@ -53,7 +53,7 @@ def _key(name: str) -> str:
 
 
 def _hdf5(data: xr.Dataset, path: Path) -> None:
-    """Into memory first, as in ``hydrocrane.files``."""
+    """Into memory first, as in ``hydrocrane.files.datasets``."""
     content = io.BytesIO()
     with h5py.File(content, "w", track_order=True) as stored:
         for name in ["time", *map(str, data.data_vars)]:

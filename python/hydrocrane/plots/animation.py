@@ -20,27 +20,27 @@ from PIL import Image
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, ResultFileError
+from hydrocrane.files.whole_file import written_whole
 from hydrocrane.plots.style import ACCENT, CRANE_LINES, MUTED, RC, draw_crane
 from hydrocrane.plots.workspace import draw_keep_out, metres
-from hydrocrane.whole_file import written_whole
 
 if TYPE_CHECKING:
-    from hydrocrane.machine import Machine
-    from hydrocrane.result import Run
+    from hydrocrane.machine.machine import Machine
+    from hydrocrane.results.record import Record
 
 Progress = Callable[[int, int], None] | None
 _SIZE: dict[str, Any] = {"figsize": (6.6, 5.4), "layout": "constrained"}
 _DPI = 100
 
 
-def film(run: Run, *, fps: int = 20, speed: float = 1.0) -> FuncAnimation:
+def film(run: Record, *, fps: int = 20, speed: float = 1.0) -> FuncAnimation:
     """The animation of a run in a figure of its own; it holds its last picture for half a second."""
     with mpl.rc_context(RC):
         scene = _Scene(run, fps, speed, plt.figure(**_SIZE))
     return FuncAnimation(scene.figure, scene.show, frames=scene.order, interval=1000 / fps, blit=False)
 
 
-def write(run: Run, path: Path, *, fps: int = 20, speed: float = 1.0, progress: Progress = None) -> Path:
+def write(run: Record, path: Path, *, fps: int = 20, speed: float = 1.0, progress: Progress = None) -> Path:
     """Write the film of a run as ``.gif``, or as ``.mp4`` where ffmpeg is found; whole or not at all."""
     writer = _WRITERS[checked_suffix(path)]
     with mpl.rc_context(RC), written_whole(path) as beside:
@@ -64,16 +64,16 @@ def checked_suffix(path: Path) -> str:
 class _Scene:
     """The stage and its moving parts; :meth:`show` puts them where they are in one picture."""
 
-    def __init__(self, run: Run, fps: int, speed: float, figure: Figure) -> None:
+    def __init__(self, run: Record, fps: int, speed: float, figure: Figure) -> None:
         if not (fps > 0 and speed > 0):
             raise InputError(f"fps and speed must be greater than zero, got {fps!r}, {speed!r}")
         self.times, self.poses, self.tips = _pictures(run, fps, speed)
         self.order = [*range(len(self.times)), *[len(self.times) - 1] * max(1, fps // 2)]
-        self.crane = run.machine
+        self.machine = run.machine
         self.figure = figure
         self.axes = figure.subplots()
-        _set_stage(self.axes, run, self.crane, self.poses)
-        kinds = [kind for kind, _, _ in self.crane.drawing(self.poses[0])]
+        _set_stage(self.axes, run, self.machine, self.poses)
+        kinds = [kind for kind, _, _ in self.machine.drawing(self.poses[0])]
         self.parts = [self.axes.plot([], [], **CRANE_LINES[kind])[0] for kind in kinds]
         self.trail = self.axes.plot([], [], color=ACCENT, lw=1.4, zorder=2)[0]
         corner: dict[str, Any] = {"transform": self.axes.transAxes, "ha": "right", "va": "top", "family": "monospace"}
@@ -83,7 +83,7 @@ class _Scene:
         figure.set_layout_engine("none")
 
     def show(self, index: int) -> list[Artist]:
-        for line, (_, _, points) in zip(self.parts, self.crane.drawing(self.poses[index]), strict=True):
+        for line, (_, _, points) in zip(self.parts, self.machine.drawing(self.poses[index]), strict=True):
             line.set_data(points[:, 0], points[:, 1])
         self.trail.set_data(self.tips[: index + 1, 0], self.tips[: index + 1, 1])
         self.clock.set_text(f"{self.times[index]:6.2f} s")
@@ -140,7 +140,7 @@ def _write_mp4(scene: _Scene, path: Path, fps: int, progress: Progress) -> None:
 _WRITERS = {".gif": _write_gif, ".mp4": _write_mp4}
 
 
-def _pictures(run: Run, fps: int, speed: float) -> tuple[Array, Array, Array]:
+def _pictures(run: Record, fps: int, speed: float) -> tuple[Array, Array, Array]:
     """Times, poses and tips of the pictures, read off the recorded run."""
     time = run.data.time.values
     if time.size == 0:
@@ -151,18 +151,18 @@ def _pictures(run: Run, fps: int, speed: float) -> tuple[Array, Array, Array]:
     return times, poses, run.machine.tip(poses)
 
 
-def _set_stage(axes: Axes, run: Run, crane: Machine, poses: Array) -> None:
+def _set_stage(axes: Axes, run: Record, machine: Machine, poses: Array) -> None:
     """What stands still: regions or else a ground, a shadow of the start pose, title, a window for every picture."""
     shown = poses[np.linspace(0, len(poses) - 1, min(len(poses), 12)).astype(int)]
-    points = np.concatenate([line for q in shown for _, _, line in crane.drawing(q)])
+    points = np.concatenate([line for q in shown for _, _, line in machine.drawing(q)])
     low, high = points.min(axis=0), points.max(axis=0)
     pad = 0.10 * float((high - low).max()) + 0.05
-    if crane.keep_out:
-        draw_keep_out(axes, crane)
+    if machine.keep_out:
+        draw_keep_out(axes, machine)
     else:
         axes.axhline(float(low[1]), color=MUTED, lw=1.0, zorder=0.5)
-    draw_crane(axes, crane.drawing(poses[0]), alpha=0.12)
+    draw_crane(axes, machine.drawing(poses[0]), alpha=0.12)
     axes.set_xlim(low[0] - pad, high[0] + pad)
     axes.set_ylim(low[1] - pad, high[1] + pad)
     metres(axes, fixed=True)
-    axes.set_title(f"{run.data.attrs['scenario']}  ·  {crane.name}")
+    axes.set_title(f"{run.data.attrs['scenario']}  ·  {machine.name}")

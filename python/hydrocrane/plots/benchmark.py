@@ -10,12 +10,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from hydrocrane.benchmark.metrics import nearest_on_path, significant
 from hydrocrane.errors import InputError
-from hydrocrane.metrics import nearest_on_path, significant
 from hydrocrane.plots.style import COLOURS, INK, MUTED, styled, title
 
 if TYPE_CHECKING:
-    from hydrocrane.benchmark import Benchmark, Result
+    from hydrocrane.benchmark.cases import Benchmark, Result
 
 # Shapes of paths, those first that are drawn where there is room for PANELS only.
 SHAPES = ("up", "out", "square", "circle", "reach", "log", "down", "in")
@@ -109,7 +109,7 @@ def _bars(axes: Axes, by_key: dict[tuple[str, str], Result], controllers: list[s
 
 def _note(result: Result, value: float) -> str:
     """What stands beside the bar of a deviation `value`, m."""
-    early = "ended early" if result.outcome != "completed" else ""
+    early = "ended early" if not result.outcome.completed else ""
     return ", ".join(part for part in (significant(value * 1e3), early, result.remark) if part)
 
 

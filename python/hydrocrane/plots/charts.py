@@ -13,12 +13,12 @@ from hydrocrane.plots.style import COLOURS, MUTED, figure, shown, styled, title,
 from hydrocrane.plots.tip_path import mark_payload_changes
 
 if TYPE_CHECKING:
-    from hydrocrane.result import Run
+    from hydrocrane.results.record import Record
 
 __all__ = ["cylinder_charts", "overview", "write"]
 
 
-def _quantities(run: Run, cylinder: str) -> list[tuple[str, str]]:
+def _quantities(run: Record, cylinder: str) -> list[tuple[str, str]]:
     """The six variables of a cylinder's charts, with their headings."""
     joint = run.joint_names[run.cylinder_names.index(cylinder)]
     return [
@@ -32,7 +32,7 @@ def _quantities(run: Run, cylinder: str) -> list[tuple[str, str]]:
 
 
 @styled
-def cylinder_charts(run: Run, cylinder: str) -> Figure:
+def cylinder_charts(run: Record, cylinder: str) -> Figure:
     """Joint coordinate and rate, both pressures, piston position and velocity of one cylinder against time."""
     if cylinder not in run.cylinder_names:
         raise unknown("cylinder", cylinder, run.cylinder_names)
@@ -49,7 +49,7 @@ def cylinder_charts(run: Run, cylinder: str) -> Figure:
 
 
 @styled
-def overview(run: Run) -> Figure:
+def overview(run: Record) -> Figure:
     """The charts of all cylinders, one column each."""
     _check_recorded(run)
     cylinders = run.cylinder_names
@@ -63,12 +63,12 @@ def overview(run: Run) -> Figure:
     return fig
 
 
-def _check_recorded(run: Run) -> None:
+def _check_recorded(run: Record) -> None:
     if not run.data.sizes["time"]:
         raise InputError(f"this run recorded nothing to draw: {run.outcome.kind}, {run.outcome.message}")
 
 
-def _curve(axes: Axes, run: Run, name: str, colour: str) -> None:
+def _curve(axes: Axes, run: Record, name: str, colour: str) -> None:
     variable = run.data[name]
     unit, factor = shown(str(variable.attrs.get("units", "")))
     values = variable.values * factor
@@ -89,5 +89,5 @@ def _keep_flat(axes: Axes, values: Array) -> None:
         axes.set_ylim(middle - least, middle + least)
 
 
-def _subject(run: Run) -> str:
+def _subject(run: Record) -> str:
     return f"{run.data.attrs['scenario']} on {run.data.attrs['machine']}"

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from hydrocrane.plots.style import COLOURS, INK, figure, shown, styled, title
 
 if TYPE_CHECKING:
-    from hydrocrane.compare import Difference
+    from hydrocrane.results.difference import Difference
 
 
 @styled

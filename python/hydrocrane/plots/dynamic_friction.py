@@ -21,9 +21,9 @@ NAMES = ("position", "pressure", "pressure")
 @styled
 def dynamic_fit(fit: DynamicFit) -> Figure:
     """A column per log: position, both pressures, and what is left of each in standard deviations."""
-    if fit.misfit is None or fit.estimate is None:
+    if fit.rig_residuals is None or fit.estimate is None:
         raise InputError("there is no fit to draw, only first readings: " + "; ".join(fit.warnings))
-    models = fit.misfit.models
+    models = fit.rig_residuals.models
     fig, axes = figure(5.5 * len(models) + 1.0, 7.6, nrows=3, ncols=len(models), sharex="col", squeeze=False)
     for k, model in enumerate(models):
         found = fit.predicted(k)

@@ -68,7 +68,7 @@ def paint(axes: Axes, tip: Array, value: Array, *, largest: bool, limits: tuple[
     good = np.flatnonzero(np.isfinite(mean))
     # What is painted last lies on top.
     order = good[np.argsort(mean[good] if largest else -mean[good], kind="stable")]
-    sheet = PolyCollection(corners[order], array=mean[order], cmap=FIELD, antialiaseds=False, zorder=1)
+    sheet = PolyCollection(list(corners[order]), array=mean[order], cmap=FIELD, antialiaseds=False, zorder=1)
     sheet.set_clim(*limits)
     axes.add_collection(sheet)
     axes.autoscale_view()

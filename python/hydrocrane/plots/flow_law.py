@@ -8,40 +8,42 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from hydrocrane._moved import renamed_keyword
 from hydrocrane.errors import unknown
-from hydrocrane.machine import MachineLike, as_machine
+from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.plots.style import FIELD, MUTED, figure, styled, title
 
 if TYPE_CHECKING:
-    from hydrocrane.machine import Machine
+    from hydrocrane.machine.machine import Machine
 
 OPENINGS = (0.25, 0.5, 0.75, 1.0)
 
 
+@renamed_keyword("crane", "machine")
 @styled
-def flow_law(crane: MachineLike, cylinder: str | None = None) -> Figure:
+def flow_law(machine: MachineLike, cylinder: str | None = None) -> Figure:
     """Flow over pressure drop at several openings: near zero, where the flow is laminar, and over the whole range."""
-    crane = as_machine(crane)
-    name = crane.cylinder_names[0] if cylinder is None else cylinder
-    if name not in crane.cylinder_names:
-        raise unknown("cylinder", name, crane.cylinder_names)
+    machine = as_machine(machine)
+    name = machine.cylinder_names[0] if cylinder is None else cylinder
+    if name not in machine.cylinder_names:
+        raise unknown("cylinder", name, machine.cylinder_names)
     fig, (near, whole) = figure(10.0, 4.3, ncols=2)
-    _family(near, crane, name, np.linspace(-10e5, 10e5, 801))
-    _family(whole, crane, name, np.linspace(-1, 1, 801) * crane.supply_pressure)
+    _family(near, machine, name, np.linspace(-10e5, 10e5, 801))
+    _family(whole, machine, name, np.linspace(-1, 1, 801) * machine.supply_pressure)
     near.set_title("small pressure drop: laminar to turbulent")
     whole.set_title("up to supply pressure")
     near.legend(title="spool opening", loc="upper left")
-    title(fig, "Flow through a metering edge", f"valve of cylinder {name}, {crane.name}")
+    title(fig, "Flow through a metering edge", f"valve of cylinder {name}, {machine.name}")
     return fig
 
 
-def _family(axes: Axes, crane: Machine, cylinder: str, dp: np.ndarray) -> None:
+def _family(axes: Axes, machine: Machine, cylinder: str, dp: np.ndarray) -> None:
     import matplotlib as mpl
 
-    full = crane.spool_strokes[crane.cylinder_names.index(cylinder)]
+    full = machine.spool_strokes[machine.cylinder_names.index(cylinder)]
     shades = mpl.colormaps[FIELD](np.linspace(0.8, 0.1, len(OPENINGS)))
     for opening, shade in zip(OPENINGS, shades, strict=True):
-        flow = crane.orifice_flow(opening * full, dp, cylinder)
+        flow = machine.orifice_flow(opening * full, dp, cylinder)
         axes.plot(dp * 1e-5, flow * 6e4, color=shade, label=f"{opening:.0%}")
     axes.axhline(0.0, color=MUTED, lw=0.7, zorder=1)
     axes.axvline(0.0, color=MUTED, lw=0.7, zorder=1)

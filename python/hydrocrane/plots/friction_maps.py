@@ -2,46 +2,49 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from hydrocrane._moved import renamed_keyword
 from hydrocrane.errors import InputError, unknown
-from hydrocrane.machine import MachineLike, as_machine
+from hydrocrane.machine.machine import MachineLike, as_machine
+from hydrocrane.machine.overrides import Override
 from hydrocrane.plots.style import COLOURS, MUTED, figure, styled, title
 
 if TYPE_CHECKING:
-    from hydrocrane.machine import Machine
+    from hydrocrane.machine.machine import Machine
 
 # Far above any Stribeck velocity, so that only Coulomb and viscous friction are left, m/s.
 _FAST = 10.0
 
 
+@renamed_keyword("crane", "machine")
 @styled
-def friction_maps(crane: MachineLike, cylinder: str | None = None) -> Figure:
+def friction_maps(machine: MachineLike, cylinder: str | None = None) -> Figure:
     """Six charts of one cylinder's seal friction.
 
     Coulomb; with viscous friction; with stiction, which acts at rest only (dots); with the Stribeck effect; and the
     influence of the Stribeck velocity and of its exponent. Each one is the machine's own law with single keys
     overridden.
     """
-    crane = as_machine(crane)
-    name = crane.cylinder_names[0] if cylinder is None else cylinder
-    if name not in crane.cylinder_names:
-        raise unknown("cylinder", name, crane.cylinder_names)
-    laws = _Laws(crane, name)
+    machine = as_machine(machine)
+    name = machine.cylinder_names[0] if cylinder is None else cylinder
+    if name not in machine.cylinder_names:
+        raise unknown("cylinder", name, machine.cylinder_names)
+    laws = _Laws(machine, name)
     fig, axes = figure(12.0, 7.2, nrows=2, ncols=3)
     v = _velocities(laws.stribeck_velocity)
     steps = [
         ("Coulomb", laws.without_stribeck(viscous=False)),
         ("Coulomb and viscous", laws.without_stribeck(viscous=True)),
         ("with stiction", laws.without_stribeck(viscous=True)),
-        ("with the Stribeck effect", crane),
+        ("with the Stribeck effect", machine),
     ]
-    for panel, (heading, machine) in zip(axes.flat, steps, strict=False):
-        _curve(panel, machine, name, v, COLOURS[0])
+    for panel, (heading, variant) in zip(axes.flat, steps, strict=False):
+        _curve(panel, variant, name, v, COLOURS[0])
         panel.set_title(heading)
     axes[0, 2].plot([0.0, 0.0], [laws.breakaway[0], -laws.breakaway[1]], "o", color=COLOURS[4], ms=5)
     _family(axes[1, 1], name, v, "Stribeck velocity", {f"x {k:g}": laws.with_stribeck_velocity(k) for k in (0.5, 1, 2)})
@@ -49,7 +52,7 @@ def friction_maps(crane: MachineLike, cylinder: str | None = None) -> Figure:
     top = max(abs(y) for panel in axes.flat for y in panel.get_ylim())
     for panel in axes.flat:
         panel.set_ylim(-top, top)
-    title(fig, "Friction of the piston at steady velocity", f"cylinder {name}, {crane.name}")
+    title(fig, "Friction of the piston at steady velocity", f"cylinder {name}, {machine.name}")
     return fig
 
 
@@ -59,8 +62,8 @@ def _velocities(scale: float) -> np.ndarray:
     return 12 * scale * np.sign(s) * np.abs(s) ** 3
 
 
-def _curve(axes: Axes, crane: Machine, cylinder: str, v: np.ndarray, colour: str, label: str = "") -> None:
-    axes.plot(v * 1e3, crane.friction_map(v, cylinder), color=colour, label=label)
+def _curve(axes: Axes, machine: Machine, cylinder: str, v: np.ndarray, colour: str, label: str = "") -> None:
+    axes.plot(v * 1e3, machine.friction_map(v, cylinder), color=colour, label=label)
     axes.axhline(0.0, color=MUTED, lw=0.7, zorder=1)
     axes.axvline(0.0, color=MUTED, lw=0.7, zorder=1)
     axes.set_xlabel("piston velocity [mm/s]")
@@ -82,12 +85,12 @@ class _Laws:
     Coulomb force, and where it has fallen by 1 - 1/e of its peak lies the Stribeck velocity.
     """
 
-    def __init__(self, crane: Machine, cylinder: str) -> None:
-        self.crane = crane
+    def __init__(self, machine: Machine, cylinder: str) -> None:
+        self.machine = machine
         self.key = f"friction.{cylinder}"
         self.cylinder = cylinder
-        if not any(key.startswith(self.key + ".") for key, _, _ in crane.provenance):
-            raise InputError(f"{crane.name} has no friction table named `{cylinder}` after its cylinder to vary")
+        if not any(key.startswith(self.key + ".") for key, _, _ in machine.provenance):
+            raise InputError(f"{machine.name} has no friction table named `{cylinder}` after its cylinder to vary")
         dry = self._variant(viscous=[0.0, 0.0])
         self.coulomb = [float(abs(dry.friction_map(sign * _FAST, cylinder))) for sign in (1.0, -1.0)]
         scales = [self._stribeck(dry, side) for side in (0, 1)]
@@ -95,7 +98,7 @@ class _Laws:
         self.stribeck_velocity = max(self.velocities)
 
     def without_stribeck(self, *, viscous: bool) -> Machine:
-        changes: dict[str, Any] = {"breakaway": self.coulomb}
+        changes: dict[str, Override] = {"breakaway": self.coulomb}
         return self._variant(**changes) if viscous else self._variant(**changes, viscous=[0.0, 0.0])
 
     def with_stribeck_velocity(self, factor: float) -> Machine:
@@ -113,5 +116,5 @@ class _Laws:
         below = np.flatnonzero(force[peak:] <= level)
         return float(force[peak]), float(v[peak + below[0]]) if below.size else 0.01
 
-    def _variant(self, **changes: Any) -> Machine:
-        return self.crane.changed({f"{self.key}.{name}": value for name, value in changes.items()})
+    def _variant(self, **changes: Override) -> Machine:
+        return self.machine.changed({f"{self.key}.{name}": value for name, value in changes.items()})

@@ -106,7 +106,7 @@ def friction_comparison(found: FrictionComparison) -> Figure:
         curves.set(xscale="log", title=name, ylabel="magnitude [N]")
         gaps.set(xlabel="speed [mm/s]", ylabel="difference [%]")
     axes[0, 0].legend(loc="best")
-    title(fig, "Friction of the groups", f"{found.verdict.replace('-', ' ')}, p = {found.p_value:.2g}")
+    title(fig, "Friction of the groups", f"{found.conclusion.replace('-', ' ')}, p = {found.p_value:.2g}")
     return fig
 
 

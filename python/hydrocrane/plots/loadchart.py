@@ -8,34 +8,36 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hydrocrane.capacity import Height, at_height
-from hydrocrane.machine import MachineLike, as_machine
+from hydrocrane._moved import renamed_keyword
+from hydrocrane.analysis.capacity import Height, at_height
+from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.plots.field import paint
 from hydrocrane.plots.style import COLOURS, INK, draw_crane, figure, styled, title
 from hydrocrane.plots.workspace import draw_boundary, metres
 
 if TYPE_CHECKING:
-    from hydrocrane.capacity import LoadChart
+    from hydrocrane.analysis.capacity import LoadChart
 
 
+@renamed_keyword("crane", "machine")
 @styled
-def load_chart(crane: MachineLike, chart: LoadChart, *, height: Height | None = None) -> Figure:
+def load_chart(machine: MachineLike, chart: LoadChart, *, height: Height | None = None) -> Figure:
     """Left, the largest payload at each tip position; right, against reach: at the best and the worst height.
 
     With `height`, as of ``LoadChart.against_reach``, that curve alone.
     """
-    crane = as_machine(crane)
+    machine = as_machine(machine)
     fig, (area, curve) = figure(12.0, 5.4, ncols=2, width_ratios=[1.15, 1])
     # Next to the pillar a load hardly loads the crane: the colours stay with the useful range.
     top = float(np.nanpercentile(chart.payload, 90))
     sheet = paint(area, chart.tip, chart.payload, largest=True, limits=(0.0, top))
     fig.colorbar(sheet, ax=area, label="payload [kg]", extend="max", shrink=0.85)
-    draw_boundary(area, crane, colour=INK)
-    draw_crane(area, crane.drawing(crane.home), alpha=0.9)
+    draw_boundary(area, machine, colour=INK)
+    draw_crane(area, machine.drawing(machine.home), alpha=0.9)
     metres(area)
     area.set_title("payload at the tip, in the pose that holds most")
     _against_reach(curve, chart, height)
-    title(fig, "Static load chart", f"{crane.name} at {chart.supply_pressure * 1e-5:.0f} bar")
+    title(fig, "Static load chart", f"{machine.name} at {chart.supply_pressure * 1e-5:.0f} bar")
     return fig
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,7 +15,7 @@ from hydrocrane.plots.style import COLOURS, figure, shown, styled
 if TYPE_CHECKING:
     import xarray as xr
 
-    from hydrocrane.result import Run
+    from hydrocrane.results.record import Record
 
 # Colours come round after six runs; dashes then tell them apart.
 DASHES = ("-", "--", ":")
@@ -23,7 +23,7 @@ DASHES = ("-", "--", ":")
 
 @styled
 def overlay(
-    runs: Mapping[str, Run],
+    runs: Mapping[str, Record],
     signals: str | Sequence[str],
     *,
     against: str = "time",
@@ -54,7 +54,7 @@ def overlay(
     fig, axes = figure(9.5, 2.3 * len(names) + 0.7, nrows=len(names), sharex=True, squeeze=False)
     for panel, name in zip(axes[:, 0], names, strict=True):
         for label, data in records.items():
-            _line(panel, data, base, name, against, label=label, **looks[label])
+            _line(panel, data, base, name, against, {"label": label, **looks[label]})
         heading = name if relative_to is None else f"{name} less that of {relative_to}"
         panel.set(title=heading, ylabel=f"[{_scale(first, name)[0]}]")
         panel.margins(x=0.01)
@@ -63,12 +63,21 @@ def overlay(
     return fig
 
 
-def _look(number: int) -> dict[str, Any]:
+class Look(TypedDict, total=False):
+    """Of a line."""
+
+    color: str
+    ls: str | tuple[int, tuple[int, ...]]
+    lw: float
+    label: str
+
+
+def _look(number: int) -> Look:
     """Colour and dashes of the run of this number."""
     return {"color": COLOURS[number % len(COLOURS)], "ls": DASHES[number // len(COLOURS) % len(DASHES)], "lw": 1.2}
 
 
-def _check(runs: Mapping[str, Run], names: Sequence[str], against: str, relative_to: str | None) -> None:
+def _check(runs: Mapping[str, Record], names: Sequence[str], against: str, relative_to: str | None) -> None:
     if not isinstance(runs, Mapping):
         raise InputError(f'runs must be a mapping from label to run, {{"label": run}}; got {type(runs).__name__}')
     if relative_to is not None and relative_to not in runs:
@@ -83,7 +92,7 @@ def _check(runs: Mapping[str, Run], names: Sequence[str], against: str, relative
                 raise unknown(f"signal of run `{label}`", name, [str(known) for known in run.data.variables])
 
 
-def _stretch(label: str, run: Run, span: tuple[float, float] | None) -> xr.Dataset:
+def _stretch(label: str, run: Record, span: tuple[float, float] | None) -> xr.Dataset:
     """The record of a run within `span`."""
     if not run.data.sizes["time"]:
         raise InputError(f"run `{label}` recorded nothing to draw: {run.outcome.kind}, {run.outcome.message}")
@@ -93,7 +102,7 @@ def _stretch(label: str, run: Run, span: tuple[float, float] | None) -> xr.Datas
     return data
 
 
-def _line(panel: Axes, data: xr.Dataset, base: xr.Dataset | None, name: str, against: str, **look: Any) -> None:
+def _line(panel: Axes, data: xr.Dataset, base: xr.Dataset | None, name: str, against: str, look: Look) -> None:
     values = data[name].values
     if base is not None:
         values = values - np.interp(data.time.values, base.time.values, base[name].values)

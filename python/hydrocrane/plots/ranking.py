@@ -9,10 +9,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hydrocrane.errors import InputError, unknown
-from hydrocrane.plots.style import COLOURS, MUTED, figure, shown, styled, title
+from hydrocrane.plots.style import COLOURS, MUTED, one_chart, shown, styled, title
 
 if TYPE_CHECKING:
-    from hydrocrane.sensitivity import Sensitivities
+    from hydrocrane.analysis.sensitivity import Sensitivities
 
 
 @styled
@@ -34,7 +34,7 @@ def ranking(slopes: Sensitivities, signals: str | Sequence[str], *, most: int = 
     mean, largest = np.sqrt((size**2).mean(axis=0)), size.max(axis=0)
     order = np.argsort(-mean)[:most]
     unit, factor = shown(str(slopes.data[names[0]].attrs["units"]))
-    fig, axes = figure(9.5, 0.32 * order.size + 1.4)
+    fig, axes = one_chart(9.5, 0.32 * order.size + 1.4)
     axes.barh(np.arange(order.size), mean[order] * factor, color=COLOURS[0], label="root mean square over the run")
     axes.plot(largest[order] * factor, np.arange(order.size), "|", color=MUTED, ms=11, mew=2, label="largest")
     axes.set_yticks(np.arange(order.size), [str(slopes.data.parameter.values[i]) for i in order])

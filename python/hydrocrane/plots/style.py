@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import wraps
 from pathlib import Path
-from typing import Any, ParamSpec
+from typing import Any, Literal, ParamSpec, TypedDict, Unpack
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -16,7 +16,7 @@ from matplotlib.backend_bases import FigureCanvasBase
 from matplotlib.figure import Figure
 
 from hydrocrane.errors import ResultFileError
-from hydrocrane.whole_file import written_whole
+from hydrocrane.files.whole_file import written_whole
 
 INK = "#22313f"
 MUTED = "#7b8794"
@@ -88,9 +88,28 @@ def styled(make: Callable[P, Figure]) -> Callable[P, Figure]:
     return in_style
 
 
-def figure(width: float, height: float, **subplots: Any) -> tuple[Figure, Any]:
-    """A figure of width x height inches and its axes, laid out without overlaps."""
-    return plt.subplots(figsize=(width, height), layout="constrained", **subplots)
+class Subplots(TypedDict, total=False):
+    """What :func:`matplotlib.pyplot.subplots` takes besides the number of rows and columns."""
+
+    sharex: bool | Literal["none", "all", "row", "col"]
+    sharey: bool | Literal["none", "all", "row", "col"]
+    squeeze: bool
+    width_ratios: Sequence[float]
+    height_ratios: Sequence[float]
+
+
+def one_chart(width: float, height: float) -> tuple[Figure, Axes]:
+    """A figure of width x height inches and its axes."""
+    fig = plt.figure(figsize=(width, height), layout="constrained")
+    return fig, fig.subplots()
+
+
+def figure(
+    width: float, height: float, *, nrows: int = 1, ncols: int = 1, **subplots: Unpack[Subplots]
+) -> tuple[Figure, np.ndarray]:
+    """A figure of width x height inches and the axes of its charts, laid out without overlaps."""
+    fig = plt.figure(figsize=(width, height), layout="constrained")
+    return fig, np.asarray(fig.subplots(nrows, ncols, **subplots))
 
 
 def title(fig: Figure, text: str, detail: str = "") -> None:

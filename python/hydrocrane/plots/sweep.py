@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import json
-from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 
 from hydrocrane.errors import InputError, unknown
-from hydrocrane.plots.style import ACCENT, COLOURS, FIELD, figure, shown, styled, title
+from hydrocrane.plots.style import ACCENT, COLOURS, FIELD, figure, one_chart, shown, styled, title
 
 # Keys beside which the figure is drawn one by one.
 MOST_KEYS = 6
@@ -57,7 +57,7 @@ def _line(data: xr.Dataset, values: xr.DataArray) -> Figure:
     key = str(values.dims[0])
     places, labels, heading = _axis(data[key])
     unit, factor = shown(str(values.attrs.get("units", "")))
-    fig, axes = figure(8.0, 4.5)
+    fig, axes = one_chart(8.0, 4.5)
     order = np.argsort(places)
     axes.plot(places[order], values.values[order] * factor, "o-" if labels is None else "o", ms=4)
     _mark_failed(axes, places[np.isnan(values.values)])
@@ -70,7 +70,7 @@ def _field(data: xr.Dataset, values: xr.DataArray) -> Figure:
     down, across = (str(dim) for dim in values.dims)
     (y, y_labels, y_heading), (x, x_labels, x_heading) = _axis(data[down]), _axis(data[across])
     unit, factor = shown(str(values.attrs.get("units", "")))
-    fig, axes = figure(8.0, 5.5)
+    fig, axes = one_chart(8.0, 5.5)
     order = np.ix_(np.argsort(y), np.argsort(x))
     table = values.values[order] * factor
     mesh = axes.pcolormesh(np.sort(x), np.sort(y), table, cmap=FIELD, shading="nearest")
@@ -106,7 +106,7 @@ def _axis(key: xr.DataArray) -> tuple[np.ndarray, list[str] | None, str]:
     return places.astype(float), [str(word) for word in words], str(key.name)
 
 
-def _label(axis: Any, places: np.ndarray, labels: list[str] | None, heading: str) -> None:
+def _label(axis: Axis, places: np.ndarray, labels: list[str] | None, heading: str) -> None:
     if labels is not None:
         axis.set_ticks(range(len(labels)), labels)
     elif places.size <= 8:

@@ -12,7 +12,7 @@ from hydrocrane.errors import InputError
 from hydrocrane.plots.style import ACCENT, COLOURS, INK, MUTED, figure, shown, styled, title
 
 if TYPE_CHECKING:
-    from hydrocrane.result import Run
+    from hydrocrane.results.record import Record
 
 # Below the path, each against time where the run has it: variable, heading.
 PANELS = (
@@ -23,7 +23,7 @@ PANELS = (
 
 
 @styled
-def tip_charts(run: Run) -> Figure:
+def tip_charts(run: Record) -> Figure:
     """Path of the tip with the way of its set-point; deviation, payload and pump power against time."""
     if run.data.sizes["time"] < 2:
         raise InputError(f"this run recorded no motion to draw: {run.outcome.kind}, {run.outcome.message}")
@@ -44,13 +44,13 @@ def tip_charts(run: Run) -> Figure:
     return fig
 
 
-def mark_payload_changes(axes: Axes, run: Run) -> None:
+def mark_payload_changes(axes: Axes, run: Record) -> None:
     """A line at each time at which a load is taken up or let go."""
     for change in run.payload_changes:
         axes.axvline(change.time, color=ACCENT if change.after > change.before else MUTED, lw=0.9, ls=":", zorder=1.5)
 
 
-def _path(axes: Axes, run: Run) -> None:
+def _path(axes: Axes, run: Record) -> None:
     data = run.data
     time, x, z = (data[name].values for name in ("time", "tip.x", "tip.z"))
     if "set_point.x" in data:

@@ -9,42 +9,46 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from hydrocrane.linear import pose_grid
-from hydrocrane.machine import MachineLike, as_machine
+from hydrocrane._moved import renamed_keyword
+from hydrocrane.analysis.linear import pose_grid
+from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.plots.field import patches
-from hydrocrane.plots.style import COLOURS, GRID, MUTED, draw_crane, figure, styled, title
+from hydrocrane.plots.style import COLOURS, GRID, MUTED, draw_crane, one_chart, styled, title
 
 if TYPE_CHECKING:
-    from hydrocrane.machine import Machine
+    from hydrocrane.machine.machine import Machine
 
 _AREA = "#dfebf0"
 
 
+@renamed_keyword("crane", "machine")
 @styled
-def workspace(crane: MachineLike) -> Figure:
+def workspace(machine: MachineLike) -> Figure:
     """Reach of the tip inside the joint limits, its boundary, and regions to keep out of; the crane amid its limits."""
-    crane = as_machine(crane)
-    fig, axes = figure(7.5, 7.0)
-    if len(crane.joint_names) > 1:
-        poses = pose_grid(crane, 48)
-        axes.add_collection(PolyCollection(patches(crane.tip(poses))[0], color=_AREA, antialiaseds=False, zorder=0.5))
-    draw_boundary(axes, crane)
-    draw_keep_out(axes, crane)
-    draw_crane(axes, crane.drawing(crane.home))
+    machine = as_machine(machine)
+    fig, axes = one_chart(7.5, 7.0)
+    if len(machine.joint_names) > 1:
+        poses = pose_grid(machine, 48)
+        axes.add_collection(
+            PolyCollection(list(patches(machine.tip(poses))[0]), color=_AREA, antialiaseds=False, zorder=0.5)
+        )
+    draw_boundary(axes, machine)
+    draw_keep_out(axes, machine)
+    draw_crane(axes, machine.drawing(machine.home))
     metres(axes)
-    title(fig, "Working area of the tip", crane.name)
+    title(fig, "Working area of the tip", machine.name)
     return fig
 
 
-def draw_boundary(axes: Axes, crane: Machine, *, colour: str = COLOURS[0]) -> None:
+def draw_boundary(axes: Axes, machine: Machine, *, colour: str = COLOURS[0]) -> None:
     """Draw the boundary curves of the workspace."""
-    for curve in crane.workspace():
+    for curve in machine.workspace():
         axes.plot(curve[:, 0], curve[:, 1], color=colour, lw=1.4, zorder=1.5)
 
 
-def draw_keep_out(axes: Axes, crane: Machine) -> None:
+def draw_keep_out(axes: Axes, machine: Machine) -> None:
     """Hatch the regions that the tip is kept out of; they do not widen the picture."""
-    for outline in crane.keep_out.values():
+    for outline in machine.keep_out.values():
         axes.add_artist(Polygon(outline, facecolor=GRID, edgecolor=MUTED, hatch="///", lw=0.8, alpha=0.7, zorder=1))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
-from hydrocrane.machine import Machine
+from hydrocrane.machine.machine import Machine
 from hydrocrane.rig.log import Segment
 
 # Time in which a commanded step is made, s: a real-time computer's sample or two, well below the spool's own time.
@@ -37,19 +37,19 @@ class Seal:
     room: float
 
 
-def seal_of(crane: Machine) -> Seal:
+def seal_of(machine: Machine) -> Seal:
     """Scales of the seal of the rig's only cylinder."""
     speeds = np.geomspace(1e-5, 1.0, 600)
-    maps = [np.abs(crane.friction_map(sign * speeds)) for sign in (1, -1)]
+    maps = [np.abs(machine.friction_map(sign * speeds)) for sign in (1, -1)]
     falls = [np.argmax(f <= f.min() + (f[0] - f.min()) / np.e) for f in maps]
-    name = f"cylinder.{crane.cylinder_names[0]}.z"
+    name = f"cylinder.{machine.cylinder_names[0]}.z"
     slip = 1e-3
-    if name in crane.state_names:
-        bent = crane.pack_state([0.0])
-        bent[crane.state_names.index(name)] = 1e-6
-        stiffness = crane.outputs(bent, [0.0])[f"cylinder.{crane.cylinder_names[0]}.friction"] / 1e-6
+    if name in machine.state_names:
+        bent = machine.pack_state([0.0])
+        bent[machine.state_names.index(name)] = 1e-6
+        stiffness = machine.outputs(bent, [0.0])[f"cylinder.{machine.cylinder_names[0]}.friction"] / 1e-6
         slip = float(max(f[0] for f in maps) / stiffness)
-    room = float(np.ptp(crane.stroke_limits[0])) * (1 - 2 * CLEARANCE)
+    room = float(np.ptp(machine.stroke_limits[0])) * (1 - 2 * CLEARANCE)
     return Seal(slip, float(min(speeds[i] for i in falls)), room)
 
 
@@ -92,13 +92,13 @@ class Course:
         steps = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time)
         return np.concatenate([[0.0], np.cumsum(steps)])
 
-    def start(self, crane: Machine) -> float:
+    def start(self, machine: Machine) -> float:
         """Piston position (m) from which the course stays in the middle of the stroke."""
         way = self.travel
-        low, high = crane.stroke_limits[0] * (1 - 2 * CLEARANCE)
+        low, high = machine.stroke_limits[0] * (1 - 2 * CLEARANCE)
         if np.ptp(way) > high - low:
             raise InputError(
-                f"the experiment needs {np.ptp(way) * 1e3:.0f} mm of stroke, {crane.name} has"
+                f"the experiment needs {np.ptp(way) * 1e3:.0f} mm of stroke, {machine.name} has"
                 f" {(high - low) * 1e3:.0f} mm between its end stops; take fewer, slower or shorter levels"
             )
         return float(0.5 * (low + high) - 0.5 * (way.max() + way.min()))

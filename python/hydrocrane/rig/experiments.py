@@ -6,9 +6,8 @@ piston moves as it then does.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -167,7 +166,7 @@ class Experiment:
 
     course: Callable[..., Course]
     title: str
-    series: tuple[dict[str, Any], ...] = field(default=({},))
+    series: tuple[dict[str, float], ...] = field(default=({},))
 
 
 EXPERIMENTS = {
@@ -198,7 +197,7 @@ def experiment(name: str) -> Experiment:
     return EXPERIMENTS[name]
 
 
-def course_of(name: str, seal: Seal, options: dict[str, Any]) -> Course:
+def course_of(name: str, seal: Seal, options: Mapping[str, ArrayLike]) -> Course:
     """The course of an experiment with its `options`."""
     make = experiment(name).course
     known = make.__kwdefaults__ or {}

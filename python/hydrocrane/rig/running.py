@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hydrocrane.errors import InputError
-from hydrocrane.machine import Machine, plain_overrides
-from hydrocrane.precedence import check_equal
+from hydrocrane.machine.machine import Machine
+from hydrocrane.machine.overrides import Overrides, plain_overrides
 from hydrocrane.rig.course import Course, seal_of
 from hydrocrane.rig.experiments import course_of, experiment
-from hydrocrane.rig.log import RigLog
-from hydrocrane.rig.reading import Rig, machine_of, reading
+from hydrocrane.rig.log import Rig, RigLog, machine_of, reading
 from hydrocrane.rig.steady import SteadyValve
-from hydrocrane.scenario import Command, Scenario, Solver
+from hydrocrane.scenario.command import Command
+from hydrocrane.scenario.precedence import check_equal
+from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.scenario.solver import Solver
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,13 +34,13 @@ def scenario(
     *,
     payload: float | None = None,
     supply: float | str | None = None,
-    overrides: Mapping[str, Any] | None = None,
+    overrides: Overrides | None = None,
     interval: float | None = None,
-    **options: Any,
+    **options: ArrayLike,
 ) -> Scenario:
     """The experiment `name` on `rig` as an open-loop scenario; parameters as for :func:`run`."""
-    crane = machine_of(rig, supply, overrides)
-    return _plan(crane, name, payload, interval, course_of(name, seal_of(crane), options))
+    machine = machine_of(rig, supply, overrides)
+    return _plan(machine, name, payload, interval, course_of(name, seal_of(machine), options))
 
 
 def run(
@@ -53,8 +56,8 @@ def run(
     calibration: float = 0.0,
     earlier: int = 0,
     interval: float | None = None,
-    overrides: Mapping[str, Any] | None = None,
-    **options: Any,
+    overrides: Overrides | None = None,
+    **options: ArrayLike,
 ) -> RigLog:
     """Run an experiment on a rig and read its sensors.
 
@@ -87,20 +90,37 @@ def run(
     **options
         Of the experiment: see :mod:`hydrocrane.rig.experiments`.
     """
-    from hydrocrane.simulation import simulate
+    from hydrocrane.simulation.running import simulate
 
     given = plain_overrides(overrides or {})
     check_equal("payload", payload, "kg", "payload.mass", given)
     check_equal("supply", supply, "Pa", "supply.pressure", given)
-    crane = machine_of(rig, supply, overrides, bits)
-    course = course_of(name, seal_of(crane), options)
-    plan = _plan(crane, name, payload, interval, course)
+    machine = machine_of(rig, supply, overrides, bits)
+    course = course_of(name, seal_of(machine), options)
+    plan = _plan(machine, name, payload, interval, course)
     done = simulate(plan, ledger=False)
-    about = _about(crane, name, plan, done.data)
-    return reading(crane, done, course.segments(0.0), about, seed, sensors, load_cell, calibration, earlier)
+    about = _about(machine, name, plan, done.data)
+    return reading(machine, done, course.segments(0.0), about, seed, sensors, load_cell, calibration, earlier)
 
 
-def series(name: str, rig: Rig = "rig-rottne", **settings: Any) -> list[RigLog]:
+class RunSettings(TypedDict, total=False):
+    """Settings of :func:`run`; options of an experiment stand beside them."""
+
+    payload: float | None
+    supply: float | str | None
+    seed: int
+    sensors: str
+    bits: int | None
+    load_cell: bool
+    calibration: float
+    earlier: int
+    interval: float | None
+    overrides: Overrides | None
+    slips: float
+    levels: Sequence[float]
+
+
+def series(name: str, rig: Rig = "rig-rottne", **settings: Unpack[RunSettings]) -> list[RigLog]:
     """All runs of an experiment that varies the load or the supply pressure; one run of any other.
 
     `settings` are those of :func:`run`; what is varied may not be among them. Loads are 0, 20 and 115 kg, pressures the
@@ -110,7 +130,7 @@ def series(name: str, rig: Rig = "rig-rottne", **settings: Any) -> list[RigLog]:
     varied = {key for member in members for key in member}
     for key in sorted(varied & {k for k, value in settings.items() if value is not None}):
         raise InputError(f"{name} varies `{key}` itself; leave it out, or run one of them with hydrocrane.rig.run")
-    rest = {key: value for key, value in settings.items() if key not in varied}
+    rest: dict[str, Any] = {key: value for key, value in settings.items() if key not in varied}
     if "supply" in varied:
         own = machine_of(rig, None, settings.get("overrides")).supply_pressure
         largest = max(member["supply"] for member in members)
@@ -118,22 +138,22 @@ def series(name: str, rig: Rig = "rig-rottne", **settings: Any) -> list[RigLog]:
     logs: list[RigLog] = []
     earlier = rest.pop("earlier", 0)
     for member in members:
-        logs.append(run(name, rig, **rest, **member, earlier=earlier))
+        logs.append(run(name, rig, **rest | member, earlier=earlier))
         earlier += logs[-1].data.sizes["time"]
     return logs
 
 
-def _plan(crane: Machine, name: str, payload: float | None, interval: float | None, course: Course) -> Scenario:
-    mass = crane.payload(payload)
-    valve = SteadyValve(crane, course.fastest, mass)
-    time, cylinder, duration = np.array(course.time), crane.cylinder_names[0], course.time[-1]
+def _plan(machine: Machine, name: str, payload: float | None, interval: float | None, course: Course) -> Scenario:
+    mass = machine.payload(payload)
+    valve = SteadyValve(machine, course.fastest, mass)
+    time, cylinder, duration = np.array(course.time), machine.cylinder_names[0], course.time[-1]
     if interval is None:
         interval = next((dt for dt in INTERVALS if duration / dt <= MOST_SAMPLES), INTERVALS[-1])
     return Scenario(
-        machine=crane,
-        joints={crane.joint_names[0]: course.start(crane)},
+        machine=machine,
+        joints={machine.joint_names[0]: course.start(machine)},
         commands={cylinder: Command(time, valve.spool(np.array(course.velocity)), "linear")},
-        pressures={cylinder: _relaxed(crane, valve, course, mass)},
+        pressures={cylinder: _relaxed(machine, valve, course, mass)},
         duration=duration,
         record_interval=interval,
         payload=payload,
@@ -143,23 +163,23 @@ def _plan(crane: Machine, name: str, payload: float | None, interval: float | No
     )
 
 
-def _relaxed(crane: Machine, valve: SteadyValve, course: Course, payload: float) -> tuple[float, float]:
+def _relaxed(machine: Machine, valve: SteadyValve, course: Course, payload: float) -> tuple[float, float]:
     """Pressures (Pa) at rest without friction, at the level of the motion that comes first."""
     first = int(np.sign(next(v for v in course.velocity if v)))
     p1, p2 = valve.pressures(first)
-    a1, a2 = crane.piston_areas[0]
-    weight = float(crane.static_cylinder_force([0.0], payload=payload)[0])
+    a1, a2 = machine.piston_areas[0]
+    weight = float(machine.static_cylinder_force([0.0], payload=payload)[0])
     return float((p2 * a2 + weight) / a1), p2
 
 
-def _about(crane: Machine, name: str, plan: Scenario, recorded: xr.Dataset) -> dict[str, Any]:
+def _about(machine: Machine, name: str, plan: Scenario, recorded: xr.Dataset) -> dict[str, str | float]:
     """What was run: plain strings and numbers, so that every file format keeps them."""
     kept = ("machine", "machine_source", "machine_overrides", "outcome", "outcome_time", "outcome_message", "source")
     return {
-        "title": f"{crane.title}: {plan.title}",
+        "title": f"{machine.title}: {plan.title}",
         "experiment": name,
-        "payload": crane.payload(plan.payload),
-        "supply": crane.supply_pressure,
+        "payload": machine.payload(plan.payload),
+        "supply": machine.supply_pressure,
         **{key: recorded.attrs[key] for key in kept},
         "Conventions": "SI units, gauge pressures",
     }

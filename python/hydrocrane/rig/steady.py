@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hydrocrane._moved import renamed_keyword
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError
-from hydrocrane.machine import Machine
+from hydrocrane.machine.machine import Machine
 
 
 @dataclass(frozen=True)
@@ -22,7 +23,8 @@ class SteadyMotion:
     friction: float
 
 
-def steady_motion(crane: Machine, velocity: float, *, payload: float | None = None) -> SteadyMotion:
+@renamed_keyword("crane", "machine")
+def steady_motion(machine: Machine, velocity: float, *, payload: float | None = None) -> SteadyMotion:
     """Spool and pressures that move the rig's piston at a constant `velocity` (m/s, not zero) in mid-stroke.
 
     The pressures balance load and friction (83), and neither of them changes (105), (106): metering edges and leakage
@@ -36,17 +38,17 @@ def steady_motion(crane: Machine, velocity: float, *, payload: float | None = No
     speed = real_array(velocity, "velocity")
     if speed.ndim or speed == 0:
         raise InputError(f"velocity must be one number other than zero, in m/s; got {velocity!r}")
-    balance = _Balance(crane, float(speed), crane.payload(payload))
+    balance = _Balance(machine, float(speed), machine.payload(payload))
     found = balance.solution(balance.guess())
     faster = 1
     # Where leakage takes most of the flow the guess is poor: come from faster motions, where it is better.
     while found is None and faster < FASTEST:
         faster *= 2
-        found = _slowed(crane, float(speed), balance.payload, faster)
+        found = _slowed(machine, float(speed), balance.payload, faster)
     if found is None:
         raise InputError(
-            f"{crane.name} cannot move {float(speed):g} m/s steadily with {balance.payload:g} kg at"
-            f" {crane.supply_pressure / 1e5:g} bar; ask for a slower motion or raise supply.pressure"
+            f"{machine.name} cannot move {float(speed):g} m/s steadily with {balance.payload:g} kg at"
+            f" {machine.supply_pressure / 1e5:g} bar; ask for a slower motion or raise supply.pressure"
         )
     p1, p2, spool = found
     return SteadyMotion(float(speed), float(spool), float(p1), float(p2), balance.friction)
@@ -56,13 +58,13 @@ def steady_motion(crane: Machine, velocity: float, *, payload: float | None = No
 FASTEST = 64
 
 
-def _slowed(crane: Machine, velocity: float, payload: float, faster: int) -> Array | None:
+def _slowed(machine: Machine, velocity: float, payload: float, faster: int) -> Array | None:
     """Pressures (Pa) and spool (m) at `velocity`, found from those `faster` times as fast, halving the speed."""
-    balance = _Balance(crane, faster * velocity, payload)
+    balance = _Balance(machine, faster * velocity, payload)
     found = balance.solution(balance.guess())
     while found is not None and faster > 1:
         faster //= 2
-        balance = _Balance(crane, faster * velocity, payload)
+        balance = _Balance(machine, faster * velocity, payload)
         found = balance.solution(found * [1.0, 1.0, 0.5] / balance.scale)
     return found
 
@@ -70,23 +72,23 @@ def _slowed(crane: Machine, velocity: float, payload: float, faster: int) -> Arr
 class _Balance:
     """Three equations for both pressures and the spool, each in numbers of order one."""
 
-    def __init__(self, crane: Machine, velocity: float, payload: float) -> None:
-        self.crane, self.velocity, self.payload = crane, velocity, payload
-        self.areas = crane.piston_areas[0]
-        self.friction = float(crane.friction_map(velocity))
-        self.force = float(crane.static_cylinder_force([0.0], payload=payload)[0]) + self.friction
-        cylinder = crane.cylinder_names[0]
-        self.places = [crane.state_names.index(f"cylinder.{cylinder}.{name}") for name in ("p1", "p2", "xs")]
-        full = float(crane.spool_strokes[0])
+    def __init__(self, machine: Machine, velocity: float, payload: float) -> None:
+        self.machine, self.velocity, self.payload = machine, velocity, payload
+        self.areas = machine.piston_areas[0]
+        self.friction = float(machine.friction_map(velocity))
+        self.force = float(machine.static_cylinder_force([0.0], payload=payload)[0]) + self.friction
+        cylinder = machine.cylinder_names[0]
+        self.places = [machine.state_names.index(f"cylinder.{cylinder}.{name}") for name in ("p1", "p2", "xs")]
+        full = float(machine.spool_strokes[0])
         # At full opening and half the supply's pressure drop the valve passes about what moves the piston this fast.
-        flow = float(crane.orifice_flow(full, 0.5 * crane.supply_pressure))
+        flow = float(machine.orifice_flow(full, 0.5 * machine.supply_pressure))
         self.opening = full * abs(velocity) * self.areas[0] / flow
         self.scale = np.array([1e5, 1e5, self.opening])
-        self.moving = crane.pack_state([0.0], [velocity])
+        self.moving = machine.pack_state([0.0], [velocity])
 
     def guess(self) -> Array:
         """Both edges open alike, no leakage, turbulent flow."""
-        (a1, a2), supply = self.areas, self.crane.supply_pressure
+        (a1, a2), supply = self.areas, self.machine.supply_pressure
         ratio = (a1 / a2) ** 2
         if self.velocity > 0:
             p2 = (supply * a1 - self.force) / (a2 + ratio * a1)
@@ -103,14 +105,14 @@ class _Balance:
         found = root(self.residual, guess, tol=1e-12)
         p1, p2, spool = values = found.x * self.scale
         solved = np.abs(self.residual(found.x)).max() < 1e-6
-        possible = abs(spool) <= float(self.crane.spool_strokes[0]) and min(p1, p2) >= 0
+        possible = abs(spool) <= float(self.machine.spool_strokes[0]) and min(p1, p2) >= 0
         return np.asarray(values) if solved and possible else None
 
     def residual(self, unknowns: Array) -> Array:
         p1, p2, spool = values = unknowns * self.scale
         state = self.moving.copy()
         state[self.places] = values
-        rates = self.crane.state_derivative(state, [spool], payload=self.payload)
+        rates = self.machine.state_derivative(state, [spool], payload=self.payload)
         a1, a2 = self.areas
         # What the pressures would change by while the piston moves 0.1 mm.
         change = rates[self.places[:2]] * 1e-4 / abs(self.velocity)
@@ -120,9 +122,9 @@ class _Balance:
 class SteadyValve:
     """Spool opening against velocity in both directions, by interpolation of steady motions."""
 
-    def __init__(self, crane: Machine, fastest: float, payload: float) -> None:
+    def __init__(self, machine: Machine, fastest: float, payload: float) -> None:
         speeds = np.geomspace(min(5e-5, 0.1 * fastest), fastest, 12)
-        self.motions = {sign: [steady_motion(crane, sign * v, payload=payload) for v in speeds] for sign in (1, -1)}
+        self.motions = {sign: [steady_motion(machine, sign * v, payload=payload) for v in speeds] for sign in (1, -1)}
         self.speeds = speeds
 
     def spool(self, velocity: Array) -> Array:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
+from hydrocrane.logs.columns import LogLike
 from hydrocrane.logs.log import Log
 from hydrocrane.logs.noise import noise_of
-from hydrocrane.machine import Machine, MachineLike, as_machine
+from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.signals.derivative import derivative
 from hydrocrane.signals.resample import resample, unbroken
 
@@ -99,7 +99,7 @@ def steady_friction(log: Log, rig: RigParameters, *, load_cell: bool = False) ->
     return pressure_force(log, rig) + rig.mass * rig.gravity
 
 
-def friction_force(log: Any, rig: RigParameters | MachineLike, *, load_cell: bool = False) -> xr.Dataset:
+def friction_force(log: LogLike, rig: RigParameters | MachineLike, *, load_cell: bool = False) -> xr.Dataset:
     """Friction force over time, N: F = p1 A1 - p2 A2 + m g - m x''   (118, with the sign of erratum E17).
 
     With `load_cell` the measured net force on the load holds the load's weight and inertia, so that only `rod_mass`

@@ -80,7 +80,7 @@ def _smoothed(time: Array, values: Array, usual: float, cutoff: float, limit: fl
 
 def unbroken(log: Log, *signals: str, least: int = 10) -> list[tuple[int, int]]:
     """(first, last + 1) of every stretch of samples without gap or missing value, at least `least` samples long."""
-    whole: np.ndarray = np.isfinite(np.stack([log[name] for name in signals])).all(axis=0)
+    whole = np.asarray(np.isfinite(np.stack([log[name] for name in signals])).all(axis=0))
     time = log.time
     interval = np.diff(time)
     after_gap = [int(i) + 1 for i in np.flatnonzero(interval > GAP * np.median(interval))]

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from hydrocrane.errors import InputError
+from hydrocrane.logs.columns import LogLike
 from hydrocrane.logs.log import Log
 from hydrocrane.logs.noise import noise_of
-from hydrocrane.machine import Machine
+from hydrocrane.machine.machine import Machine
 from hydrocrane.signals.friction import RigParameters, pressure_force, steady_friction
 from hydrocrane.signals.resample import unbroken
 from hydrocrane.signals.rounding import noise_before_rounding
@@ -24,7 +23,7 @@ from hydrocrane.signals.steadiness import (
     oscillation,
     settled,
 )
-from hydrocrane.signals.verdict import verdict
+from hydrocrane.signals.window_checks import checked_windows
 from hydrocrane.signals.windows import Rejected, SteadyWindows, Window
 
 # A sensor's slow noise, which neighbouring samples do not show, may add so much to its fast one.
@@ -38,7 +37,7 @@ STRAIGHTNESS = 0.002
 
 
 def steady_windows(
-    log: Any,
+    log: LogLike,
     rig: RigParameters | Machine | str,
     *,
     load_cell: bool = False,
@@ -82,7 +81,7 @@ def steady_windows(
     found = _Reader(log, rig, load_cell, limits, _pieces(log, signals, straightness)).judged()
     windows = tuple(w for w in found if isinstance(w, Window))
     rejected = tuple(r for r in found if isinstance(r, Rejected))
-    return SteadyWindows(windows, rejected, (*log.flags, *verdict(log, rig, windows)), log, rig, load_cell)
+    return SteadyWindows(windows, rejected, (*log.flags, *checked_windows(log, rig, windows)), log, rig, load_cell)
 
 
 def _pieces(log: Log, signals: tuple[str, ...], straightness: float) -> list[tuple[int, int]]:

@@ -9,20 +9,20 @@ import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from hydrocrane import _core
 from hydrocrane.arrays import Array
 from hydrocrane.errors import HydrocraneError, InputError, translated
-from hydrocrane.machine import Machine, plain_overrides
-from hydrocrane.scenario import Scenario
-from hydrocrane.simulation import integrate
+from hydrocrane.machine.machine import Machine
+from hydrocrane.machine.overrides import Override, plain_overrides
+from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.simulation.running import integrate
 from hydrocrane.studies.changes import changed_plan
 from hydrocrane.studies.key import Key
 from hydrocrane.studies.measures import OF_ANY_RUN, Measure, measured
-from hydrocrane.studies.record import Record
+from hydrocrane.studies.record import CaseRecord
 
 # Outcomes of cases beyond those of runs.
 INVALID, MEASURE_FAILED, CRASHED = "invalid-input", "measure-failed", "crashed"
@@ -88,7 +88,7 @@ class Job:
     ledger: bool
     digest: str
 
-    def __getstate__(self) -> dict[str, Any]:
+    def __getstate__(self) -> dict[str, object]:
         # What was made of the machine file stays where it was made.
         return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
 
@@ -124,7 +124,9 @@ def digest_of(core: _core.Machine) -> str:
     return hashlib.sha256(core.resolved.encode()).hexdigest()
 
 
-def run_block(job: Job, cases: Sequence[tuple[Any, ...]], should_stop: Callable[[], bool] | None = None) -> BlockResult:
+def run_block(
+    job: Job, cases: Sequence[tuple[Override, ...]], should_stop: Callable[[], bool] | None = None
+) -> BlockResult:
     """Run the cases of a block, one after the other.
 
     Raises
@@ -149,7 +151,7 @@ def run_block(job: Job, cases: Sequence[tuple[Any, ...]], should_stop: Callable[
     return BlockResult([r.outcome for r in results], [r.message for r in results], figures, signals)
 
 
-def run_case(job: Job, values: Sequence[Any], should_stop: Callable[[], bool] | None = None) -> CaseResult:
+def run_case(job: Job, values: Sequence[Override], should_stop: Callable[[], bool] | None = None) -> CaseResult:
     """Run one case; whatever goes wrong in it is its outcome."""
     try:
         return _kept(job, _simulated(job, values, should_stop))
@@ -161,19 +163,19 @@ def run_case(job: Job, values: Sequence[Any], should_stop: Callable[[], bool] | 
         return CaseResult(CRASHED, f"{type(error).__name__}: {error}", {}, None)
 
 
-def _simulated(job: Job, values: Sequence[Any], should_stop: Callable[[], bool] | None) -> Record:
+def _simulated(job: Job, values: Sequence[Override], should_stop: Callable[[], bool] | None) -> CaseRecord:
     plan = changed_plan(job.plan, job.keys, values)
     if not isinstance(plan.driver, str | None):
         # A controller of one's own remembers: each run has its own.
         plan = plan.changed(controller=copy.deepcopy(plan.controller))
-    crane = job.machine(plan)
-    payload = crane.payload(plan.payload)
+    machine = job.machine(plan)
+    payload = machine.payload(plan.payload)
     record, _ = recorded_times(plan, job.times)
-    raw = integrate(crane, plan, payload, ledger=job.ledger, record=record, should_stop=should_stop)
-    return Record(crane, plan, raw, payload)
+    recorded = integrate(machine, plan, payload, ledger=job.ledger, record=record, should_stop=should_stop)
+    return CaseRecord(machine, plan, recorded, payload)
 
 
-def _kept(job: Job, record: Record) -> CaseResult:
+def _kept(job: Job, record: CaseRecord) -> CaseResult:
     outcome = record.outcome
     doubts = "; ".join(f"warning: {warning.text}" for warning in record.warnings)
     message = doubts if outcome.completed else outcome.message
@@ -195,7 +197,7 @@ def recorded_times(plan: Scenario, wanted: Array) -> tuple[Array, np.ndarray]:
     return times, np.searchsorted(times, wanted - SAME_TIME)
 
 
-def _signals(job: Job, record: Record) -> Array:
+def _signals(job: Job, record: CaseRecord) -> Array:
     """(n_signals, n_times), NaN from where the run ended, and where a machine has no such signal."""
     times, places = recorded_times(record.plan, job.times)
     # A run that broke off has its last state behind the times that were asked for.

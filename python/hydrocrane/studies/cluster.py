@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hydrocrane.errors import InputError
-from hydrocrane.studies.case import Job, run_block
+from hydrocrane.studies.case import BlockResult, Job, run_block
 from hydrocrane.studies.design import Cases, Place
 from hydrocrane.studies.local import AHEAD, Results, as_ready
 
 if TYPE_CHECKING:
-    from distributed import Client
+    from distributed import Client, Future
 
 # Time that scheduler and workers have to answer, s.
 CONNECT = 30
 
 
-def on_cluster(job: Job, cases: Cases, places: Sequence[Place], scheduler: Any) -> Results:
+def on_cluster(job: Job, cases: Cases, places: Sequence[Place], scheduler: str | Client) -> Results:
     """Results of the blocks in the order in which they become ready.
 
     Parameters
@@ -32,12 +32,12 @@ def on_cluster(job: Job, cases: Cases, places: Sequence[Place], scheduler: Any) 
         _check_versions(client)
         futures = set()
 
-        def submit(place: Place) -> Any:
+        def submit(place: Place) -> Future[BlockResult]:
             future = client.submit(run_block, job, cases.values(place), pure=False)
             futures.add(future)
             return future
 
-        def first(under_way: list[Any]) -> Any:
+        def first(under_way: list[Future[BlockResult]]) -> set[Future[BlockResult]]:
             with client.as_current():
                 done = wait(under_way, return_when="FIRST_COMPLETED").done
             futures.difference_update(done)
@@ -50,7 +50,7 @@ def on_cluster(job: Job, cases: Cases, places: Sequence[Place], scheduler: Any) 
 
 
 @contextmanager
-def _client(scheduler: Any) -> Iterator[Client]:
+def _client(scheduler: str | Client) -> Iterator[Client]:
     try:
         from distributed import Client
     except ImportError:

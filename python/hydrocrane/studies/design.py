@@ -6,14 +6,14 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
+from hydrocrane.machine.overrides import Override
 from hydrocrane.studies.key import Key
-from hydrocrane.studies.ranges import drawn_values, grid_size, grid_values
+from hydrocrane.studies.ranges import Convert, drawn_values, grid_size, grid_values
 from hydrocrane.studies.values import si_value
 
 METHODS = ("grid", "random", "latin", "list")
@@ -43,7 +43,7 @@ class Cases:
     """
 
     keys: tuple[Key, ...]
-    axes: tuple[list[Any], ...]
+    axes: tuple[list[Override], ...]
     grid: bool
 
     @property
@@ -58,18 +58,18 @@ class Cases:
     def count(self) -> int:
         return math.prod(self.shape)
 
-    def values(self, place: Place) -> list[tuple[Any, ...]]:
+    def values(self, place: Place) -> list[tuple[Override, ...]]:
         """Values of the keys, one tuple per case of a block."""
         if not self.grid:
             return list(zip(*(axis[place[0]] for axis in self.axes), strict=True))
         return list(itertools.product(*(axis[part] for axis, part in zip(self.axes, place, strict=True))))
 
-    def along(self, key: str) -> list[Any]:
+    def along(self, key: str) -> list[Override]:
         """All values that a key takes; none for a key that is not varied."""
         return next((axis for own, axis in zip(self.keys, self.axes, strict=True) if own.name == key), [])
 
 
-def designed(keys: Sequence[Key], given: Mapping[str, Any], method: str, n: int | None, seed: int) -> Cases:
+def designed(keys: Sequence[Key], given: Mapping[str, object], method: str, n: int | None, seed: int) -> Cases:
     """The cases of a study.
 
     Parameters
@@ -104,11 +104,13 @@ def _bounded(count: int, method: str) -> None:
         raise InputError(f"the study has {count:.3g} cases, at most {MOST_CASES:.3g} are possible; {fewer}")
 
 
-def _to_si(key: Key) -> Any:
+def _to_si(key: Key) -> Convert:
     return lambda value: si_value(key, value)
 
 
-def _drawn(keys: Sequence[Key], given: Mapping[str, Any], method: str, n: Any, seed: int) -> tuple[list[Any], ...]:
+def _drawn(
+    keys: Sequence[Key], given: Mapping[str, object], method: str, n: object, seed: int
+) -> tuple[list[Override], ...]:
     if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
         raise InputError(f"n must be a whole number of cases, one or more; got {n!r}")
     _bounded(int(n), method)

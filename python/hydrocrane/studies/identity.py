@@ -7,16 +7,18 @@ import hashlib
 import inspect
 import json
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TypeAlias, cast
 
 import numpy as np
 
-from hydrocrane.machine import Machine
-from hydrocrane.scenario import Scenario
+from hydrocrane.machine.machine import Machine
+from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.studies.case import digest_of
 from hydrocrane.studies.design import Cases
 from hydrocrane.studies.measures import Measure
 from hydrocrane.studies.values import axis_values
+
+Json: TypeAlias = "None | bool | int | float | str | list[Json] | dict[str, Json]"
 
 # Longer tables are told apart by their digest.
 SHOWN_NUMBERS = 40
@@ -26,25 +28,26 @@ NOT_OF_THE_SCENARIO = ("machine", "overrides", "name", "title")
 
 
 def identity(
-    plan: Scenario, crane: Machine, cases: Cases, measures: tuple[Measure, ...], settings: Mapping[str, Any]
-) -> dict[str, Any]:
+    plan: Scenario, machine: Machine, cases: Cases, measures: tuple[Measure, ...], settings: Mapping[str, object]
+) -> dict[str, Json]:
     """What the results of a study depend on, as it comes back from JSON."""
     from hydrocrane import __version__
 
     fields = {field.name: getattr(plan, field.name) for field in dataclasses.fields(plan)}
-    values = {key: plain(crane.value(key).si) for key in crane.keys}
-    whole = {
+    values = {key: plain(machine.value(key).si) for key in machine.keys}
+    whole: dict[str, object] = {
         "hydrocrane": __version__,
         "scenario": {name: plain(value) for name, value in fields.items() if name not in NOT_OF_THE_SCENARIO},
-        "machine": {"name": crane.name, "values": values, "digest": digest_of(crane.core)},
+        "machine": {"name": machine.name, "values": values, "digest": digest_of(machine.core)},
         "keys": {key.name: plain(axis_values(axis)) for key, axis in zip(cases.keys, cases.axes, strict=True)},
         "measures": {measure.name: plain(measure.own) for measure in measures},
         **{name: plain(value) for name, value in settings.items()},
     }
-    return json.loads(json.dumps(whole))
+    stored: dict[str, Json] = json.loads(json.dumps(whole))
+    return stored
 
 
-def plain(value: Any) -> Any:
+def plain(value: object) -> Json:
     """`value` as JSON can hold it; functions and objects by their name and source."""
     if value is None or isinstance(value, bool | int | float | str):
         return value if not isinstance(value, float) or np.isfinite(value) else str(value)
@@ -61,14 +64,14 @@ def plain(value: Any) -> Any:
     return _of_object(value)
 
 
-def _shortened(values: list[Any]) -> Any:
+def _shortened(values: list[Json]) -> Json:
     text = json.dumps(values)
     if len(values) <= SHOWN_NUMBERS:
         return values
     return f"{len(values)} values, sha256 {hashlib.sha256(text.encode()).hexdigest()[:16]}"
 
 
-def _of_object(value: Any) -> str:
+def _of_object(value: object) -> str:
     """A function or an object: its name, and the digest of the source of what made it."""
     kind = value if inspect.isroutine(value) else type(value)
     try:
@@ -78,7 +81,7 @@ def _of_object(value: Any) -> str:
     return f"{getattr(kind, '__module__', '')}.{kind.__qualname__}, {source}"
 
 
-def differences(stored: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
+def differences(stored: Mapping[str, Json], wanted: Mapping[str, Json]) -> str:
     """Where two studies differ, in words; empty where they do not."""
     before, after = dict(_leaves(stored)), dict(_leaves(wanted))
     absent = object()
@@ -92,7 +95,7 @@ def differences(stored: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
     return "; ".join([*shown, *([f"and {more} more"] if more > 0 else [])])
 
 
-def _difference(name: str, before: Mapping[str, Any], after: Mapping[str, Any]) -> str:
+def _difference(name: str, before: Mapping[str, Json], after: Mapping[str, Json]) -> str:
     if name not in before:
         return f"{name} was not there"
     if name not in after:
@@ -100,9 +103,9 @@ def _difference(name: str, before: Mapping[str, Any], after: Mapping[str, Any]) 
     return f"{name} was {before[name]}, is {after[name]}"
 
 
-def _leaves(tree: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+def _leaves(tree: Json | Mapping[str, Json], path: str = "") -> Iterator[tuple[str, Json]]:
     if isinstance(tree, Mapping) and tree:
         for name, branch in tree.items():
             yield from _leaves(branch, f"{path}.{name}" if path else str(name))
     else:
-        yield path, tree
+        yield path, cast(Json, tree)

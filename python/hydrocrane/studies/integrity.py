@@ -11,12 +11,12 @@ import itertools
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 import google_crc32c
 from zarr.codecs import Crc32cCodec, ZstdCodec
 
-from hydrocrane.whole_file import write_text
+from hydrocrane.files.whole_file import write_text
 
 # Attribute with the digest of a description.
 CHECKSUM = "checksum"
@@ -29,24 +29,40 @@ _MISSING, _CHANGED = "is missing", "was cut off or changed"
 _SHOWN = 5
 
 
+class ChunkShape(TypedDict):
+    chunk_shape: list[int]
+
+
+class ChunkGrid(TypedDict):
+    configuration: ChunkShape
+
+
+class Description(TypedDict):
+    """What is read of the ``zarr.json`` of a group or array."""
+
+    attributes: dict[str, str]
+    shape: list[int]
+    chunk_grid: ChunkGrid
+
+
 def compressors() -> tuple[ZstdCodec, Crc32cCodec]:
     """The codecs of every array: the checksum comes last, so that it covers the bytes of the file."""
     return ZstdCodec(), Crc32cCodec()
 
 
-def seal(node: Path, **attributes: Any) -> None:
+def seal(node: Path, **attributes: str) -> None:
     """Set attributes of a group's or an array's description and put the digest of the whole into it, in one step."""
     file = node / DESCRIPTION
-    content = json.loads(file.read_text(encoding="utf-8"))
+    content: Description = json.loads(file.read_text(encoding="utf-8"))
     content["attributes"] |= attributes
     content["attributes"][CHECKSUM] = _digest(content)
     write_text(file, json.dumps(content, indent=2))
 
 
-def description(node: Path) -> dict[str, Any] | None:
+def description(node: Path) -> Description | None:
     """The description of a group or array; None where it cannot be read or is not as it was sealed."""
     try:
-        content = json.loads((node / DESCRIPTION).read_text(encoding="utf-8"))
+        content: Description = json.loads((node / DESCRIPTION).read_text(encoding="utf-8"))
         stated = content["attributes"].get(CHECKSUM)
         return content if stated is None or stated == _digest(content) else None
     except (OSError, ValueError, TypeError, KeyError, AttributeError):
@@ -91,7 +107,9 @@ def study_faults(folder: Path, outcome: str) -> Faults:
     outcome : str
         The array whose chunk is written last: where it has none, a block is not finished.
     """
-    about = (description(folder) or {})["attributes"]
+    own = description(folder)
+    assert own is not None, "a store is checked once its own description is found sound"
+    about = own["attributes"]
     names, axes = json.loads(about[BLOCK_ARRAYS]), json.loads(about[AXES])
     read = {name: description(folder / name) for name in [*names, *axes]}
     arrays = {name: _description_fault(folder / name) for name, content in read.items() if content is None}
@@ -121,7 +139,7 @@ def _chunk(index: tuple[int, ...]) -> list[str]:
     return ["c", *map(str, index)]
 
 
-def _grid(content: dict[str, Any]) -> list[tuple[int, ...]]:
+def _grid(content: Description) -> list[tuple[int, ...]]:
     chunk = content["chunk_grid"]["configuration"]["chunk_shape"]
     counts = [range(-(-length // step)) for length, step in zip(content["shape"], chunk, strict=True)]
     return list(itertools.product(*counts))
@@ -153,7 +171,7 @@ def _crc(raw: bytes) -> bytes:
     return int(google_crc32c.value(raw)).to_bytes(_CRC_BYTES, "little")
 
 
-def _digest(content: dict[str, Any]) -> str:
+def _digest(content: Description) -> str:
     attributes = {name: value for name, value in content["attributes"].items() if name != CHECKSUM}
     text = json.dumps({**content, "attributes": attributes}, sort_keys=True)
     return f"sha256 {hashlib.sha256(text.encode()).hexdigest()}"

@@ -5,14 +5,15 @@ from __future__ import annotations
 import dataclasses
 import difflib
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import cast
 
 import numpy as np
 
 from hydrocrane import _core
 from hydrocrane.errors import InputError, MachineFileError, nearest, translated
-from hydrocrane.machine import Machine, plain_overrides
-from hydrocrane.scenario import Scenario
+from hydrocrane.machine.machine import Machine
+from hydrocrane.machine.overrides import Override, plain_overrides
+from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.studies.changes import changed_plan
 from hydrocrane.studies.key import COMMAND_FIELDS, JOYSTICK, NAMED, PLAIN, Key
 
@@ -22,8 +23,8 @@ OF_THE_VALUE = ("out-of-range", "not-finite", "crossed-limits", "cannot-close", 
 MOST_TRIED = 200
 
 
-def resolved_key(name: str, values: Sequence[Any], plan: Scenario, crane: Machine) -> Key:
-    """The key `name` of a study of `plan` on `crane`, tried out with some of its `values`.
+def resolved_key(name: str, values: Sequence[object], plan: Scenario, machine: Machine) -> Key:
+    """The key `name` of a study of `plan` on `machine`, tried out with some of its `values`.
 
     Raises
     ------
@@ -44,23 +45,23 @@ def resolved_key(name: str, values: Sequence[Any], plan: Scenario, crane: Machin
         return key
     for table in NAMED:
         if name.startswith(f"{table}."):
-            return _named_key(table, name, values, plan, crane)
+            return _named_key(table, name, values, plan, machine)
     if "." not in name or name.split(".")[0] in {known.split(".")[0] for known in (*PLAIN, *NAMED)} - {"payload"}:
-        raise InputError(f"unknown key `{name}`{nearest(name, [*PLAIN, *_examples(plan, crane), *crane.keys])}")
+        raise InputError(f"unknown key `{name}`{nearest(name, [*PLAIN, *_examples(plan, machine), *machine.keys])}")
     return _machine_key(name, values, plan)
 
 
-def _examples(plan: Scenario, crane: Machine) -> list[str]:
+def _examples(plan: Scenario, machine: Machine) -> list[str]:
     """Keys of a scenario that hold names."""
-    joints = [f"initial.joint.{name}" for name in crane.joint_names]
-    pressures = [f"initial.pressure.{name}" for name in crane.cylinder_names]
-    commands = [f"command.{name}.{field}" for name in crane.cylinder_names for field in COMMAND_FIELDS]
+    joints = [f"initial.joint.{name}" for name in machine.joint_names]
+    pressures = [f"initial.pressure.{name}" for name in machine.cylinder_names]
+    commands = [f"command.{name}.{field}" for name in machine.cylinder_names for field in COMMAND_FIELDS]
     return joints + pressures + commands
 
 
-def _named_key(table: str, name: str, values: Sequence[Any], plan: Scenario, crane: Machine) -> Key:
+def _named_key(table: str, name: str, values: Sequence[object], plan: Scenario, machine: Machine) -> Key:
     rest = name.removeprefix(f"{table}.")
-    known = [key for key in _examples(plan, crane) if key.startswith(f"{table}.")]
+    known = [key for key in _examples(plan, machine) if key.startswith(f"{table}.")]
     if table == "controller.believed":
         if not plan.closed_loop:
             raise InputError(f"key `{name}`: this scenario has no controller that could believe something")
@@ -70,13 +71,13 @@ def _named_key(table: str, name: str, values: Sequence[Any], plan: Scenario, cra
     if name not in known:
         raise InputError(f"unknown key `{name}`{nearest(name, known)}")
     if table == "initial.joint":
-        return Key(name, crane.joint_units[crane.joint_names.index(rest)])
+        return Key(name, machine.joint_units[machine.joint_names.index(rest)])
     if table == "command" and plan.closed_loop:
         raise InputError(f"key `{name}`: this scenario has a controller in place of commands")
     return Key(name, None)
 
 
-def _machine_key(name: str, values: Sequence[Any], plan: Scenario) -> Key:
+def _machine_key(name: str, values: Sequence[object], plan: Scenario) -> Key:
     """A key of the machine file, told by building the machine with its values.
 
     Of numbers one that builds is enough; each word is tried.
@@ -104,16 +105,16 @@ def _machine_key(name: str, values: Sequence[Any], plan: Scenario) -> Key:
     return found
 
 
-def _distinct(values: Sequence[Any]) -> list[Any]:
+def _distinct(values: Sequence[object]) -> list[Override]:
     """Each value once, as overrides take it."""
-    plain = [plain_overrides({"value": value})["value"] for value in values[:MOST_TRIED]]
+    plain = [plain_overrides({"value": cast(Override, value)})["value"] for value in values[:MOST_TRIED]]
     return list({repr(value): value for value in plain}.values())
 
 
-def _as_stated(name: str, crane: Machine) -> Key:
-    if name not in crane.keys:
+def _as_stated(name: str, machine: Machine) -> Key:
+    if name not in machine.keys:
         return Key(name, None)
-    value = crane.value(name)
+    value = machine.value(name)
     return Key(name, value.unit if np.ndim(value.si) == 0 else None)
 
 

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 import zarr
+from numpy.typing import ArrayLike
+from zarr.core.common import JSON
 
 from hydrocrane.arrays import Array
 from hydrocrane.studies.design import CASE, Cases
+from hydrocrane.studies.identity import Json
 from hydrocrane.studies.integrity import compressors
 from hydrocrane.studies.values import axis_values
 
@@ -40,29 +43,38 @@ class Layout:
     times: Array
     signals: Mapping[str, tuple[str, str]]
     figures: Mapping[str, tuple[str, str]]
-    identity: Mapping[str, Any]
-    about: Mapping[str, Any]
+    identity: Mapping[str, Json]
+    about: Mapping[str, str | int]
+
+
+class Size(TypedDict):
+    """Dimensions of an array, its shape, and the shape of a block."""
+
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+    block: tuple[int, ...]
 
 
 def makers(layout: Layout) -> dict[str, Callable[[zarr.Group], None]]:
     """What makes each array of a study in its group."""
     cases = layout.cases
     found: dict[str, Callable[[zarr.Group], None]] = {}
+    about: dict[str, JSON]
     for key, axis in zip(cases.keys, cases.axes, strict=True):
-        about = {"long_name": f"key {key.name}"} | ({} if key.unit is None else {"units": key.unit or "1"})
+        about = {"long_name": f"key {key.name}", **({} if key.unit is None else {"units": key.unit or "1"})}
         dim = key.name if cases.grid else CASE
         found[key.name] = partial(_coordinate, name=key.name, values=axis_values(axis), dim=dim, about=about)
     if not cases.grid:
         about = {"long_name": "number of the case"}
         found[CASE] = partial(_coordinate, name=CASE, values=np.arange(cases.count), dim=CASE, about=about)
-    size: dict[str, Any] = {"dims": cases.dims, "shape": cases.shape, "block": layout.block}
+    size: Size = {"dims": cases.dims, "shape": cases.shape, "block": layout.block}
     for name, (unit, meaning) in layout.figures.items():
         found[name] = partial(figure, name=name, unit=unit, meaning=meaning, **size)
     if layout.signals:
         about = {"units": "s", "long_name": "time"}
         found[TIME] = partial(_coordinate, name=TIME, values=layout.times, dim=TIME, about=about)
         count = layout.times.size
-        longer: dict[str, Any] = {
+        longer: Size = {
             "dims": (*cases.dims, TIME), "shape": (*cases.shape, count), "block": (*layout.block, count),
         }  # fmt: skip
         for name, (unit, meaning) in layout.signals.items():
@@ -72,7 +84,7 @@ def makers(layout: Layout) -> dict[str, Callable[[zarr.Group], None]]:
     return found
 
 
-def _coordinate(group: zarr.Group, name: str, values: Any, dim: str, about: dict[str, Any]) -> None:
+def _coordinate(group: zarr.Group, name: str, values: ArrayLike, dim: str, about: dict[str, JSON]) -> None:
     array = np.asarray(values)
     words = array.dtype.kind == "U"
     made = group.create_array(
@@ -91,7 +103,7 @@ def figure(
     unit: str,
     meaning: str,
 ) -> None:
-    about: dict[str, Any] = {key: text for key, text in (("units", unit), ("long_name", meaning)) if text}
+    about: dict[str, JSON] = {key: text for key, text in (("units", unit), ("long_name", meaning)) if text}
     group.create_array(
         name, shape=tuple(shape), chunks=tuple(block), dtype="f8", fill_value=np.nan, compressors=compressors(),
         dimension_names=tuple(dims), attributes=about,

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable, Generator, Sequence
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from collections.abc import Callable, Generator, Iterable, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from itertools import islice
-from typing import Any
+from typing import Protocol, TypeVar
 
 from hydrocrane.errors import InputError
 from hydrocrane.studies.case import BlockResult, Job, run_block
@@ -16,6 +16,15 @@ from hydrocrane.studies.design import Cases, Place
 # Blocks under way per worker: one that computes, one that waits, so that nobody idles while results are written.
 AHEAD = 2
 Results = Generator[tuple[Place, BlockResult], None, None]
+
+
+class Pending(Protocol):
+    """A block under way, in a thread or on a worker."""
+
+    def result(self) -> BlockResult: ...
+
+
+F = TypeVar("F", bound=Pending)
 
 
 def thread_count(given: int | None = None) -> int:
@@ -32,10 +41,10 @@ def in_threads(job: Job, cases: Cases, places: Sequence[Place], workers: int) ->
     stop = threading.Event()
     pool = ThreadPoolExecutor(workers, thread_name_prefix="study")
 
-    def submit(place: Place) -> Any:
+    def submit(place: Place) -> Future[BlockResult]:
         return pool.submit(run_block, job, cases.values(place), stop.is_set)
 
-    def first(futures: list[Any]) -> Any:
+    def first(futures: list[Future[BlockResult]]) -> set[Future[BlockResult]]:
         return wait(futures, return_when=FIRST_COMPLETED).done
 
     try:
@@ -46,7 +55,7 @@ def in_threads(job: Job, cases: Cases, places: Sequence[Place], workers: int) ->
 
 
 def as_ready(
-    submit: Callable[[Place], Any], first: Callable[[list[Any]], Any], places: Sequence[Place], most: int
+    submit: Callable[[Place], F], first: Callable[[list[F]], Iterable[F]], places: Sequence[Place], most: int
 ) -> Results:
     """Hand over blocks, never more than `most` at a time, and give each back once it is done.
 
@@ -58,7 +67,7 @@ def as_ready(
         Waits until some of the futures are done, and gives these.
     """
     waiting = iter(places)
-    under_way: dict[Any, Place] = {}
+    under_way: dict[F, Place] = {}
     while True:
         under_way |= {submit(place): place for place in islice(waiting, most - len(under_way))}
         if not under_way:

@@ -16,7 +16,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from hydrocrane.errors import ResultFileError
-from hydrocrane.whole_file import cannot_write
+from hydrocrane.files.whole_file import cannot_write
 
 # On Windows locked bytes cannot be read by others: one far behind the text is locked.
 _BEYOND = 1 << 30

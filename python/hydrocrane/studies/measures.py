@@ -10,14 +10,15 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
 
 from hydrocrane.errors import InputError, nearest, unknown
-from hydrocrane.studies.record import Record
+from hydrocrane.results.run import Run
+from hydrocrane.studies.record import CaseRecord
 
-STATISTICS: dict[str, Callable[[np.ndarray], Any]] = {
+STATISTICS: dict[str, Callable[[np.ndarray], float]] = {
     "min": np.min,
     "max": np.max,
     "mean": np.mean,
@@ -26,27 +27,30 @@ STATISTICS: dict[str, Callable[[np.ndarray], Any]] = {
     "start": lambda values: values[0],
     "end": lambda values: values[-1],
 }
+# A function of a run, and what a study takes as its measures.
+Own: TypeAlias = Callable[[Run], Mapping[str, float] | float]
+Measures: TypeAlias = str | Own | Sequence[str | Own] | Mapping[str, Own]
 _STATISTIC = re.compile(r"(\w+)\(([^()]+)\)")
 
 
-def _way(record: Record) -> float:
+def _way(record: CaseRecord) -> float:
     return float(np.hypot(np.diff(record.signal("tip.x")), np.diff(record.signal("tip.z"))).sum())
 
 
-def _pump_energy(record: Record) -> float:
+def _pump_energy(record: CaseRecord) -> float:
     from scipy.integrate import trapezoid
 
     return float(trapezoid(record.signal("supply.power"), record.time))
 
 
-def _stroke_margin(record: Record) -> float:
-    strokes = np.stack([record.signal(f"cylinder.{name}.x") for name in record.crane.cylinder_names], axis=-1)
-    low, high = record.crane.stroke_limits.T
+def _stroke_margin(record: CaseRecord) -> float:
+    strokes = np.stack([record.signal(f"cylinder.{name}.x") for name in record.machine.cylinder_names], axis=-1)
+    low, high = record.machine.stroke_limits.T
     return float(np.minimum(strokes - low, high - strokes).min())
 
 
 # Name -> unit, meaning, function.
-BUILT_IN: dict[str, tuple[str, str, Callable[[Record], float]]] = {
+BUILT_IN: dict[str, tuple[str, str, Callable[[CaseRecord], float]]] = {
     "end_time": ("s", "time that the run reached", lambda record: record.outcome.time),
     "tip_way": ("m", "way of the tip", _way),
     "largest_pressure": ("Pa", "largest pressure of any chamber", lambda record: float(record.pressures().max())),
@@ -77,9 +81,9 @@ class Measure:
     name: str
     unit: str = ""
     meaning: str = ""
-    own: Callable[..., Any] | None = None
+    own: Own | None = None
 
-    def of(self, record: Record) -> dict[str, float]:
+    def of(self, record: CaseRecord) -> dict[str, float]:
         """Name to value, of a run that came to its end."""
         if self.own is not None:
             return self._of_run(self.own(record.run))
@@ -88,13 +92,13 @@ class Measure:
         kind, signal = _parts(self.name)
         return {self.name: float(STATISTICS[kind](record.signal(signal)))}
 
-    def _of_run(self, answer: Any) -> dict[str, float]:
+    def _of_run(self, answer: Mapping[str, float] | float) -> dict[str, float]:
         if isinstance(answer, Mapping):
             return {str(name): float(value) for name, value in answer.items()}
         return {self.name: float(answer)}
 
 
-def checked_measures(given: Any, units: Mapping[str, str]) -> tuple[Measure, ...]:
+def checked_measures(given: Measures, units: Mapping[str, str]) -> tuple[Measure, ...]:
     """The measures of a study.
 
     Parameters
@@ -118,7 +122,7 @@ def checked_measures(given: Any, units: Mapping[str, str]) -> tuple[Measure, ...
     return found if OF_ANY_RUN in names else (_checked(OF_ANY_RUN, units), *found)
 
 
-def _checked(entry: Any, units: Mapping[str, str]) -> Measure:
+def _checked(entry: object, units: Mapping[str, str]) -> Measure:
     if callable(entry):
         name = getattr(entry, "__name__", type(entry).__name__)
         return Measure("measure" if name == "<lambda>" else name, own=entry)
@@ -145,7 +149,7 @@ def _parts(name: str) -> tuple[str, str]:
     return match[1], match[2].strip()
 
 
-def measured(measures: Sequence[Measure], record: Record) -> dict[str, float]:
+def measured(measures: Sequence[Measure], record: CaseRecord) -> dict[str, float]:
     """All figures of a run that came to its end, or what any run has."""
     if not record.outcome.completed:
         return {OF_ANY_RUN: record.outcome.time}

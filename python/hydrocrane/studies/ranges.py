@@ -4,29 +4,45 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Protocol, TypedDict, cast, runtime_checkable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, nearest, unknown
+from hydrocrane.machine.overrides import Override
 
 SPAN = ("low", "high", "count", "log")
-Convert = Callable[[Any], Any]
+Convert = Callable[[object], Override]
+
+
+@runtime_checkable
+class Distribution(Protocol):
+    """A frozen distribution of SciPy."""
+
+    def ppf(self, q: ArrayLike, /) -> Array: ...
+
+
+class SpanTable(TypedDict, total=False):
+    low: object
+    high: object
+    count: int | None
+    log: bool
 
 
 @dataclass(frozen=True)
 class Span:
     """From `low` to `high`, evenly or in even ratios; `count` values on a grid."""
 
-    low: Any
-    high: Any
+    low: object
+    high: object
     count: int | None = None
     log: bool = False
 
     def at(self, share: Array, name: str, convert: Convert) -> list[float]:
         """Values at shares (m,) of the way from low to high."""
-        low, high = convert(self.low), convert(self.high)
+        low, high = _number(convert(self.low)), _number(convert(self.high))
         if not low < high:
             raise InputError(f"the range of `{name}` must go from low to high; got {self.low!r} to {self.high!r}")
         if not self.log:
@@ -36,24 +52,31 @@ class Span:
         return [float(value) for value in np.exp(np.log(low) + (np.log(high) - np.log(low)) * share)]
 
 
-def is_distribution(spec: Any) -> bool:
+def _number(value: Override) -> float:
+    """An end of a span, which a comparison with words or lists would refuse."""
+    if not isinstance(value, int | float):
+        raise InputError(f"a range goes from one number to another; got {value!r}")
+    return float(value)
+
+
+def is_distribution(spec: object) -> bool:
     """Whether values can be drawn from `spec`: a frozen distribution of SciPy, or a table that names one."""
-    return hasattr(spec, "ppf") or (isinstance(spec, Mapping) and "distribution" in spec)
+    return isinstance(spec, Distribution) or (isinstance(spec, Mapping) and "distribution" in spec)
 
 
-def samples_of(name: str, spec: Any) -> list[Any]:
+def samples_of(name: str, spec: object) -> list[Override]:
     """Some values of a range to try out a key with; none where it has none to show."""
     if isinstance(spec, Mapping) and "distribution" in spec:
         return [spec.get("loc", 0.0), 1.0]
     if isinstance(spec, Mapping):
         shown = [spec.get("values", []), [spec[key] for key in ("low", "high") if key in spec]]
         return [value for group in shown for value in group]
-    if hasattr(spec, "ppf"):
+    if isinstance(spec, Distribution):
         return [float(spec.ppf(0.5))]
     return _listed(name, spec)
 
 
-def grid_size(spec: Any) -> int:
+def grid_size(spec: object) -> int:
     """How many values a key has on a grid, before any is made; one where that is still to be found wrong."""
     if isinstance(spec, Mapping) and set(spec) != {"values"}:
         count = spec.get("count")
@@ -62,7 +85,7 @@ def grid_size(spec: Any) -> int:
     return len(values) if isinstance(values, Sequence | np.ndarray) and len(values) else 1
 
 
-def grid_values(name: str, spec: Any, convert: Convert) -> list[Any]:
+def grid_values(name: str, spec: object, convert: Convert) -> list[Override]:
     """Values of a key on a grid."""
     if is_distribution(spec):
         raise InputError(f"`{name}` is a distribution: a grid takes a list, or low, high and count")
@@ -76,9 +99,9 @@ def grid_values(name: str, spec: Any, convert: Convert) -> list[Any]:
     return list(span.at(np.linspace(0.0, 1.0, span.count), name, convert))
 
 
-def drawn_values(name: str, spec: Any, share: Array, convert: Convert) -> list[Any]:
+def drawn_values(name: str, spec: object, share: Array, convert: Convert) -> list[Override]:
     """Values of a key at shares (n,) of probability, each between 0 and 1."""
-    if hasattr(spec, "ppf"):
+    if isinstance(spec, Distribution):
         return [float(value) for value in spec.ppf(share)]
     if isinstance(spec, Mapping) and "distribution" in spec:
         return [float(value) for value in _named(name, spec, convert).ppf(share)]
@@ -93,10 +116,10 @@ def drawn_values(name: str, spec: Any, share: Array, convert: Convert) -> list[A
             f"`{name}` has {len(ends)} values; drawing takes (low, high), a table with low and high, "
             '{"values": [...]} or a distribution of scipy.stats'
         )
-    return list(Span(*ends).at(share, name, convert))
+    return list(Span(ends[0], ends[1]).at(share, name, convert))
 
 
-def _named(name: str, spec: Mapping[str, Any], convert: Convert) -> Any:
+def _named(name: str, spec: Mapping[str, object], convert: Convert) -> Distribution:
     """A distribution of SciPy by its name, its location and scale with units."""
     from scipy.stats import distributions as stats
 
@@ -106,21 +129,22 @@ def _named(name: str, spec: Mapping[str, Any], convert: Convert) -> Any:
     scaled = {key: convert(value) for key, value in spec.items() if key in ("loc", "scale")}
     shapes = {key: value for key, value in spec.items() if key not in ("distribution", "loc", "scale")}
     try:
-        return getattr(stats, spec["distribution"])(**shapes, **scaled)
+        made: Distribution = getattr(stats, str(spec["distribution"]))(**shapes, **scaled)
+        return made
     except TypeError as error:
         raise InputError(f"the distribution of `{name}`: {error}") from None
 
 
-def _span(name: str, spec: Mapping[str, Any]) -> Span:
+def _span(name: str, spec: Mapping[str, object]) -> Span:
     for key in spec:
         if key not in SPAN:
             raise InputError(f"the range of `{name}` has no `{key}`{nearest(str(key), SPAN)}")
     if "low" not in spec or "high" not in spec:
         raise InputError(f"the range of `{name}` needs both low and high")
-    return Span(**spec)
+    return Span(**cast("SpanTable", spec))
 
 
-def _listed(name: str, spec: Any) -> list[Any]:
+def _listed(name: str, spec: object) -> list[Override]:
     if isinstance(spec, str) or not hasattr(spec, "__iter__"):
         raise InputError(f"`{name}` needs a list of values or a range; got {spec!r}")
     values = list(spec)

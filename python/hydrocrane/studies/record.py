@@ -3,28 +3,29 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from hydrocrane.arrays import Array
-from hydrocrane.dataset import outputs_table, run_dataset
 from hydrocrane.errors import unknown
-from hydrocrane.machine import Machine
-from hydrocrane.result import Outcome, Run
+from hydrocrane.machine.machine import Machine
 from hydrocrane.result_warning import ResultWarning
-from hydrocrane.scenario import Scenario
+from hydrocrane.results.dataset import outputs_table, run_dataset
+from hydrocrane.results.outcome import Outcome
+from hydrocrane.results.recording import Recording
+from hydrocrane.results.run import Run
+from hydrocrane.scenario.scenario import Scenario
 
 # Its tables take longer to make than a run of a few seconds.
 OIL = "energy.oil"
 
 
-class Record:
+class CaseRecord:
     """What the core recorded of a run.
 
     Attributes
     ----------
-    crane : Machine
+    machine : Machine
     plan : Scenario
     outcome : Outcome
     warnings : tuple of ResultWarning
@@ -32,21 +33,21 @@ class Record:
         s.
     """
 
-    def __init__(self, crane: Machine, plan: Scenario, raw: dict[str, Any], payload: float) -> None:
-        self.crane, self.plan, self._raw, self._payload = crane, plan, raw, payload
-        self.outcome = Outcome(*raw["outcome"])
-        self.warnings: tuple[ResultWarning, ...] = raw["warnings"]
-        self.time: Array = np.asarray(raw["t"])
+    def __init__(self, machine: Machine, plan: Scenario, recorded: Recording, payload: float) -> None:
+        self.machine, self.plan, self._recorded, self._payload = machine, plan, recorded, payload
+        self.outcome: Outcome = recorded.outcome
+        self.warnings: tuple[ResultWarning, ...] = recorded.warnings
+        self.time: Array = recorded.time
 
     @property
     def effort(self) -> dict[str, int]:
         """Steps, rejections, evaluations."""
-        return self._raw["stats"]
+        return self._recorded.effort
 
     @property
     def states(self) -> Array:
         """(m, n_states)."""
-        return np.asarray(self._raw["states"])
+        return self._recorded.states
 
     def signal(self, name: str) -> Array:
         """A state, output, command or sample by its name, (m,) over :attr:`time`, SI."""
@@ -67,16 +68,16 @@ class Record:
     @cached_property
     def run(self) -> Run:
         """The whole run as people know it."""
-        return Run(run_dataset(self.crane, self.plan, self._raw, payload=self._payload, wall=0.0), self.crane)
+        return Run(run_dataset(self.machine, self.plan, self._recorded, payload=self._payload, wall=0.0), self.machine)
 
     @cached_property
     def _state_columns(self) -> dict[str, int]:
-        return {name: i for i, name in enumerate(self.crane.state_names)}
+        return {name: i for i, name in enumerate(self.machine.state_names)}
 
     @cached_property
     def _output_columns(self) -> dict[str, int]:
-        return {name: i for i, (name, _, _) in enumerate(self.crane.core.output_info)}
+        return {name: i for i, (name, _, _) in enumerate(self.machine.core.output_info)}
 
     @cached_property
     def _outputs(self) -> Array:
-        return outputs_table(self.crane, self.plan, self._raw, oil=False)
+        return outputs_table(self.machine, self.plan, self._recorded, oil=False)

@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError
-from hydrocrane.machine import Machine
-from hydrocrane.record_size import NUMBERS_PER_ROW, check_size, row_count
-from hydrocrane.scenario import Scenario
+from hydrocrane.machine.machine import Machine
+from hydrocrane.scenario.record_size import NUMBERS_PER_ROW, check_size, row_count
+from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.studies.design import Cases
-from hydrocrane.studies.values import converted
+from hydrocrane.units import converted
 
 
-def known_signals(plan: Scenario, crane: Machine) -> dict[str, tuple[str, str]]:
-    """Name to unit and meaning of whatever a run of `plan` on `crane` records."""
-    states = zip(crane.state_names, crane.state_units, crane.core.state_long_names, strict=True)
-    known = {name: (unit, text) for name, unit, text in (*states, *crane.core.output_info)}
-    known |= {f"cylinder.{c}.command": ("m", f"{c} spool command") for c in crane.cylinder_names}
+def known_signals(plan: Scenario, machine: Machine) -> dict[str, tuple[str, str]]:
+    """Name to unit and meaning of whatever a run of `plan` on `machine` records."""
+    states = zip(machine.state_names, machine.state_units, machine.core.state_long_names, strict=True)
+    known = {name: (unit, text) for name, unit, text in (*states, *machine.core.output_info)}
+    known |= {f"cylinder.{c}.command": ("m", f"{c} spool command") for c in machine.cylinder_names}
     known["payload"] = ("kg", "payload at the tip")
     if plan.closed_loop:
         known["tip.deviation"] = ("m", "distance of the crane tip from the way of its set-point")
-        known |= {f"controller.{c}": ("m", f"{c} spool command as given") for c in crane.cylinder_names}
+        known |= {f"controller.{c}": ("m", f"{c} spool command as given") for c in machine.cylinder_names}
         known |= {f"set_point.{axis}": ("m", f"set-point of the crane tip, {axis}") for axis in ("x", "z")}
     return known
 
@@ -31,7 +33,7 @@ def signal_times(plan: Scenario, cases: Cases, resample: float | str | None) -> 
     if resample is None and cases.along("record-interval"):
         raise InputError("signals of runs with different record intervals need one of their own: resample=0.05")
     interval = plan.record_interval if resample is None else _interval(resample)
-    longest = max([float(value) for value in cases.along("duration")] or [plan.duration])
+    longest = max([float(cast(float, value)) for value in cases.along("duration")] or [plan.duration])
     rows = row_count(longest, interval)
     check_size("the signals of one case", rows, NUMBERS_PER_ROW, "a larger resample or record-interval")
     return np.arange(int(rows), dtype=np.float64) * interval

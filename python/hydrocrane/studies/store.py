@@ -21,9 +21,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 import zarr
-from zarr.storage import MemoryStore
+from zarr.storage import MemoryStore, StoreLike
 
 from hydrocrane.errors import ResultFileError
+from hydrocrane.files.whole_file import cannot_write
 from hydrocrane.studies.case import BlockResult
 from hydrocrane.studies.design import Place, blocks
 from hydrocrane.studies.identity import differences
@@ -38,7 +39,6 @@ from hydrocrane.studies.integrity import (
     study_faults,
 )
 from hydrocrane.studies.layout import MESSAGE, OUTCOME, Layout, figure, makers
-from hydrocrane.whole_file import cannot_write
 
 # Attribute that makes a Zarr group a study.
 IDENTITY = "study"
@@ -201,7 +201,7 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     return Store(stored, folder).dataset()
 
 
-def _array(group: zarr.Group, name: str) -> zarr.Array:
+def _array(group: zarr.Group, name: str) -> zarr.Array[Any]:
     """An array that writes every chunk, so that a chunk that is not there is known to be lost."""
     array = group[name]
     assert isinstance(array, zarr.Array)
@@ -278,7 +278,7 @@ def _repair(folder: Path, layout: Layout) -> None:
     warnings.warn(StudyRepaired(f"{folder}: {faults}; the cases concerned are computed again"), stacklevel=2)
 
 
-def _created(where: Any, layout: Layout) -> zarr.Group:
+def _created(where: StoreLike, layout: Layout) -> zarr.Group:
     group = zarr.open_group(where, mode="w")
     known, cases = makers(layout), layout.cases
     for make in known.values():

@@ -9,15 +9,18 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Unpack, cast
 
 import numpy as np
 import xarray as xr
 
 from hydrocrane.arrays import seed_number
 from hydrocrane.errors import InputError, ResultFileError, unknown
-from hydrocrane.machine import Machine
-from hydrocrane.scenario import Scenario, load_scenario
+from hydrocrane.files.whole_file import cannot_write
+from hydrocrane.machine.machine import Machine
+from hydrocrane.scenario.changes import Changes, RunChanges, SweepChanges
+from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.scenario.scenario_file import load_scenario
 from hydrocrane.studies import local
 from hydrocrane.studies.case import BlockResult, Job, digest_of
 from hydrocrane.studies.design import Cases, Place, block_shape, designed
@@ -25,12 +28,14 @@ from hydrocrane.studies.identity import identity
 from hydrocrane.studies.keys import resolved_key
 from hydrocrane.studies.layout import MESSAGE, OUTCOME, TIME, Layout
 from hydrocrane.studies.lock import written_by_one
-from hydrocrane.studies.measures import DEFAULT, OF_ANY_RUN, checked_measures
+from hydrocrane.studies.measures import DEFAULT, OF_ANY_RUN, Measures, checked_measures
 from hydrocrane.studies.progress import Progress, telling
 from hydrocrane.studies.ranges import samples_of
 from hydrocrane.studies.signals import known_signals, signal_times
 from hydrocrane.studies.store import Store
-from hydrocrane.whole_file import cannot_write
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 RESERVED = (OUTCOME, MESSAGE, TIME, "case")
 
@@ -71,23 +76,23 @@ class Study:
         Fields of the scenario or its solver to change in all cases, as in :func:`hydrocrane.simulate`.
     """
 
-    scenario: Any
-    keys: Mapping[str, Any]
+    scenario: str | PathLike[str] | Scenario
+    keys: Mapping[str, object]
     method: str = "grid"
     n: int | None = None
     seed: int = 0
-    measures: Any = DEFAULT
+    measures: Measures = DEFAULT
     signals: Sequence[str] = ()
     resample: float | str | None = None
     ledger: bool = False
     machine: Machine | str | PathLike[str] | None = None
-    changes: Mapping[str, Any] = field(default_factory=dict)
+    changes: RunChanges = field(default_factory=lambda: RunChanges())
 
     @cached_property
     def plan(self) -> Scenario:
         """The scenario with what holds for all cases."""
         plan = self.scenario if isinstance(self.scenario, Scenario) else load_scenario(self.scenario)
-        changes = dict(self.changes)
+        changes = cast(Changes, dict(self.changes))
         if isinstance(self.machine, Machine):
             changes["overrides"] = {**self.machine.overrides, **plan.overrides, **changes.get("overrides", {})}
             changes["machine"] = self.machine.source
@@ -103,7 +108,7 @@ class Study:
         return plan
 
     @cached_property
-    def crane(self) -> Machine:
+    def base_machine(self) -> Machine:
         """The machine before any key is varied."""
         return self.plan.load_machine()
 
@@ -114,7 +119,7 @@ class Study:
             raise InputError('a study needs keys with their values, such as {"payload.mass": [0, 100]}')
         given = {str(key): spec for key, spec in self.keys.items()}
         tried = {key: samples_of(key, spec) for key, spec in given.items()}
-        keys = [resolved_key(key, values, self.plan, self.crane) for key, values in tried.items()]
+        keys = [resolved_key(key, values, self.plan, self.base_machine) for key, values in tried.items()]
         return designed(keys, given, self.method, self.n, seed_number(self.seed))
 
     @cached_property
@@ -130,7 +135,7 @@ class Study:
             if names.count(name) > 1 or name in RESERVED:
                 raise InputError(f"`{name}` would name two things in the result; rename or leave out one of them")
         times = signal_times(self.plan, self.cases, self.resample) if self.signals else np.empty(0)
-        digest = digest_of(self.crane.core)
+        digest = digest_of(self.base_machine.core)
         return Job(self.plan, self.cases.keys, measures, tuple(self.signals), times, self.ledger, digest)
 
     def run(
@@ -139,7 +144,7 @@ class Study:
         *,
         overwrite: bool = False,
         workers: int | None = None,
-        scheduler: Any = None,
+        scheduler: str | Client | None = None,
         block: int | None = None,
         progress: Progress | bool | None = None,
     ) -> xr.Dataset:
@@ -149,7 +154,9 @@ class Study:
             self._fill(kept, workers, scheduler, progress)
             return kept.dataset()
 
-    def _fill(self, kept: Store, workers: int | None, scheduler: Any, progress: Progress | bool | None) -> None:
+    def _fill(
+        self, kept: Store, workers: int | None, scheduler: str | Client | None, progress: Progress | bool | None
+    ) -> None:
         """Run what is not done yet."""
         places, total = kept.pending(), kept.total
         done = total - _sizes(places)
@@ -179,20 +186,20 @@ class Study:
 
     @cached_property
     def _known_signals(self) -> dict[str, tuple[str, str]]:
-        return known_signals(self.plan, self.crane)
+        return known_signals(self.plan, self.base_machine)
 
     def _layout(self, block: int | None) -> Layout:
         job, cases = self.job, self.cases
-        settings = {
+        settings: dict[str, object] = {
             "method": self.method,
             "signals": list(job.signals),
             "times": job.times,
             "ledger": self.ledger,
         }
-        about = {
+        about: dict[str, str | int] = {
             "title": self.plan.title or self.plan.name,
             "scenario": self.plan.name,
-            "machine": self.crane.name,
+            "machine": self.base_machine.name,
             "method": self.method,
             "seed": int(self.seed),
             "source": _versions(),
@@ -204,19 +211,19 @@ class Study:
             times=job.times,
             signals={name: self._known_signals[name] for name in job.signals},
             figures={measure.name: (measure.unit, measure.meaning) for measure in job.measures if not measure.own},
-            identity=identity(self.plan, self.crane, cases, job.measures, settings),
+            identity=identity(self.plan, self.base_machine, cases, job.measures, settings),
             about=about,
         )
 
 
 def sweep(
-    scenario: Any,
-    keys: Mapping[str, Any],
+    scenario: str | PathLike[str] | Scenario,
+    keys: Mapping[str, object],
     *,
     method: str = "grid",
     n: int | None = None,
     seed: int = 0,
-    measures: Any = DEFAULT,
+    measures: Measures = DEFAULT,
     signals: Sequence[str] = (),
     resample: float | str | None = None,
     ledger: bool = False,
@@ -224,10 +231,10 @@ def sweep(
     store: str | PathLike[str] | None = None,
     overwrite: bool = False,
     workers: int | None = None,
-    scheduler: Any = None,
+    scheduler: str | Client | None = None,
     block: int | None = None,
     progress: Progress | bool | None = None,
-    **changes: Any,
+    **changes: Unpack[SweepChanges],
 ) -> xr.Dataset:
     """Run a scenario for many values of some keys, and keep figures or signals of every run.
 
@@ -264,7 +271,7 @@ def sweep(
     """
     study = Study(
         scenario, keys, method, n, seed, measures, tuple([signals] if isinstance(signals, str) else signals),
-        resample, ledger, machine, changes,
+        resample, ledger, machine, cast(RunChanges, changes),
     )  # fmt: skip
     return study.run(store, overwrite=overwrite, workers=workers, scheduler=scheduler, block=block, progress=progress)
 

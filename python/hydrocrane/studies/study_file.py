@@ -6,12 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from hydrocrane.errors import InputError, nearest
-from hydrocrane.scenario import bundled_scenarios
+from hydrocrane.files.toml_file import TomlTable, TomlValue, read_toml
+from hydrocrane.machine.overrides import Override
+from hydrocrane.scenario.changes import RunChanges
+from hydrocrane.scenario.scenario_file import bundled_scenarios
 from hydrocrane.studies.study import Study
-from hydrocrane.toml_file import read_toml
 
 TABLES = ("study", "keys", "overrides")
 STUDY_KEYS = (
@@ -48,7 +50,7 @@ def load_study(path: str | PathLike[str]) -> StudyFile:
     for table in ("study", "keys"):
         if not isinstance(content.get(table), dict):
             raise InputError(f"{file}: a study needs the table [{table}]")
-    about: dict[str, Any] = content["study"]
+    about = cast("dict[str, Any]", content["study"])
     _known(file, "study.", about, STUDY_KEYS)
     for key, value in about.items():
         if not isinstance(value, TYPES[key]) or (isinstance(value, bool) and bool not in TYPES[key]):
@@ -59,21 +61,26 @@ def load_study(path: str | PathLike[str]) -> StudyFile:
     name = about.get("name", file.stem)
     given = {key: value for key, value in about.items() if key not in ("name", "store")}
     given |= {key: _beside(file, about[key]) for key in ("scenario", "machine") if key in about}
-    overrides = _flat(content.get("overrides", {}))
-    changes = {"overrides": overrides} if overrides else {}
-    study = Study(keys=_flat(content["keys"]), changes=changes, **given)
+    overrides = _flat(_table(content, "overrides"))
+    changes: RunChanges = {"overrides": cast("Mapping[str, Override]", overrides)} if overrides else {}
+    study = Study(keys=_flat(_table(content, "keys")), changes=changes, **given)
     return StudyFile(name, study, Path(about.get("store", f"{name}.zarr")))
 
 
-def _known(file: Path, path: str, table: Mapping[str, Any], known: tuple[str, ...]) -> None:
+def _table(content: TomlTable, name: str) -> TomlTable:
+    table = content.get(name, {})
+    return table if isinstance(table, dict) else {}
+
+
+def _known(file: Path, path: str, table: Mapping[str, TomlValue], known: tuple[str, ...]) -> None:
     for key in table:
         if key not in known:
             raise InputError(f"{file}: unknown key `{path}{key}`{nearest(key, known)}")
 
 
-def _flat(table: Mapping[str, Any], path: str = "") -> dict[str, Any]:
+def _flat(table: Mapping[str, TomlValue], path: str = "") -> dict[str, TomlValue]:
     """Dotted keys, also where TOML made tables of them."""
-    flat: dict[str, Any] = {}
+    flat: dict[str, TomlValue] = {}
     for key, value in table.items():
         dotted = f"{path}.{key}" if path else key
         if isinstance(value, Mapping) and not any(word in value for word in RANGE):

@@ -4,53 +4,41 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from functools import cache
-from typing import Any
+from typing import NoReturn
 
 import numpy as np
 
-from hydrocrane import _core
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
+from hydrocrane.machine.overrides import Override
 from hydrocrane.studies.key import Key
+from hydrocrane.units import converted
 
 
-def si_value(key: Key, value: Any) -> Any:
+def si_value(key: Key, value: object) -> Override:
     """`value` in SI where the key has a unit: a number as it is, a text with its unit converted; else as it is."""
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, list | tuple | np.ndarray):
-        return [si_value(key, item) for item in value] if key.unit is None else _not_one_number(key, value)
+        if key.unit is not None:
+            _not_one_number(key, value)
+        return [si_value(key, item) for item in value]
     if isinstance(value, bool):
-        return value if key.unit is None else _not_one_number(key, value)
+        if key.unit is not None:
+            _not_one_number(key, value)
+        return value
     if isinstance(value, int | float):
         return float(value)
     if not isinstance(value, str):
-        return _not_one_number(key, value)
+        _not_one_number(key, value)
     return value if key.unit is None else converted(key.name, value, key.unit)
 
 
-def _not_one_number(key: Key, value: Any) -> Any:
+def _not_one_number(key: Key, value: object) -> NoReturn:
     raise InputError(f"a value of `{key.name}` must be one number (SI) or a text with its unit; got {value!r}")
 
 
-def converted(what: str, text: str, unit: str) -> float:
-    """A text with its unit in SI; `unit` is the SI unit that it must have the dimension of."""
-    try:
-        number, dimension = _core.quantity(text)
-    except ValueError as error:
-        raise InputError(f"`{what}`: {error}") from None
-    if dimension != _dimension(unit):
-        raise InputError(f"`{what}` is in {unit or 'plain numbers'}; `{text}` is another quantity")
-    return float(number)
-
-
-@cache
-def _dimension(unit: str) -> str:
-    return str(_core.quantity(f"1 {unit}".strip())[1])
-
-
-def si_numbers(value: Any, unit: str | None) -> Any:
+def si_numbers(value: Override, unit: str | None) -> Override:
     """Numbers, or lists of them, in SI; words where there is no unit."""
     if unit is None:
         return value
@@ -59,10 +47,10 @@ def si_numbers(value: Any, unit: str | None) -> Any:
     return converted("a value of a list", value, unit) if isinstance(value, str) else value
 
 
-def axis_values(values: Sequence[Any]) -> Array | list[str] | list[bool]:
+def axis_values(values: Sequence[Override]) -> Array | list[str] | list[bool]:
     """Values as a coordinate: numbers, switches or words; lists are written out."""
     if all(isinstance(value, float) for value in values):
         return np.array(values, dtype=np.float64)
     if all(isinstance(value, bool) for value in values):
-        return list(values)
+        return [bool(value) for value in values]
     return [value if isinstance(value, str) else json.dumps(value) for value in values]

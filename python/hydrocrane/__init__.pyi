@@ -1,0 +1,53 @@
+"""The public names for type checkers; at run time they are looked up on first use."""
+
+from hydrocrane import plots as plots
+from hydrocrane import rig as rig
+from hydrocrane.analysis.capacity import LoadChart as LoadChart
+from hydrocrane.analysis.capacity import load_chart as load_chart
+from hydrocrane.analysis.linear import Modes as Modes
+from hydrocrane.analysis.linear import mode_map as mode_map
+from hydrocrane.analysis.linear import modes as modes
+from hydrocrane.analysis.sensitivity import Sensitivities as Sensitivities
+from hydrocrane.analysis.sensitivity import sensitivities as sensitivities
+from hydrocrane.control.controllers import Controller as Controller
+from hydrocrane.control.controllers import Observation as Observation
+from hydrocrane.control.joystick import Joystick as Joystick
+from hydrocrane.control.joystick import Stick as Stick
+from hydrocrane.errors import HydrocraneError as HydrocraneError
+from hydrocrane.errors import InputError as InputError
+from hydrocrane.errors import MachineFileError as MachineFileError
+from hydrocrane.errors import OutOfReachError as OutOfReachError
+from hydrocrane.errors import ResultFileError as ResultFileError
+from hydrocrane.errors import SimulationError as SimulationError
+from hydrocrane.identification import Identification as Identification
+from hydrocrane.identification import identify_friction as identify_friction
+from hydrocrane.logs import Log as Log
+from hydrocrane.logs import read_log as read_log
+from hydrocrane.machine.machine import Machine as Machine
+from hydrocrane.machine.machine import Value as Value
+from hydrocrane.machine.machine import bundled_machines as bundled_machines
+from hydrocrane.machine.machine import load_machine as load_machine
+from hydrocrane.machine.sensors import SensorFault as SensorFault
+from hydrocrane.results.citation import cite as cite
+from hydrocrane.results.comparison import Comparison as Comparison
+from hydrocrane.results.outcome import Outcome as Outcome
+from hydrocrane.results.record import Event as Event
+from hydrocrane.results.run import Run as Run
+from hydrocrane.results.run import load_run as load_run
+from hydrocrane.scenario.command import Command as Command
+from hydrocrane.scenario.payload import PayloadChange as PayloadChange
+from hydrocrane.scenario.phases import Phase as Phase
+from hydrocrane.scenario.scenario import Scenario as Scenario
+from hydrocrane.scenario.scenario_file import bundled_scenarios as bundled_scenarios
+from hydrocrane.scenario.scenario_file import load_scenario as load_scenario
+from hydrocrane.scenario.solver import Solver as Solver
+from hydrocrane.simulation.batch import BatchObservation as BatchObservation
+from hydrocrane.simulation.batch import BatchSimulator as BatchSimulator
+from hydrocrane.simulation.running import simulate as simulate
+from hydrocrane.simulation.simulator import Simulator as Simulator
+from hydrocrane.studies import Study as Study
+from hydrocrane.studies import load_study as load_study
+from hydrocrane.studies import open_study as open_study
+from hydrocrane.studies import sweep as sweep
+
+__version__: str

@@ -1,0 +1,214 @@
+"""What the compiled core takes and gives, for type checkers: the stub of the core and its callers use these."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NotRequired, Protocol, TypeAlias, TypedDict
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from hydrocrane import _core
+
+Array: TypeAlias = NDArray[np.float64]
+# A value of a machine key; numbers are SI.
+Override: TypeAlias = "float | str | bool | Sequence[Override]"
+Pairs: TypeAlias = list[tuple[str, Override]]
+# Kind, text, cure, time.
+WarningEntry: TypeAlias = tuple[str, str, str, float]
+# Kind, time, message.
+OutcomeEntry: TypeAlias = tuple[str, float, str]
+# Name, unit, meaning.
+SignalEntry: TypeAlias = tuple[str, str, str]
+# Time, payload before and after, velocity of the tip before and after, loss.
+PayloadEntry: TypeAlias = tuple[float, Sequence[float], Sequence[Sequence[float]], float]
+# Signal, kind, from, until, size.
+FaultEntry: TypeAlias = tuple[str, str, float, float, float]
+
+
+class Settings(TypedDict):
+    """How a run is integrated, and with what loads."""
+
+    method: str
+    rtol: float
+    atol: float | None
+    max_step: float
+    step: float | None
+    payload: float
+    ledger: bool
+    payload_changes: list[tuple[float, float]]
+
+
+class Samples(TypedDict):
+    """What a controller saw and did in one phase, a row per sample."""
+
+    t: Array
+    measured: Array
+    sticks: Array
+    set_points: Array
+    commands: Array
+    signals: list[str]
+
+
+class RunRecord(TypedDict):
+    """A run as the core recorded it; `samples`, one entry per phase, and `events` are those of a closed loop."""
+
+    t: Array
+    states: Array
+    commands: Array
+    ledger: Array
+    payloads: Array
+    payload_changes: list[PayloadEntry]
+    warnings: list[WarningEntry]
+    outcome: OutcomeEntry
+    stats: dict[str, int]
+    samples: NotRequired[list[Samples]]
+    events: NotRequired[list[tuple[float, str]]]
+
+
+class SensitivityRecord(TypedDict):
+    """A run with its sensitivities, as the core recorded it."""
+
+    t: Array
+    values: Array
+    slopes: Array
+    commands: Array
+    signals: list[SignalEntry]
+    parameters: list[tuple[str, float, str]]
+    warnings: list[WarningEntry]
+    outcome: OutcomeEntry
+    stats: dict[str, int]
+
+
+class LoopPlan(TypedDict):
+    """What surrounds a controller: period, sensors, sticks, monitor."""
+
+    period: float
+    delay: float
+    sensors: str
+    seed: int
+    faults: list[FaultEntry]
+    mode: str
+    stick_times: list[float]
+    deflections: list[list[float]]
+    linear: bool
+    dead_zone: float
+    ramp: float
+    monitor: bool
+
+
+class LoopController(Protocol):
+    """A controller of one's own as the core's loop calls it."""
+
+    def reset(self, t: float, q: list[float], p: list[list[float]], /) -> None: ...
+    def step(self, t: float, q: list[float], p: list[list[float]], axes: list[float], /) -> list[float]: ...
+    def set_point(self) -> tuple[float, float] | None: ...
+    def failure(self) -> tuple[str, bool]: ...
+
+
+# `from` is a word of the language, hence this form.
+PhasePlan = TypedDict(
+    "PhasePlan",
+    {
+        "from": float,
+        "machine": "_core.Machine",
+        "controller": "str | LoopController",
+        "believed": "_core.Machine",
+        "plan": LoopPlan,
+    },
+)
+
+
+class CommandTable(TypedDict):
+    """Spool commands of a cylinder in a scenario file."""
+
+    time: list[float]
+    spool: list[float]
+    interpolation: str
+
+
+class ControllerTable(TypedDict):
+    """The controller of a scenario file."""
+
+    name: str
+    period: float | None
+    delay: float
+    believed: Pairs
+    monitor: bool | None
+    sensors: str
+
+
+class JoystickTable(TypedDict):
+    """The sticks of a scenario file; `axes` in the order x, z or that of the cylinders."""
+
+    mode: str
+    time: list[float]
+    axes: list[list[float]]
+    log: str | None
+    interpolation: str
+    dead_zone: float
+    full_speed: float | None
+    ramp: float
+
+
+class FaultTable(TypedDict):
+    """A sensor that fails, in a scenario file."""
+
+    signal: str
+    kind: str
+    time: float
+    until: float | None
+    size: float
+
+
+class PhaseTable(TypedDict):
+    """A phase of a scenario file."""
+
+    time: float
+    overrides: Pairs
+    controller: ControllerTable | None
+    joystick: JoystickTable | None
+
+
+class SolverTable(TypedDict):
+    """The solver of a scenario file; what it does not state is `None`."""
+
+    method: str | None
+    rtol: float | None
+    atol: float | None
+    max_step: float | None
+    step: float | None
+
+
+class ScenarioTable(TypedDict):
+    """A scenario file."""
+
+    name: str
+    title: str
+    machine: str
+    overrides: Pairs
+    payload: float | None
+    payload_changes: list[tuple[float, float]]
+    duration: float
+    record_interval: float
+    seed: int
+    joints: dict[str, float]
+    pressures: str | dict[str, tuple[float, float]]
+    commands: dict[str, CommandTable]
+    controller: ControllerTable | None
+    cylinders: list[str]
+    joystick: JoystickTable | None
+    phases: list[PhaseTable]
+    recorded_by: str | None
+    sensor_faults: list[FaultTable]
+    solver: SolverTable
+
+
+class Passivity(TypedDict):
+    """Whether the friction of a cylinder only dissipates, and up to which velocity, m/s."""
+
+    cylinder: str
+    holds: bool
+    velocity_limit: float | None
+    checked_to: float

@@ -1,0 +1,1 @@
+"""Questions to a machine or a scenario: modes, sensitivities, load charts."""

@@ -1,0 +1,278 @@
+"""What a crane can hold at its tip: payload over its poses, and against reach and height."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from hydrocrane._moved import renamed_keyword
+from hydrocrane.analysis.linear import pose_grid
+from hydrocrane.arrays import Array
+from hydrocrane.errors import InputError
+from hydrocrane.machine.machine import Machine, MachineLike, as_machine
+
+Height = Literal["best", "worst"] | float
+# Reaches of a curve; heights above each; halvings that find where the reachable heights end.
+_REACHES, _HEIGHTS, _HALVINGS = 50, 50, 8
+# Values of the joint that moves along a curve and of the others that a search begins with, and how often they double.
+_FINE, _COARSE, _DOUBLINGS = 24, 3, 3
+# Change of a curve, relative to itself, that ends the doubling.
+_CHANGE = 0.01
+# Steps that bring the tip to its place along a curve.
+_STEPS = 4
+# Lengths below this are zero, m.
+_NEAR = 1e-6
+
+
+@dataclass(frozen=True)
+class LoadChart:
+    """Largest static payload over a grid of poses (k_1, ..., k_n), and against reach.
+
+    Attributes
+    ----------
+    q, tip : (k_1, ..., k_n, n), (k_1, ..., k_n, 2) arrays
+        Poses and their tips, m.
+    payload : (k_1, ..., k_n) array
+        kg; NaN where even the empty crane cannot be held.
+    limiting : (k_1, ..., k_n) array of int
+        Index of the cylinder that gives out first; -1 where none does up to the ceiling.
+    supply_pressure : float
+        Pa.
+    """
+
+    q: Array
+    tip: Array
+    payload: Array
+    limiting: np.ndarray
+    supply_pressure: float
+    machine: Machine = field(repr=False)
+    ceiling: float = 1e5
+
+    @property
+    def crane(self) -> Machine:
+        """The same as `machine`, under its name from before."""
+        return self.machine
+
+    def against_reach(self, height: Height = "best") -> tuple[Array, Array]:
+        """Reach (r,), m, and the payload (r,), kg, that the crane holds there.
+
+        At each place the pose that holds most counts; 0 where even the empty crane cannot be held. The places do not
+        depend on the grid of poses: they are refined until the curve changes by less than 1 %.
+
+        Parameters
+        ----------
+        height : {"best", "worst"} or float
+            The height of the tip, m, at which the payload is meant: the best or the worst that can be reached at this
+            reach, or a given one; NaN where the tip cannot be at that height.
+        """
+        best, worst = self._best_and_worst
+        if height == "best":
+            return self._reaches, best
+        if height == "worst":
+            return self._reaches, worst
+        if isinstance(height, str | bool) or not np.isfinite(height):
+            raise InputError(f"height is `best`, `worst` or a height in metres; got {height!r}")
+        points = np.stack([self._reaches, np.full_like(self._reaches, height)], axis=-1)
+        return self._reaches, self._refined(lambda places: places.payload(points)[None])[0]
+
+    @cached_property
+    def _reaches(self) -> Array:
+        low, high = self._extent[0]
+        # A tip that moves straight up and down has one reach only.
+        return np.linspace(low, high, _REACHES + 2)[1:-1] if high - low > _NEAR else np.array([(low + high) / 2])
+
+    @cached_property
+    def _extent(self) -> Array:
+        """(2, 2) lowest and highest x and z of the tip, m."""
+        outline = np.concatenate([self.machine.tip(_line(self.machine)), *self.machine.workspace()])
+        return np.stack([outline.min(axis=0), outline.max(axis=0)], axis=-1)
+
+    @cached_property
+    def _best_and_worst(self) -> tuple[Array, Array]:
+        best, worst = self._refined(self._extremes)
+        return best, worst
+
+    def _refined(self, curves: Callable[[Places], Array]) -> Array:
+        """(k, r) `curves`, over as many values of the joints as it takes to change them no more."""
+        found = curves(Places(self.machine, self.ceiling, _FINE, _COARSE))
+        for doubling in range(1, _DOUBLINGS + 1):
+            finer = curves(Places(self.machine, self.ceiling, _FINE << doubling, _COARSE << doubling))
+            least = _CHANGE * np.maximum(np.abs(finer), 0.1 * np.nanmax(np.abs(finer), initial=0.0))
+            done = not (np.abs(finer - found) > least).any()
+            found = finer
+            if done:
+                break
+        return found
+
+    def _extremes(self, places: Places) -> Array:
+        """(2, r) best and worst payload over the heights."""
+        low, high = self._extent[1]
+        levels = np.linspace(low, high, _HEIGHTS)
+        points = np.stack(np.meshgrid(self._reaches, levels, indexing="ij"), axis=-1)
+        payload = places.payload(points)
+        column, level = np.nonzero(np.isfinite(payload[:, 1:]) != np.isfinite(payload[:, :-1]))
+        inside = np.where(np.isfinite(payload[column, level]), level, level + 1)
+        near, far = levels[inside], levels[2 * level + 1 - inside]
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (near + far)
+            there = np.isfinite(places.payload(np.stack([self._reaches[column], middle], axis=-1)))
+            near, far = np.where(there, middle, near), np.where(there, far, middle)
+        ends = places.payload(np.stack([self._reaches[column], near], axis=-1))
+        best, worst = (np.where(np.isfinite(payload), payload, empty) for empty in (-np.inf, np.inf))
+        best, worst = best.max(axis=1), worst.min(axis=1)
+        np.maximum.at(best, column, np.where(np.isfinite(ends), ends, -np.inf))
+        np.minimum.at(worst, column, np.where(np.isfinite(ends), ends, np.inf))
+        return np.where(np.isfinite([best, worst]), [best, worst], np.nan)
+
+
+class Places:
+    """The payload at places of the tip, over poses in which all joints but two take `coarse` values.
+
+    The first joint turns everything about a fixed point, or moves everything along a line: what is left is to find
+    where a curve, along which one of the other joints moves, has the right distance from that point or line.
+    """
+
+    def __init__(self, machine: Machine, ceiling: float, fine: int, coarse: int) -> None:
+        self.machine, self.ceiling = machine, ceiling
+        self._turning = machine.joint_units[0] == "rad"
+        self._pivot, self._along = _pivot(machine) if self._turning else _rail(machine)
+        count = len(machine.joint_names)
+        self._curves = [curve for moved in range(1, count) for curve in _curves(machine, moved, fine, coarse)]
+        self._one_joint = count == 1
+
+    def payload(self, points: Array) -> Array:
+        """(...) kg at places (..., 2), m: of the pose that holds most, 0 where none holds itself; NaN out of reach."""
+        flat = points.reshape(-1, 2)
+        best = np.full(len(flat), -np.inf)
+        for curve in self._curves:
+            self._raise(best, flat, curve)
+        if self._one_joint:
+            everywhere = np.arange(len(flat))
+            self._keep(best, everywhere, np.broadcast_to(self.machine.home, (len(flat), 1)), flat)
+        return np.where(np.isfinite(best), best, np.nan).reshape(points.shape[:-1])
+
+    def _raise(self, best: Array, places: Array, curve: Array) -> None:
+        """Raise `best` (p,) to what poses between those of a curve (s, n) hold with the tip at `places` (p, 2)."""
+        here, wanted = self._distance(self.machine.tip(curve)), self._distance(places)
+        beyond = here > wanted[:, None]
+        place, piece = np.nonzero(beyond[:, 1:] != beyond[:, :-1])
+        if not place.size:
+            return
+        ends = [curve[piece].copy(), curve[piece + 1].copy()]
+        misses = [here[piece] - wanted[place], here[piece + 1] - wanted[place]]
+        for _ in range(_STEPS):
+            share = (misses[0] / (misses[0] - misses[1]))[:, None]
+            pose = ends[0] * (1 - share) + ends[1] * share
+            miss = self._distance(self.machine.tip(pose)) - wanted[place]
+            first = (miss > 0) == (misses[0] > 0)
+            for side, chosen in ((0, first), (1, ~first)):
+                ends[side][chosen], misses[side][chosen] = pose[chosen], miss[chosen]
+        self._keep(best, place, pose, places[place])
+
+    def _keep(self, best: Array, place: np.ndarray, poses: Array, wanted: Array) -> None:
+        """Set the first joint of `poses` (k, n) such that the tip is at `wanted` (k, 2), and raise `best` there."""
+        low, high = self.machine.joint_limits[0]
+        tip, poses = self.machine.tip(poses), poses.copy()
+        if self._turning:
+            turn = [np.arctan2(*(point - self._pivot).T[::-1]) for point in (wanted, tip)]
+            # The coordinate within the limits, of those that are a turn apart.
+            first = poses[:, 0] + float(self._along[0]) * (turn[0] - turn[1])
+            poses[:, 0] = low - _NEAR + np.mod(first - low + _NEAR, 2 * np.pi)
+        else:
+            poses[:, 0] += (wanted - tip) @ self._along
+        inside = (poses[:, 0] >= low - _NEAR) & (poses[:, 0] <= high + _NEAR)
+        poses[:, 0] = np.clip(poses[:, 0], low, high)
+        inside &= np.linalg.norm(self.machine.tip(poses) - wanted, axis=-1) < 1e-3
+        payload, _ = capacity(self.machine, poses[inside], self.ceiling)
+        np.maximum.at(best, place[inside], np.nan_to_num(payload, nan=0.0))
+
+    def _distance(self, places: Array) -> Array:
+        """What the first joint leaves as it is: the distance from its pivot, or from its line."""
+        arm = places - self._pivot
+        if self._turning:
+            return np.hypot(arm[..., 0], arm[..., 1])
+        return np.asarray(arm @ np.array([-self._along[1], self._along[0]]))
+
+
+def at_height(height: Height) -> str:
+    """The height of a curve in words."""
+    if height == "best":
+        return "at the best height"
+    return "at the worst height within reach" if height == "worst" else f"at z = {height:g} m"
+
+
+@renamed_keyword("crane", "machine")
+def load_chart(machine: MachineLike, *, samples: int = 50, ceiling: float = 1e5) -> LoadChart:
+    """Largest payload, kg, that the cylinders hold at rest with supply pressure on one side and none on the other.
+
+    Parameters
+    ----------
+    machine : Machine, str or path
+    samples : int
+        Poses per turning joint of the map; curves against reach find their own.
+    ceiling : float
+        Payload, kg, at which the search ends where no cylinder is the limit (next to a vertical boom).
+    """
+    machine = as_machine(machine)
+    if not (np.isfinite(ceiling) and ceiling > 0):
+        raise InputError(f"ceiling must be a payload in kg, greater than zero; got {ceiling!r}")
+    poses = pose_grid(machine, samples)
+    payload, limiting = capacity(machine, poses, ceiling)
+    return LoadChart(poses, machine.tip(poses), payload, limiting, machine.supply_pressure, machine, float(ceiling))
+
+
+def capacity(machine: Machine, poses: Array, ceiling: float) -> tuple[Array, np.ndarray]:
+    """Payload (...), kg, at which the first cylinder gives out in poses (..., n), and which one, -1 for none.
+
+    A cylinder's force lies within [-p_s A2, p_s A1]. The static forces are affine in the payload, so two evaluations
+    per pose give the payload at which each cylinder reaches its limit; the smallest one counts. NaN where even the
+    empty crane cannot be held.
+    """
+    empty = machine.static_cylinder_force(poses, payload=0.0)
+    slope = (machine.static_cylinder_force(poses, payload=1000.0) - empty) / 1000.0
+    low, high = (
+        -machine.supply_pressure * machine.piston_areas[:, 1],
+        machine.supply_pressure * machine.piston_areas[:, 0],
+    )
+    with np.errstate(divide="ignore", invalid="ignore"):
+        room = np.where(slope > 0, (high - empty) / slope, (low - empty) / slope)
+    room[slope == 0] = np.inf
+    most = room.min(axis=-1)
+    limiting = np.where(most < ceiling, room.argmin(axis=-1), -1)
+    held = ((empty >= low) & (empty <= high)).all(axis=-1)
+    return np.where(held, np.minimum(most, ceiling), np.nan), limiting
+
+
+def _curves(machine: Machine, moved: int, fine: int, coarse: int) -> Array:
+    """Curves (m, s, n) of poses along which one joint moves, the first at home, the others on a grid."""
+    axes = [np.array([machine.home[0]])]
+    for i, (low, high) in list(enumerate(machine.joint_limits))[1:]:
+        margin = 1e-6 * (high - low)
+        axes.append(np.linspace(low + margin, high - margin, (fine if i == moved else coarse) + 1))
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    return np.moveaxis(grid, moved, -2).reshape(-1, fine + 1, len(axes))
+
+
+def _line(machine: Machine) -> Array:
+    """Poses (3, n) along the first joint, the others at home."""
+    poses = np.tile(machine.home, (3, 1))
+    poses[:, 0] = machine.home[0] + np.array([-0.49, 0.0, 0.49]) * np.ptp(machine.joint_limits[0])
+    return poses
+
+
+def _pivot(machine: Machine) -> tuple[Array, Array]:
+    """The point (2,) about which the first joint turns the tip; +1, or -1 where a growing coordinate turns it back."""
+    poses = _line(machine)
+    tip, rate = machine.tip(poses), machine.tip_jacobian(poses)[..., 0]
+    arm = np.stack([rate[:, 1], -rate[:, 0]], axis=-1)
+    sense = min((1.0, -1.0), key=lambda sign: float(np.ptp(tip - sign * arm, axis=0).max()))
+    return (tip - sense * arm)[0], np.array([sense])
+
+
+def _rail(machine: Machine) -> tuple[Array, Array]:
+    """A point (2,) of the tip and the direction (2,) in which the first joint moves it."""
+    return machine.tip(machine.home), machine.tip_jacobian(machine.home)[:, 0]

@@ -1,0 +1,308 @@
+"""What follows from a pose alone: natural modes of small motions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hydrocrane._moved import renamed_keyword
+from hydrocrane.arrays import Array, vectors
+from hydrocrane.errors import InputError, unknown
+from hydrocrane.machine.machine import Machine, MachineLike, as_machine
+from hydrocrane.result_warning import ResultWarning
+from hydrocrane.scenario.scenario import Scenario
+
+# Share of a joint's range in which an end stop may act: its zone is a twentieth of the barrel or less.
+_END_STOPS = 0.07
+
+
+FRICTION = ("held", "released", "smoothed")
+# How the friction of a result reads in tables and on pictures.
+FRICTION_WORDS = {
+    "held": "at rest: bristles (LuGre) hold the pistons, static friction is left out",
+    "released": "in larger motions: friction has no slope, bristles do not hold",
+    "smoothed": "at rest, as simulated: smoothed static friction is a damper",
+}
+Friction = Literal["held", "released", "smoothed"]
+# Records of an oscillation per period that show it well, and those that show it at all.
+_SHOWS_WELL, _SHOWS = 10, 2
+# Piston speed of differences, m/s; the force of an end stop is linear in it.
+_SPEED = 1e-3
+# Between these speeds, m/s, friction grows where its sign is smoothed, and is the same where the sign jumps.
+_SLOW, _LESS_SLOW = 1e-12, 1e-6
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Small motions about rest in one pose, slowest oscillation first.
+
+    Attributes
+    ----------
+    q : (n,) array
+        The pose.
+    frequency : (k,) array
+        Natural frequency |lambda| / (2 pi) of each oscillating pair, Hz.
+    damping : (k,) array
+        Damping ratio -Re(lambda) / |lambda|; negative where the motion grows.
+    state : tuple of str
+        The state that takes most part in each mode.
+    eigenvalues : (n_states,) complex array
+        All eigenvalues, 1/s.
+    friction : str
+        What friction does, as of :func:`modes`.
+    warnings : tuple of ResultWarning
+        What the numbers do not show.
+    """
+
+    q: Array
+    frequency: Array
+    damping: Array
+    state: tuple[str, ...]
+    eigenvalues: np.ndarray
+    friction: str = "held"
+    warnings: tuple[ResultWarning, ...] = ()
+
+    @property
+    def record_interval(self) -> Array:
+        """(k,) interval that records ten points per period of each mode, s."""
+        return 1.0 / (_SHOWS_WELL * self.frequency)
+
+
+@renamed_keyword("crane", "machine")
+def modes(machine: MachineLike, q: ArrayLike, *, payload: float | None = None, friction: Friction = "held") -> Modes:
+    """Natural modes at the ``hold`` equilibrium of pose q (n,), valves closed.
+
+    They are the eigenvalues of the exact Jacobian, less the slope of friction that is no property of the crane. A mode
+    is named by its largest participation factor, the product of the left and right eigenvector entries: it does not
+    depend on the units of the states.
+
+    Parameters
+    ----------
+    machine : Machine, str or path
+    q : (n,) array_like
+        rad or m.
+    payload : float, optional
+        kg at the tip; the machine's own by default.
+    friction : {"held", "released", "smoothed"}
+        ``held``: bristles (LuGre) hold the pistons, as they do while the pistons move less than the bristles bend;
+        static friction, which has no slope at rest but that of its smoothing, is released. ``released``: no friction
+        and no bristles, as in motions much larger than that: the natural frequencies of links and oil.
+        ``smoothed``: the Jacobian as the simulation has it at rest, the smoothing of static friction included.
+    """
+    from scipy.linalg import eig
+
+    machine = as_machine(machine)
+    q = vectors(q, "q", machine.joint_names)
+    if q.ndim != 1:
+        raise InputError(f"modes takes one pose of shape ({len(machine.joint_names)},), got shape {q.shape}")
+    if friction not in FRICTION:
+        raise unknown("friction of modes", friction, FRICTION)
+    state, doubts = machine.rest(q, payload=payload)
+    jacobian = machine.jacobian(state, np.zeros(len(machine.cylinder_names)), payload=payload)
+    smoothed = _smoothed(machine)
+    warnings = _smoothing_warning(machine, _friction_slopes(machine, jacobian, state, payload), smoothed, friction)
+    if friction != "smoothed":
+        freed = np.ones_like(smoothed) if friction == "released" else smoothed
+        jacobian = _released(machine, jacobian, state, payload, freed)
+    values, left, right = eig(jacobian, left=True, right=True)
+    # One of each conjugate pair; what is left of rounding in a real eigenvalue is no oscillation.
+    swinging = np.flatnonzero(values.imag > 1e-9 * np.abs(values).max())
+    swinging = swinging[np.argsort(np.abs(values[swinging]))]
+    leading = np.argmax(np.abs(left.conj() * right), axis=0)
+    size = np.abs(values[swinging])
+    return Modes(
+        q=q,
+        frequency=size / (2 * np.pi),
+        damping=-values.real[swinging] / size,
+        state=tuple(machine.state_names[leading[i]] for i in swinging),
+        eigenvalues=values,
+        friction=friction,
+        warnings=(*doubts, *warnings, *_recording_warning(size / (2 * np.pi))),
+    )
+
+
+def modes_to_show(machine: Machine, q: ArrayLike, *, payload: float | None = None) -> list[Modes]:
+    """The modes as friction holds the crane, and those that a table shows beside them, each warning once.
+
+    Bristles: released, as in larger motions. Static friction: as it is smoothed.
+    """
+    shown = [modes(machine, q, payload=payload)]
+    if any(name.endswith(".z") for name in machine.state_names):
+        shown.append(modes(machine, q, payload=payload, friction="released"))
+    if _smoothed(machine).any():
+        shown.append(modes(machine, q, payload=payload, friction="smoothed"))
+    first = {warning.kind for warning in shown[0].warnings}
+    rest = [replace(m, warnings=tuple(w for w in m.warnings if w.kind not in first)) for m in shown[1:]]
+    return [shown[0], *rest]
+
+
+def _released(machine: Machine, jacobian: Array, state: Array, payload: float | None, freed: np.ndarray) -> Array:
+    """The Jacobian at rest without the friction of the `freed` cylinders.
+
+    At rest the rates act on the accelerations through friction and end stops alone, since Coriolis forces are quadratic
+    in the rates: M d(qdd)/d(qd) = -J_l^T diag(d) J_l, with d the sum of both slopes.
+    """
+    rates, q = _places(machine, "joint", "qd"), state[_places(machine, "joint", "q")]
+    train = machine.stroke_jacobian(q)
+    slopes = np.where(freed, _friction_slopes(machine, jacobian, state, payload), 0.0)
+    jacobian = jacobian.copy()
+    push = np.linalg.solve(machine.mass_matrix(q, payload=payload), train.T)
+    jacobian[np.ix_(rates, rates)] += push @ (slopes[:, None] * train)
+    for cylinder in np.array(machine.cylinder_names)[freed]:
+        bristle = f"cylinder.{cylinder}.z"
+        if bristle in machine.state_names:
+            jacobian[rates, machine.state_names.index(bristle)] = 0.0
+    return jacobian
+
+
+def _friction_slopes(machine: Machine, jacobian: Array, state: Array, payload: float | None) -> Array:
+    """Slope dF/dv (n_cyl,) of the pistons' friction at rest, N s/m, bristles held."""
+    rates, q = _places(machine, "joint", "qd"), state[_places(machine, "joint", "q")]
+    train = machine.stroke_jacobian(q)
+    both = -machine.mass_matrix(q, payload=payload) @ jacobian[np.ix_(rates, rates)]
+    inverse = np.linalg.pinv(train)
+    return np.diag(inverse.T @ both @ inverse) + _end_stop_slopes(machine, state, payload)
+
+
+def _end_stop_slopes(machine: Machine, state: Array, payload: float | None) -> Array:
+    """Slope of the end stops' force by piston velocity (n_cyl,), N s/m, zero or less."""
+    rates, q = _places(machine, "joint", "qd"), state[_places(machine, "joint", "q")]
+    moving = np.linalg.pinv(machine.stroke_jacobian(q)) @ np.full(len(machine.cylinder_names), _SPEED)
+    states = np.stack([state, state])
+    states[:, rates] = np.stack([moving, -moving])
+    found = machine.outputs(states, np.zeros((2, len(machine.cylinder_names))), payload=payload)
+    stops = [found[f"cylinder.{c}.force"] + found[f"cylinder.{c}.friction"] for c in machine.cylinder_names]
+    return np.array([(out - back) / (2 * _SPEED) for out, back in stops])
+
+
+def _smoothed(machine: Machine) -> np.ndarray:
+    """Cylinders (n_cyl,) whose static friction passes through zero with a slope, where the law jumps."""
+
+    def smooth(cylinder: str) -> bool:
+        static = f"cylinder.{cylinder}.z" not in machine.state_names
+        slow, less_slow = machine.friction_map([_SLOW, _LESS_SLOW], cylinder)
+        return bool(static and abs(slow) < 0.5 * abs(less_slow))
+
+    return np.array([smooth(cylinder) for cylinder in machine.cylinder_names])
+
+
+def _places(machine: Machine, kind: str, name: str) -> list[int]:
+    owners = machine.joint_names if kind == "joint" else machine.cylinder_names
+    return [machine.state_names.index(f"{kind}.{owner}.{name}") for owner in owners]
+
+
+def _smoothing_warning(
+    machine: Machine, slopes: Array, smoothed: np.ndarray, friction: str
+) -> tuple[ResultWarning, ...]:
+    if not smoothed.any() or friction == "released":
+        return ()
+    names = ", ".join(np.array(machine.cylinder_names)[smoothed])
+    what = f"the smoothing of the static friction of {names} acts at rest as a damper of up to "
+    size = f"{slopes[smoothed].max():.3g} N s/m"
+    if friction == "held":
+        return (
+            ResultWarning(
+                "static-friction-smoothed",
+                f"{what}{size}, which is no property of the crane: it is left out of these modes",
+                'small motions about rest need model = "lugre" in [friction]; in motion these modes hold',
+            ),
+        )
+    return (
+        ResultWarning(
+            "static-friction-smoothed",
+            f"{what}{size}: these damping ratios are those of the smoothing, and modes may be missing",
+            'take friction="held", which leaves it out, or model = "lugre" in [friction]',
+        ),
+    )
+
+
+def _recording_warning(frequency: Array) -> tuple[ResultWarning, ...]:
+    """Modes that a run recorded at the default interval does not show, but as slower ones."""
+    interval = Scenario.record_interval
+    fast = frequency[frequency * interval * _SHOWS > 1.0]
+    if not fast.size:
+        return ()
+    listed = ", ".join(dict.fromkeys(f"{value:.3g}" for value in fast))
+    return (
+        ResultWarning(
+            "mode-above-recording",
+            f"a run recorded every {interval * 1e3:g} ms, the default, shows frequencies up to {0.5 / interval:g} Hz:"
+            f" modes at {listed} Hz would appear as slower ones",
+            f"record every {1e3 / (_SHOWS_WELL * fast.max()):.2g} ms (record-interval) to see them",
+        ),
+    )
+
+
+@dataclass(frozen=True)
+class ModeMap:
+    """Slowest oscillation of the crane over a grid of poses (k_1, ..., k_n).
+
+    Attributes
+    ----------
+    q, tip : (k_1, ..., k_n, n), (k_1, ..., k_n, 2) arrays
+        Poses and their tips.
+    frequency, damping : (k_1, ..., k_n) arrays
+        Hz and ratio; NaN where supply pressure cannot hold the crane, or nothing but the spools oscillates.
+    friction : str
+        What friction does, as of :func:`modes`.
+    warnings : tuple of ResultWarning
+        What the numbers do not show, one of each kind, from the fastest of the modes mapped.
+    """
+
+    q: Array
+    tip: Array
+    frequency: Array
+    damping: Array
+    friction: str = "held"
+    warnings: tuple[ResultWarning, ...] = ()
+
+
+@renamed_keyword("crane", "machine")
+def mode_map(
+    machine: MachineLike, *, samples: int = 16, payload: float | None = None, friction: Friction = "held"
+) -> ModeMap:
+    """Slowest mode that is not a spool's own, over a grid of poses clear of the end stops.
+
+    Poses that need more than supply pressure to hold are left out: no valve brings the crane to rest there.
+    Parameters as of :func:`modes` and :func:`pose_grid`.
+    """
+    machine = as_machine(machine)
+    poses = pose_grid(machine, samples, inset=_END_STOPS)
+    flat = poses.reshape(-1, poses.shape[-1])
+    found = np.array([_slowest(machine, q, payload, friction) for q in flat]).reshape(*poses.shape[:-1], 2)
+    smoothing = modes(machine, machine.home, payload=payload, friction=friction).warnings
+    warnings = [warning for warning in smoothing if warning.kind == "static-friction-smoothed"]
+    if np.isfinite(found[..., 0]).any():
+        warnings += _recording_warning(np.nanmax(found[..., 0], keepdims=True).reshape(1))
+    return ModeMap(poses, machine.tip(poses), found[..., 0], found[..., 1], friction, tuple(warnings))
+
+
+def _slowest(machine: Machine, q: Array, payload: float | None, friction: Friction) -> tuple[float, float]:
+    state, doubts = machine.rest(q, payload=payload)
+    pressures = [i for i, name in enumerate(machine.state_names) if name.endswith((".p1", ".p2"))]
+    if doubts or state[pressures].max() > machine.supply_pressure:
+        return np.nan, np.nan
+    here = modes(machine, q, payload=payload, friction=friction)
+    for frequency, damping, leading in zip(here.frequency, here.damping, here.state, strict=True):
+        if not leading.endswith((".xs", ".vs")):
+            return frequency, damping
+    return np.nan, np.nan
+
+
+def pose_grid(machine: Machine, samples: int, *, inset: float = 1e-6) -> Array:
+    """Regular grid of poses (k_1, ..., k_n, n) inside the limits.
+
+    Turning joints get `samples` points; a telescope gets fewer, it matters less. `inset` is the share of each range
+    that is kept clear at both ends: exactly at a limit the inverse relations may already be undefined.
+    """
+    if samples < 2:
+        raise InputError(f"samples must be at least 2, got {samples}")
+    axes = []
+    for (low, high), unit in zip(machine.joint_limits, machine.joint_units, strict=True):
+        margin = inset * (high - low)
+        count = samples if unit == "rad" or len(machine.joint_units) == 1 else max(3, samples // 6)
+        axes.append(np.linspace(low + margin, high - margin, count))
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)

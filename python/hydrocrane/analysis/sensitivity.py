@@ -1,0 +1,329 @@
+"""Exact derivatives of a run by keys of its machine file, for fits, tuning and questions of what matters.
+
+A key is a dotted key of the machine file with a numeric value, ``supply.pressure``; one value of a pair or point is
+``friction.test.coulomb[0]``. Theory, accuracy and limits: docs/theory/sensitivities.md.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from os import PathLike
+from typing import Unpack
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from hydrocrane import _core
+from hydrocrane._core_types import SensitivityRecord
+from hydrocrane.arrays import Array, real_array
+from hydrocrane.errors import InputError, translated, unknown
+from hydrocrane.result_warning import ResultWarning
+from hydrocrane.results.dataset import run_dataset
+from hydrocrane.results.outcome import Outcome
+from hydrocrane.results.recording import Recording
+from hydrocrane.results.run import Run
+from hydrocrane.scenario.changes import Changes
+from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.scenario.scenario_file import load_scenario
+from hydrocrane.simulation.interruption import interruptible
+from hydrocrane.simulation.running import core_settings
+
+# Its slope by the oil's parameters is not computed.
+WITHOUT_SLOPE = "energy.oil"
+Progress = Callable[[float, float], None]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A key with its value in SI; `unit` is empty for a plain number."""
+
+    key: str
+    value: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Signals and their slopes at the times of one experiment, up to wherever it got.
+
+    Attributes
+    ----------
+    times : (m,) array
+        s. A run that breaks off has fewer than were asked for, its last state included.
+    y : (m, n_signals) array
+        SI.
+    slopes : (m, n_signals, n_keys) array
+        d(y)/d(value), SI units of the signal per SI unit of the key.
+    outcome : Outcome
+    """
+
+    times: Array
+    y: Array
+    slopes: Array
+    outcome: Outcome
+
+
+class Experiment:
+    """A scenario prepared to be run again and again with other values of some keys of its machine.
+
+    Parameters
+    ----------
+    scenario : str, path or Scenario
+        With spool commands; sensitivities of sampled controllers are not computed.
+    keys : str or sequence of str
+        What to differentiate by.
+    signals : sequence of str, optional
+        States and outputs to give back, by their names; default is all of them but ``energy.oil``.
+    times : (m,) array_like, optional
+        When to record, s, increasing, within the duration; default is the scenario's record interval.
+    resolve_slopes : bool
+        Choose step sizes so that the slopes keep the tolerance too. Without it the states are, to the last bit, those
+        of :func:`hydrocrane.simulate`, and the slopes rough wherever a law has a kink.
+    **changes
+        Fields of the scenario or its solver to change, as in :func:`hydrocrane.simulate`.
+    """
+
+    def __init__(
+        self,
+        scenario: str | PathLike[str] | Scenario,
+        keys: str | Sequence[str],
+        *,
+        signals: Sequence[str] | None = None,
+        times: ArrayLike | None = None,
+        resolve_slopes: bool = True,
+        **changes: Unpack[Changes],
+    ) -> None:
+        plan = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
+        self.plan = plan.changed(**changes)
+        if self.plan.closed_loop:
+            raise InputError(
+                "sensitivities need spool commands; this scenario has a controller, whose samples depend on the run. "
+                "Give its commands as a table: commands=(time, spool), from `cylinder.<c>.command` of a run"
+            )
+        if self.plan.payload_changes:
+            raise InputError(
+                "sensitivities need one payload throughout; this scenario picks loads up or drops them. Leave out "
+                "`payload_changes`, or take the stretches between them as runs of their own"
+            )
+        self.keys = _checked_keys(keys)
+        self.machine = self.plan.load_machine()
+        self.payload = self.machine.payload(self.plan.payload)
+        self._core = self._prepared(_checked_times(times, self.plan), resolve_slopes)
+        with translated():
+            self.parameters = tuple(Parameter(*entry) for entry in self._core.parameters())
+        known = self.known_signals
+        self.signals = tuple(known if signals is None else signals)
+        for name in self.signals:
+            if name not in known:
+                raise unknown("signal", name, known)
+        self._columns = np.array([known.index(name) for name in self.signals], dtype=np.intp)
+
+    @property
+    def known_signals(self) -> tuple[str, ...]:
+        """Names of all states and outputs that have slopes."""
+        outputs = (name for name, _, _ in self.machine.core.output_info if name != WITHOUT_SLOPE)
+        return (*self.machine.state_names, *outputs)
+
+    @property
+    def values(self) -> Array:
+        """(n_keys,) values of the keys in the machine, SI."""
+        return np.array([parameter.value for parameter in self.parameters])
+
+    def run(
+        self, values: ArrayLike | Mapping[str, float] | None = None, progress: Progress | None = None
+    ) -> SensitivityRecord:
+        """What the core computes with these `values` (n_keys,) of the keys, SI; default is the machine's."""
+        given = None if values is None else self._checked_values(values).tolist()
+        with interruptible() as should_stop, translated():
+            return self._core.run(given, _watch(should_stop, progress, float(self.plan.duration)))
+
+    def select(self, raw: SensitivityRecord) -> Solution:
+        """The signals of this experiment out of what :meth:`run` gives."""
+        y, slopes = np.asarray(raw["values"])[:, self._columns], np.asarray(raw["slopes"])[:, self._columns]
+        return Solution(np.asarray(raw["t"]), y, slopes, Outcome(*raw["outcome"]))
+
+    def _prepared(self, times: Array, resolve_slopes: bool) -> _core.SensitivityExperiment:
+        plan, machine = self.plan, self.machine
+        state = plan.initial_state(machine)
+        at_rest = isinstance(plan.pressures, str)
+        start = state[: len(machine.joint_names)] if at_rest else state
+        overrides = {**machine.overrides, "payload.mass": self.payload}
+        command_times, spools, linear = plan.command_grid(machine)
+        return _core.SensitivityExperiment(
+            machine.source,
+            list(overrides.items()),
+            self.keys,
+            np.ascontiguousarray(start),
+            at_rest,
+            float(plan.duration),
+            command_times,
+            spools,
+            linear,
+            times,
+            core_settings(plan, self.payload, ledger=False),
+            bool(resolve_slopes),
+        )
+
+    def _checked_values(self, values: ArrayLike | Mapping[str, float]) -> Array:
+        if isinstance(values, Mapping):
+            for key in values:
+                if key not in self.keys:
+                    raise unknown("key", key, self.keys)
+            values = [values.get(parameter.key, parameter.value) for parameter in self.parameters]
+        array = real_array(values, "values")
+        if array.shape != (len(self.keys),):
+            raise InputError(f"values must have shape ({len(self.keys)},), one of each key; got {array.shape}")
+        return array
+
+
+def solve(experiment: Experiment, values: ArrayLike | Mapping[str, float] | None = None) -> Solution:
+    """Run an experiment and give its signals with their slopes as plain arrays: the fast way, for fits.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        Made once.
+    values : (n_keys,) array_like or mapping, optional
+        SI values of the keys; a mapping may leave keys at the machine's value.
+    """
+    return experiment.select(experiment.run(values))
+
+
+class Sensitivities:
+    """The slopes of everything a run records.
+
+    Attributes
+    ----------
+    data : xarray.Dataset
+        Over ``time`` and ``parameter``: d(signal)/d(parameter) for every state and output by its name, with ``units``
+        and ``long_name``; coordinates ``parameter_value`` and ``parameter_unit``.
+    relative : bool
+        Slopes are times the parameter's value: the change of the signal per whole of the parameter.
+    """
+
+    def __init__(self, experiment: Experiment, raw: SensitivityRecord, wall: float, relative: bool) -> None:
+        self._experiment, self._raw, self._wall = experiment, raw, wall
+        self.relative = relative
+        self.parameters = tuple(Parameter(*entry) for entry in raw["parameters"])
+
+    def __repr__(self) -> str:
+        keys = ", ".join(parameter.key for parameter in self.parameters)
+        return f"<Sensitivities by {keys}: {self.outcome.kind} at {self.outcome.time:.4g} s>"
+
+    @property
+    def outcome(self) -> Outcome:
+        return Outcome(*self._raw["outcome"])
+
+    @cached_property
+    def run(self) -> Run:
+        """The run itself, as :func:`hydrocrane.simulate` gives it without ledger."""
+        made, raw = self._experiment, self._raw
+        recorded = Recording(
+            time=np.asarray(raw["t"]),
+            states=np.ascontiguousarray(np.asarray(raw["values"])[:, : len(made.machine.state_names)]),
+            commands=np.asarray(raw["commands"]),
+            ledger=np.empty((0, 0)),
+            payloads=np.full(len(raw["t"]), made.payload),
+            outcome=self.outcome,
+            effort=raw["stats"],
+            warnings=tuple(ResultWarning(*entry) for entry in raw["warnings"]),
+        )
+        data = run_dataset(made.machine, made.plan, recorded, payload=made.payload, wall=self._wall)
+        return Run(data, made.machine)
+
+    @cached_property
+    def data(self) -> xr.Dataset:
+        keys, values, units = zip(*((p.key, p.value, p.unit or "1") for p in self.parameters), strict=True)
+        axes = ("time", "parameter")
+        data = xr.Dataset(
+            coords={
+                "time": ("time", np.asarray(self._raw["t"]), {"units": "s", "long_name": "time"}),
+                "parameter": ("parameter", list(keys), {"long_name": "key of the machine file"}),
+                "parameter_value": ("parameter", np.array(values), {"long_name": "value of the key, SI"}),
+                "parameter_unit": ("parameter", list(units), {"long_name": "unit of the key"}),
+            }
+        )
+        slopes = np.asarray(self._raw["slopes"]) * (np.array(values) if self.relative else 1.0)
+        per = "" if self.relative else f" per {units[0] if len(set(units)) == 1 else 'unit of the parameter'}"
+        for i, (name, unit, meaning) in enumerate(self._raw["signals"]):
+            data[name] = (axes, slopes[:, i].copy(), {"units": unit + per, "long_name": f"slope of {meaning}"})
+        data.attrs = {**self.run.data.attrs, "relative": int(self.relative)}
+        return data
+
+
+def sensitivities(
+    scenario: str | PathLike[str] | Scenario,
+    keys: str | Sequence[str],
+    *,
+    relative: bool = False,
+    resolve_slopes: bool = True,
+    progress: Progress | None = None,
+    **changes: Unpack[Changes],
+) -> Sensitivities:
+    """Run a scenario together with the exact derivatives of its states and outputs by keys of its machine file.
+
+    Parameters
+    ----------
+    scenario : str, path or Scenario
+        With spool commands.
+    keys : str or sequence of str
+        Keys of the machine file with numeric values, such as ``friction.lift.bristle-stiffness``, ``payload.mass`` or
+        ``friction.lift.coulomb[0]``.
+    relative : bool
+        Multiply each slope by its parameter's value, so that slopes by different keys can be compared.
+    resolve_slopes : bool
+        As of :class:`Experiment`.
+    progress : callable, optional
+        Called now and then with (time reached, duration), s.
+    **changes
+        Fields of the scenario or its solver to change, as in :func:`hydrocrane.simulate`.
+
+    Returns
+    -------
+    Sensitivities
+        Also where the run ends early: then up to there.
+    """
+    experiment = Experiment(scenario, keys, resolve_slopes=resolve_slopes, **changes)
+    if relative:
+        for parameter in experiment.parameters:
+            if parameter.value == 0.0:
+                raise InputError(f"`{parameter.key}` is zero, nothing is relative to it; leave out relative=True")
+    began = time.perf_counter()
+    raw = experiment.run(progress=progress)
+    return Sensitivities(experiment, raw, time.perf_counter() - began, relative)
+
+
+def _checked_keys(keys: str | Sequence[str]) -> list[str]:
+    listed = [keys] if isinstance(keys, str) else list(keys)
+    if not listed or not all(isinstance(key, str) for key in listed):
+        raise InputError(f"keys must be one or more keys of the machine file, such as `supply.pressure`; got {keys!r}")
+    return listed
+
+
+def _checked_times(times: ArrayLike | None, plan: Scenario) -> Array:
+    if times is None:
+        return plan.record_times()
+    array = real_array(times, "times")
+    inside = array.ndim == 1 and array.size and array[0] >= 0 and array[-1] <= plan.duration * (1 + 1e-12)
+    if not inside or (np.diff(array) <= 0).any():
+        raise InputError(f"times must be one row that increases within 0 and the duration, {plan.duration:g} s")
+    return np.ascontiguousarray(array)
+
+
+def _watch(
+    should_stop: Callable[[], bool] | None, progress: Progress | None, duration: float
+) -> Callable[[float], bool] | None:
+    """What the core asks now and then: tells the progress, and says whether to stop."""
+    if should_stop is None and progress is None:
+        return None
+
+    def watch(reached: float) -> bool:
+        if progress is not None:
+            progress(reached, duration)
+        return should_stop is not None and should_stop()
+
+    return watch

@@ -1,0 +1,43 @@
+"""Benchmark of crane-tip control: tasks, conditions, measures, and the tuning of gains by them."""
+
+from hydrocrane.benchmark.cases import (
+    CONTROLLERS,
+    FRICTION_KEYS,
+    LOGS,
+    MACHINE,
+    SHORT,
+    STANDING,
+    START,
+    Benchmark,
+    Case,
+    Condition,
+    Result,
+    all_cases,
+    benchmark,
+    friction_overrides,
+    motion_of,
+    quick_cases,
+    run_case,
+    scenario_of,
+)
+
+__all__ = [
+    "CONTROLLERS",
+    "FRICTION_KEYS",
+    "LOGS",
+    "MACHINE",
+    "SHORT",
+    "STANDING",
+    "START",
+    "Benchmark",
+    "Case",
+    "Condition",
+    "Result",
+    "all_cases",
+    "benchmark",
+    "friction_overrides",
+    "motion_of",
+    "quick_cases",
+    "run_case",
+    "scenario_of",
+]

@@ -1,0 +1,181 @@
+"""Straight lines that a machine can drive, found from its own limits: what tuning needs of a crane nobody has seen.
+
+A line is walked at the highest speed that the pistons can give under the load at rest, with the redundancy resolved as
+the controller ``tip`` does it; the walk ends where the machine becomes slower than ``SLOWEST``, or near a keep-out
+region.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrocrane import _core
+from hydrocrane.arrays import Array
+from hydrocrane.benchmark.cases import START, Case, Condition, quick_cases
+from hydrocrane.benchmark.tasks import LINE, SENSES, SPEEDS, straight
+from hydrocrane.errors import InputError
+from hydrocrane.machine.machine import Machine
+
+# m along the line per step of a walk.
+STEP = 0.01
+# Slower than this a line counts as over, m/s.
+SLOWEST = SPEEDS[0]
+# Faster than any crane, m/s: asked of the redundancy, which answers with what the pistons can give.
+BEYOND = 20.0
+# Shares of its range between which each joint is tried, and about how many poses are tried in all.
+INNER, POSES = (0.15, 0.85), 250
+# Room that a line leaves before a keep-out region's margin, m: the slow-down there is no matter of gains.
+ROOM = 0.1
+# Lines shorter than this say nothing, m.
+SHORTEST = 0.1
+# Of the feasible speed: slow lines, and one that asks for more than there is.
+SLOW_SHARE, FAST_SHARE = 0.5, 1.2
+# By how much the payload that the controller does not know raises the load of the hardest working cylinder.
+UNKNOWN_LOAD = 0.1
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A straight line as far as a machine can drive it.
+
+    Attributes
+    ----------
+    poses : (m, n) array
+        Joint coordinates every ``STEP`` of the way.
+    speeds : (m,) array
+        Highest steady tip speed in each, m/s.
+    """
+
+    poses: Array
+    speeds: Array
+
+    @property
+    def length(self) -> float:
+        """m"""
+        return STEP * (len(self.speeds) - 1)
+
+    @property
+    def feasible_speed(self) -> float:
+        """Largest constant speed along the whole line, m/s; zero where the line has no length."""
+        return float(self.speeds.min()) if self.length > 0 else 0.0
+
+
+def walk(machine: Machine, q: Array, direction: Array, length: float = LINE) -> Walk:
+    """Walk from pose `q` (n,) along `direction` (2,), a unit vector, until `length` (m) or the machine's end."""
+    gains = machine.tip_gains
+    q = np.array(q, dtype=np.float64)
+    start = machine.tip(q)
+    poses, speeds = [], []
+    for i in range(round(length / STEP) + 1):
+        lost = start + i * STEP * direction - machine.tip(q)
+        # A direction that no joint moves the tip in costs nothing, and leads nowhere.
+        if np.hypot(*lost) > 0.5 * STEP:
+            break
+        rates, share = fastest_rates(machine, q, BEYOND * direction, gains["path-rate"] * lost, gains["limit-rate"])
+        if share * BEYOND < SLOWEST or machine.clearance(machine.tip(q)) < gains["keep-out-margin"] + ROOM:
+            break
+        poses.append(q.copy())
+        speeds.append(share * BEYOND)
+        q += rates * (STEP / speeds[-1])
+    return Walk(np.reshape(poses, (-1, q.size)), np.array(speeds))
+
+
+def fastest_rates(
+    machine: Machine, q: Array, velocity: Array, correction: Array, limit_rate: float
+) -> tuple[Array, float]:
+    """Joint rates (n,) for a tip velocity (2,), and the share of it that they give.
+
+    The velocity may be slowed down, the `correction` (2,) of the path, m/s, may not. Bounds and weights are those of
+    :func:`rate_bounds` and :func:`rate_weights`.
+    """
+    bounds = rate_bounds(machine, q, limit_rate)
+    jacobian = np.ascontiguousarray(machine.tip_jacobian(q))
+    rest = np.zeros(q.size)
+    return _core.resolve_rates(jacobian, tuple(velocity), tuple(correction), rate_weights(machine, q), rest, bounds)
+
+
+def rate_bounds(machine: Machine, q: Array, limit_rate: float) -> Array:
+    """Lowest and highest joint rates (n, 2) in pose `q` (n,), of the pistons and of the slow-down before limits."""
+    slow_down = limit_rate * np.clip(
+        machine.joint_limits - q[:, np.newaxis], *np.array([[-np.inf, 0.0], [0.0, np.inf]])
+    )
+    return np.clip(_piston_rates(machine, q), slow_down[:, :1], slow_down[:, 1:])
+
+
+def rate_weights(machine: Machine, q: Array) -> Array:
+    """Effort per squared joint rate (n,): inverse square of what each piston can do, as in ``tip``."""
+    return np.clip(np.ptp(_piston_rates(machine, q), axis=1), 1e-9, 1e9) ** -2.0
+
+
+def _piston_rates(machine: Machine, q: Array) -> Array:
+    # A piston at its dead centre does not bound its joint; the joint's own limits do.
+    gain = np.diagonal(machine.stroke_jacobian(q))[:, np.newaxis]
+    return np.sort(machine.piston_speeds(q) / np.where(gain == 0.0, np.finfo(float).tiny, gain), axis=1)
+
+
+def start_pose(machine: Machine) -> Array:
+    """The pose (n,) with most room for lines up, down, out and in; the benchmark's own where it fits.
+
+    Among poses with as much room the one with the largest feasible speed is taken.
+    """
+    if fits_the_benchmark(machine):
+        return np.array([START[joint] for joint in machine.joint_names])
+    count = max(2, round(POSES ** (1.0 / len(machine.joint_names))))
+    lower, upper = machine.joint_limits.T
+    grid = itertools.product(*[np.linspace(*INNER, count)] * len(lower))
+    poses = [lower + (upper - lower) * np.array(shares) for shares in grid]
+    return max(poses, key=lambda q: _score(list(walks(machine, q).values())))
+
+
+def walks(machine: Machine, q: Array, length: float = LINE) -> dict[str, Walk]:
+    """Walks from pose `q` (n,) up, down, out and in."""
+    return {name: walk(machine, q, np.array(sense), length) for name, sense in SENSES.items()}
+
+
+def _score(found: list[Walk]) -> tuple[float, float]:
+    return min(w.length for w in found), min(w.feasible_speed for w in found)
+
+
+def tuning_cases(machine: Machine) -> list[Case]:
+    """What the gains of `machine` are tuned by: the benchmark's quick cases, or lines found to fit the machine.
+
+    Those are a slow line each way, a fast one outwards, and the slow line upwards with the machine's own sensors and a
+    payload that the controller does not know. They are no faster than the benchmark's.
+    """
+    if fits_the_benchmark(machine):
+        return quick_cases()
+    q = start_pose(machine)
+    found = walks(machine, q)
+    length = min(w.length for w in found.values())
+    if length < SHORTEST:
+        raise InputError(
+            f"{machine.name} has no pose from which its tip could go {SHORTEST * 1e3:g} mm up, down, out and in; "
+            "tune it with cases of your own"
+        )
+    start = tuple(float(x) for x in q)
+
+    def line(name: str, share: float, most: float) -> Case:
+        speed = min(most, share * found[name].feasible_speed)
+        return Case(straight(f"{name} {speed:.3g} m/s", [length * np.array(SENSES[name])], speed), start=start)
+
+    slow = [line(name, SLOW_SHARE, SPEEDS[1]) for name in SENSES]
+    heavy = Condition(payload=unknown_payload(machine, q), sensors="data-sheet")
+    return [*slow, line("out", FAST_SHARE, SPEEDS[2]), Case(slow[0].task, heavy, start)]
+
+
+def unknown_payload(machine: Machine, q: Array) -> float:
+    """Payload, kg, that raises the largest cylinder force in pose `q` (n,) by the share ``UNKNOWN_LOAD``."""
+    own = machine.payload()
+    force = machine.static_cylinder_force(q)
+    per_kilogram = machine.static_cylinder_force(q, payload=own + 1.0) - force
+    hardest = int(np.argmax(np.abs(force)))
+    added = UNKNOWN_LOAD * abs(force[hardest] / per_kilogram[hardest])
+    return own + float(f"{added:.2g}")
+
+
+def fits_the_benchmark(machine: Machine) -> bool:
+    """Whether the joints are those of the laboratory crane, for which the benchmark's tasks were made."""
+    return set(machine.joint_names) == set(START)

@@ -1,0 +1,146 @@
+"""Tuning of the controller ``tip`` by simulation.
+
+A pattern search over the logarithms of a few gains: each in turn is tried larger and smaller by a factor, an
+improvement is kept, and the factor shrinks once no gain improves. Every trial runs the same cases with the same seed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from hydrocrane import _core
+from hydrocrane.benchmark.cases import Case, Result, run_case
+from hydrocrane.benchmark.fitted_tasks import tuning_cases
+from hydrocrane.control.controllers import DEFAULT_PERIOD
+from hydrocrane.errors import InputError, unknown
+from hydrocrane.machine.machine import Machine, MachineLike, as_machine
+
+# The gains that shape how a piston follows; the others are limits and shares, and not for a search.
+TUNED = ("position-gain", "damping", "observer-bandwidth", "pressure-bandwidth")
+UNITS = {key: unit for key, unit, _ in _core.tip_gain_info()}
+# A rate above one per sample is as good as infinite.
+LARGEST = 1.0 / DEFAULT_PERIOD
+# Metres of root-mean-square deviation that one full spool stroke of travel per second is worth: noise on the valves
+# is not a price for tenths of a millimetre.
+EFFORT_PRICE = 2e-4
+FIRST_FACTOR, LAST_FACTOR = 2.0, 1.15
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """Gains before and after, SI, with their cost, m.
+
+    Attributes
+    ----------
+    before, after : dict
+        By key of ``[control.tip]``.
+    cost_before, cost_after : float
+        Mean over the cases of the root-mean-square path deviation and the priced spool travel, m.
+    trials : int
+        Sets of gains simulated.
+    machine : str
+    allowed : int
+        Most sets of gains that might have been simulated.
+    seed : int
+    """
+
+    before: dict[str, float]
+    after: dict[str, float]
+    cost_before: float
+    cost_after: float
+    trials: int
+    machine: str
+    allowed: int
+    seed: int
+
+    def toml(self) -> str:
+        """The block for a machine file."""
+        start = ", ".join(f"{value:.4g}" for value in self.before.values())
+        source = f"hydrocrane control tune {self.machine} --trials {self.allowed} --seed {self.seed}, from {start}"
+        lines = ["[control.tip]", 'class = "fitted"', f'source = "{source}"']
+        lines += [f'{key} = "{value:.4g} {UNITS[key]}"' for key, value in self.after.items()]
+        return "\n".join(lines) + "\n"
+
+
+def tune(
+    machine: MachineLike,
+    *,
+    gains: Sequence[str] = TUNED,
+    cases: Sequence[Case] | None = None,
+    trials: int = 60,
+    seed: int = 0,
+    progress: Callable[[int, int], None] | None = None,
+) -> Tuning:
+    """Search the gains of ``tip`` for a machine whose tip can go up, down, out and in.
+
+    Parameters
+    ----------
+    machine : Machine, str or path
+    gains : sequence of str
+        Keys among ``TUNED``.
+    cases : sequence of Case, optional
+        What is simulated; by default those of :func:`hydrocrane.benchmark.fitted_tasks.tuning_cases`.
+    trials : int
+        Most sets of gains to simulate.
+    progress : callable, optional
+        Called with the trials done and their largest number.
+    """
+    machine = as_machine(machine)
+    for name in gains:
+        if name not in TUNED:
+            raise unknown("gain to tune", name, TUNED)
+    if trials < 1:
+        raise InputError(f"trials must be at least 1, got {trials}")
+    chosen = list(tuning_cases(machine) if cases is None else cases)
+    before = {name: machine.tip_gains[name] for name in gains}
+    count = 0
+
+    def cost(values: dict[str, float]) -> float:
+        nonlocal count
+        count += 1
+        if progress is not None:
+            progress(count - 1, trials)
+        own = {f"control.tip.{name}": value for name, value in values.items()}
+        changed = machine.changed(own)
+        results = [run_case(changed, "tip", case, seed=seed) for case in chosen]
+        if count == 1:
+            _check_start(machine, results)
+        return sum(_price(result) for result in results) / len(chosen)
+
+    cost_before = least = cost(before)
+    best, factor = dict(before), FIRST_FACTOR
+    while factor > LAST_FACTOR and count < trials:
+        improved = False
+        for name in gains:
+            for step in (factor, 1.0 / factor):
+                if count >= trials:
+                    break
+                if best[name] * step > LARGEST:
+                    continue
+                trial = {**best, name: best[name] * step}
+                price = cost(trial)
+                if price < least:
+                    best, least, improved = trial, price, True
+                    break
+        if not improved:
+            factor = math.sqrt(factor)
+    return Tuning(before, best, cost_before, least, count, machine.name, trials, seed)
+
+
+def _check_start(machine: Machine, results: Sequence[Result]) -> None:
+    """There is nothing to improve where the machine's own gains bring no run to its end."""
+    for result in results:
+        if _price(result) == math.inf:
+            raise InputError(
+                f"the task {result.case.task.name} ({result.case.condition}) does not come to its end with the gains "
+                f"of {machine.name}, so that there is nothing to improve: {result.outcome.kind}, {result.message}"
+            )
+
+
+def _price(result: Result) -> float:
+    """Infinite for a run that does not finish, so that no such gains are ever kept."""
+    if not result.outcome.completed or result.metrics is None:
+        return math.inf
+    return result.metrics.path_rms + EFFORT_PRICE * result.metrics.spool_travel

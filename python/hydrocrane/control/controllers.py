@@ -1,0 +1,174 @@
+"""Controllers: those that come with the package by name, and people's own in the sampled loop."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Protocol, TypeAlias, runtime_checkable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hydrocrane.arrays import Array
+from hydrocrane.control.joystick import Stick
+from hydrocrane.errors import InputError, unknown
+from hydrocrane.machine.machine import Machine
+
+NAMES = ("tip", "heinze-pid", "lever")
+DEFAULT_PERIOD = 0.01
+ON_ERROR = ("raise", "stop", "neutral")
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What a controller sees at a sample.
+
+    Attributes
+    ----------
+    t : float
+        s.
+    q, qd : (n,) arrays
+        Joint coordinates and rates, rad or m, and per second. In a scenario q is what the sensors read and qd the
+        difference of the last two readings; from :class:`hydrocrane.Simulator` both are the crane's own.
+    p : (n_cyl, 2) array
+        Chamber pressures p1, p2, Pa gauge; measured or true as q is.
+    tip : (2,) array
+        x, z in the inertial frame at q, m.
+    measured : dict
+        What the sensors read, by signal.
+    """
+
+    t: float
+    q: Array
+    qd: Array
+    p: Array
+    tip: Array
+    measured: dict[str, float]
+
+
+@runtime_checkable
+class Controller(Protocol):
+    """A controller of one's own: an object with these two methods, or a function like `step`.
+
+    It may also have an attribute ``set_point``, (x, z) of the tip in m, which is then recorded.
+    """
+
+    def reset(self, machine: Machine, obs: Observation, /) -> None:
+        """Start anew on a crane."""
+
+    def step(self, obs: Observation, command: Stick, /) -> ArrayLike:
+        """Spool commands (n_cyl,), m, positive extends."""
+
+
+StepFunction: TypeAlias = Callable[["Observation", Stick], ArrayLike]
+
+
+class Stepping(Protocol):
+    """A controller without a memory to clear: `reset` may be left out."""
+
+    def step(self, obs: Observation, command: Stick, /) -> ArrayLike:
+        """As of :class:`Controller`."""
+
+
+# A controller of one's own, and whatever a scenario takes as one.
+OwnController: TypeAlias = Controller | Stepping | StepFunction
+AnyController: TypeAlias = str | OwnController
+
+
+class SampledController:
+    """A person's controller as the core's loop calls it.
+
+    Attributes
+    ----------
+    error : BaseException or None
+        What the controller raised last, with its traceback.
+    """
+
+    def __init__(
+        self, law: OwnController, machine: Machine, mode: str, full_speed: float | None, *, on_error: str = "raise"
+    ) -> None:
+        self._law, self._crane, self._mode, self._full_speed = law, machine, mode, full_speed
+        self._step: StepFunction = getattr(law, "step", law)  # type: ignore[arg-type]
+        signals = [f"joint.{j}.q" for j in machine.joint_names]
+        self._signals = signals + [f"cylinder.{c}.p{side}" for c in machine.cylinder_names for side in (1, 2)]
+        self._last: tuple[float, Array] | None = None
+        self._set_point: tuple[float, float] | None = None
+        self._on_error = on_error
+        self.error: BaseException | None = None
+
+    def reset(self, t: float, q: list[float], p: list[list[float]]) -> None:
+        with self._noted():
+            self._last = None
+            obs = self._observe(t, np.array(q), np.array(p))
+            if hasattr(self._law, "reset"):
+                self._law.reset(self._crane, obs)
+
+    def step(self, t: float, q: list[float], p: list[list[float]], axes: list[float]) -> list[float]:
+        with self._noted():
+            obs = self._observe(t, np.array(q), np.array(p))
+            command = self._checked(self._step(obs, Stick(self._mode, np.array(axes), self._full_speed)))
+            point = getattr(self._law, "set_point", None)
+            self._set_point = None if point is None or callable(point) else (float(point[0]), float(point[1]))
+        return command
+
+    def set_point(self) -> tuple[float, float] | None:
+        return self._set_point
+
+    def failure(self) -> tuple[str, bool]:
+        """What the last exception was and where it came from, and whether it ends the run."""
+        assert self.error is not None
+        # Ctrl-C and the like are no fault of the controller to be lived with.
+        ends = self._on_error != "neutral" or not isinstance(self.error, Exception)
+        return _told(self.error), ends
+
+    def _checked(self, command: ArrayLike) -> list[float]:
+        cylinders = len(self._crane.cylinder_names)
+        try:
+            values = [float(u) for u in np.ravel(command)]
+        except (TypeError, ValueError) as error:
+            told = f"the controller gave {command!r}, which is no list of {cylinders} spool commands in m"
+            raise InputError(f"{told} ({type(error).__name__}: {error})") from None
+        if len(values) != cylinders:
+            names = ", ".join(self._crane.cylinder_names)
+            raise InputError(f"the controller gave {len(values)} spool commands for {cylinders} cylinders ({names})")
+        return values
+
+    @contextmanager
+    def _noted(self) -> Iterator[None]:
+        try:
+            yield
+        except BaseException as error:
+            self.error = error
+            raise
+
+    def _observe(self, t: float, q: Array, p: Array) -> Observation:
+        qd = np.zeros_like(q)
+        if self._last is not None and t > self._last[0]:
+            qd = (q - self._last[1]) / (t - self._last[0])
+        self._last = (t, q)
+        # A sensor that gives nothing leaves no place of the tip.
+        tip = self._crane.tip(q) if np.isfinite(q).all() else np.full(2, np.nan)
+        readings = dict(zip(self._signals, [*q, *p.ravel()], strict=True))
+        return Observation(t=t, q=q, qd=qd, p=p, tip=tip, measured={k: float(v) for k, v in readings.items()})
+
+
+def _told(error: BaseException) -> str:
+    """Kind and text of an exception, and the line that raised it; for one of this module, the text is enough."""
+    head = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+    frames = traceback.extract_tb(error.__traceback__)
+    if not frames or frames[-1].filename == __file__:
+        return head
+    return f"{head} ({frames[-1].filename}, line {frames[-1].lineno}, in {frames[-1].name})"
+
+
+def check_controller(controller: AnyController | None) -> None:
+    """An :class:`InputError` where `controller` is neither a known name nor can be stepped."""
+    if isinstance(controller, str):
+        if controller not in NAMES:
+            raise unknown("controller", controller, NAMES)
+    elif isinstance(controller, type):
+        raise InputError(f"controller is the class {controller.__name__}; give an instance, {controller.__name__}()")
+    elif controller is not None and not hasattr(controller, "step") and not callable(controller):
+        raise InputError(f"a controller is a name, a function, or an object with reset and step; got {controller!r}")

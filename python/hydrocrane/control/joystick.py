@@ -1,0 +1,204 @@
+"""What the operator does with the sticks, against time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, TypedDict, Unpack
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hydrocrane.arrays import Array, real_array
+from hydrocrane.errors import InputError, unknown
+
+if TYPE_CHECKING:
+    from hydrocrane.logs.columns import LogLike
+
+MODES = ("tip", "lever")
+TIP_AXES = ("x", "z")
+INTERPOLATIONS = ("hold", "linear")
+# How far beyond its end rounding may take a deflection; it counts as the end.
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Stick:
+    """The sticks at one sample.
+
+    Attributes
+    ----------
+    mode : {"tip", "lever"}
+    axes : (2,) or (n_cyl,) array
+        Deflections in -1 to 1: x (forward) and z (up), or one per cylinder.
+    full_speed : float or None
+        Speed of the tip that a full deflection asks for, m/s, where the joystick says so.
+    """
+
+    mode: str
+    axes: Array
+    full_speed: float | None = None
+
+    @property
+    def velocity(self) -> Array:
+        """Velocity (2,) of the tip asked for, m/s."""
+        if self.mode != "tip" or self.full_speed is None:
+            raise InputError("only a stick of mode `tip` with a full_speed asks for a velocity")
+        return self.axes * self.full_speed
+
+
+class StickFields(TypedDict, total=False):
+    """Fields of a joystick besides its times, axes and mode."""
+
+    interpolation: str
+    dead_zone: float
+    full_speed: float | None
+    ramp: float
+
+
+@dataclass(frozen=True)
+class Joystick:
+    """Deflections of the sticks against time.
+
+    Parameters
+    ----------
+    time : (k,) array_like
+        s, increasing. Before the first time the sticks are centred.
+    axes : mapping
+        ``x`` and ``z`` in mode ``tip`` (one stick moves the tip), cylinder names in mode ``lever`` (one axis per
+        cylinder): deflections (k,) in -1 to 1. An axis left out stays centred.
+    mode : {"tip", "lever"}
+    interpolation : {"hold", "linear"}
+    dead_zone : float
+        Share of the deflection around the centre that does nothing; the rest counts from 0 to 1.
+    full_speed : float, optional
+        Speed of the tip at full deflection, m/s; default is the machine's or the controller's own.
+    ramp : float
+        Time that a stick takes from its centre to its end, s.
+    """
+
+    time: Array
+    axes: Mapping[str, Array] = field(default_factory=dict)
+    mode: str = "tip"
+    interpolation: str = "hold"
+    dead_zone: float = 0.0
+    full_speed: float | None = None
+    ramp: float = 0.0
+
+    if TYPE_CHECKING:
+        # Whatever NumPy takes as an array may be given.
+        def __init__(
+            self,
+            time: ArrayLike,
+            axes: Mapping[str, ArrayLike] = ...,
+            mode: str = "tip",
+            interpolation: str = "hold",
+            dead_zone: float = 0.0,
+            full_speed: float | None = None,
+            ramp: float = 0.0,
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
+        if self.mode not in MODES:
+            raise unknown("stick mode", self.mode, MODES)
+        if self.interpolation not in INTERPOLATIONS:
+            raise unknown("interpolation", self.interpolation, INTERPOLATIONS)
+        time = real_array(self.time, "time")
+        if time.ndim != 1 or (np.diff(time) <= 0).any():
+            raise InputError("the times of a joystick must be a list that increases")
+        axes = {str(name): _deflections(name, values, time) for name, values in self.axes.items()}
+        if self.mode == "tip":
+            for name in axes:
+                if name not in TIP_AXES:
+                    raise unknown("stick axis", name, TIP_AXES)
+        _within("dead_zone", self.dead_zone, 0.0, 1.0)
+        _within("ramp", self.ramp, 0.0, np.inf)
+        if self.full_speed is not None and not _number("full_speed", self.full_speed) > 0:
+            raise InputError(f"full_speed must be greater than zero, in m/s; got {self.full_speed!r}")
+        object.__setattr__(self, "time", time)
+        object.__setattr__(self, "axes", axes)
+
+    @classmethod
+    def from_log(
+        cls,
+        log: LogLike,
+        *,
+        mode: str = "tip",
+        columns: Mapping[str, str] | None = None,
+        **more: Unpack[StickFields],
+    ) -> Joystick:
+        """A joystick from a log.
+
+        Parameters
+        ----------
+        log : path of a CSV, MATLAB or NetCDF file, or Dataset, DataFrame, mapping
+            With a time column (``time`` or ``t``, s) and one column of deflections, -1 to 1, per axis, named ``x`` or
+            ``stick.x`` and so on.
+        mode : {"tip", "lever"}
+        columns : mapping, optional
+            Log column -> axis, where the names differ.
+        **more
+            Other fields of a joystick; ``interpolation`` is ``linear`` unless given.
+        """
+        from hydrocrane.logs import TIME_NAMES, columns_of, time_of
+
+        table = columns_of(log)
+        if columns is None:
+            own = {name: name.removeprefix("stick.") for name in table if name.lower() not in TIME_NAMES}
+            prefixed = {name: axis for name, axis in own.items() if name.startswith("stick.")}
+            columns = prefixed or {n: a for n, a in own.items() if mode == "lever" or a in TIP_AXES}
+        for name in columns:
+            if name not in table:
+                raise unknown("column of the log", name, table)
+        if not columns:
+            raise InputError(
+                f"the log has no column of a stick axis; it has {', '.join(table)}; say which with columns="
+            )
+        axes = {axis: table[name] for name, axis in columns.items()}
+        fields: StickFields = {"interpolation": "linear", **more}
+        return cls(time_of(table), axes, mode, **fields)
+
+    def table(self, cylinders: tuple[str, ...]) -> Array:
+        """Deflections (k, axes), in the order x, z or that of `cylinders`."""
+        names = TIP_AXES if self.mode == "tip" else cylinders
+        for name in self.axes:
+            if name not in names:
+                raise unknown("stick axis", name, names)
+        centred = np.zeros(self.time.size)
+        return np.column_stack([self.axes.get(name, centred) for name in names])
+
+    def at(self, t: float, cylinders: tuple[str, ...] = ()) -> Stick:
+        """The sticks at time t, after the dead zone and without the ramp, for loops of one's own."""
+        table = self.table(cylinders)
+        row = int(np.searchsorted(self.time, t + 1e-12, side="right")) - 1
+        if row < 0:
+            raw = np.zeros(table.shape[1])
+        elif self.interpolation == "linear":
+            raw = np.array([np.interp(t, self.time, column) for column in table.T])
+        else:
+            raw = table[row]
+        raw = np.clip(raw, -1.0, 1.0)
+        beyond = (raw - np.clip(raw, -self.dead_zone, self.dead_zone)) / (1.0 - self.dead_zone)
+        return Stick(self.mode, beyond, self.full_speed)
+
+
+def _deflections(name: str, values: ArrayLike, time: Array) -> Array:
+    array = real_array(values, f"the deflection of `{name}`")
+    if array.shape != time.shape:
+        raise InputError(f"the deflection of `{name}` has shape {array.shape} for {time.size} times")
+    if (np.abs(array) > 1 + ROUNDING).any():
+        raise InputError(f"the deflection of `{name}` reaches {np.abs(array).max():.9g}; a stick ends at 1")
+    return np.clip(array, -1.0, 1.0)
+
+
+def _number(name: str, value: float) -> float:
+    number = real_array(value, name)
+    if number.ndim:
+        raise InputError(f"{name} must be one number, got {value!r}")
+    return float(number)
+
+
+def _within(name: str, value: float, low: float, below: float) -> None:
+    if not low <= _number(name, value) < below:
+        bound = f" and below {below:g}" if np.isfinite(below) else ""
+        raise InputError(f"{name} must be {low:g} or more{bound}; got {value!r}")

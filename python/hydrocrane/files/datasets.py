@@ -1,0 +1,94 @@
+"""Writing runs to files, and reading them back from NetCDF."""
+
+from __future__ import annotations
+
+import importlib.util
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import h5netcdf
+import xarray as xr
+
+from hydrocrane.errors import ResultFileError, nearest
+from hydrocrane.files.whole_file import written_whole
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def save(data: xr.Dataset, path: Path) -> Path:
+    """Write `data` in the format of the suffix, whole or not at all; missing folders are made. Returns the path."""
+    writer = _WRITERS[checked_suffix(path)]
+    with written_whole(path) as beside:
+        writer(data, beside)
+    return path
+
+
+def checked_suffix(path: Path) -> str:
+    """The suffix of a file for a run, or an error that names those that can be written here."""
+    suffix = path.suffix.lower()
+    if suffix not in _WRITERS:
+        raise ResultFileError(f"cannot write `{path.name}`: unknown suffix `{suffix}`{nearest(suffix, _WRITERS)}")
+    if suffix == ".parquet" and importlib.util.find_spec("pyarrow") is None:
+        raise ResultFileError("Parquet files need the package pyarrow; install hydrocrane[parquet]")
+    return suffix
+
+
+def load_netcdf(path: Path) -> xr.Dataset:
+    """Read a run's dataset into memory."""
+    if not path.is_file():
+        raise ResultFileError(f"no such file: {path}")
+    try:
+        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as stored:
+            data = stored.load()
+    except (OSError, ValueError) as error:
+        raise ResultFileError(f"{path} is not a NetCDF file: {error}") from None
+    if "time" not in data.coords or "outcome" not in data.attrs:
+        raise ResultFileError(f"{path} is not a run saved by hydrocrane: it has no time axis or no outcome")
+    return data
+
+
+def frame(data: xr.Dataset) -> pd.DataFrame:
+    """The data as a table: first column time, one column per variable, units in ``frame.attrs``."""
+    table = data.to_dataframe().reset_index()
+    table.attrs = {"units": {name: str(data[name].attrs.get("units", "")) for name in table.columns}}
+    return table
+
+
+def write_netcdf(data: xr.Dataset, path: Path) -> None:
+    """HDF5 that cannot finish a file on a full disk takes the whole process down: it writes into memory."""
+    from xarray.backends import H5NetCDFStore
+
+    content = io.BytesIO()
+    with h5netcdf.File(content, "w") as stored:
+        data.dump_to_store(H5NetCDFStore(stored))
+    path.write_bytes(content.getbuffer())
+
+
+def write_matlab(data: xr.Dataset, path: Path) -> None:
+    """One column vector per variable, dots in names as underscores; `units` and `names` are structs beside them."""
+    from scipy.io import savemat
+
+    names = {_matlab_name(name): name for name in ["time", *map(str, data.data_vars)]}
+    content: dict[str, object] = {short: data[name].values for short, name in names.items()}
+    content["units"] = {short: str(data[name].attrs.get("units", "")) for short, name in names.items()}
+    content["names"] = dict(names)
+    content["about"] = {str(key): value for key, value in data.attrs.items()}
+    savemat(path, content, oned_as="column", long_field_names=True)
+
+
+def _matlab_name(name: str) -> str:
+    """A name MATLAB accepts: letters, digits and underscores, at most 63 of them."""
+    return "".join(c if c.isascii() and c.isalnum() else "_" for c in name)[:63]
+
+
+def _csv(data: xr.Dataset, path: Path) -> None:
+    frame(data).to_csv(path, index=False)
+
+
+def _parquet(data: xr.Dataset, path: Path) -> None:
+    frame(data).to_parquet(path, index=False)
+
+
+_WRITERS = {".nc": write_netcdf, ".mat": write_matlab, ".csv": _csv, ".parquet": _parquet}

@@ -1,0 +1,62 @@
+"""Reads the TOML files that Python reads itself, with one message for whatever is wrong with one."""
+
+from __future__ import annotations
+
+import tomllib
+from datetime import date, datetime, time
+from pathlib import Path
+from typing import TypeAlias
+
+from hydrocrane.errors import InputError
+
+TomlValue: TypeAlias = "str | int | float | bool | date | time | datetime | list[TomlValue] | dict[str, TomlValue]"
+TomlTable: TypeAlias = dict[str, TomlValue]
+
+# Levels of tables and lists in a file; what is deeper is no file that somebody wrote.
+DEEPEST = 50
+
+
+def read_toml(path: Path, what: str) -> TomlTable:
+    """The content of the file at `path`, which is to be a `what`, for example "study file".
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be read, is no UTF-8 text or no TOML, or is nested deeper than `DEEPEST` levels.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"cannot read the {what} {path}: {error.strerror}; check the path") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path} is no UTF-8 text; is it a {what}?") from None
+    return parsed(text, str(path))
+
+
+def parsed(text: str, where: str) -> TomlTable:
+    """The content of a text; `where` begins the message of an error.
+
+    Raises
+    ------
+    InputError
+        Where it is no TOML, or is nested deeper than `DEEPEST` levels.
+    """
+    deep = InputError(f"{where} is nested deeper than {DEEPEST} levels; close brackets and braces where they belong")
+    try:
+        content: TomlTable = tomllib.loads(text)
+    except RecursionError:
+        raise deep from None
+    except ValueError as error:  # Numbers of too many digits are no TOMLDecodeError.
+        raise InputError(f"{where} is not valid TOML: {error}") from None
+    level: list[TomlValue] = [content]
+    for _ in range(DEEPEST):
+        level = [part for whole in level for part in _parts(whole)]
+        if not level:
+            return content
+    raise deep
+
+
+def _parts(whole: TomlValue) -> list[TomlValue]:
+    """The tables and lists in a table or list."""
+    inside = whole.values() if isinstance(whole, dict) else whole if isinstance(whole, list) else ()
+    return [part for part in inside if isinstance(part, dict | list)]

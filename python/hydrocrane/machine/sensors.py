@@ -1,0 +1,41 @@
+"""Sensors of a machine: how they read, and how they fail."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hydrocrane.arrays import real_array
+from hydrocrane.errors import InputError, unknown
+
+SENSORS = ("ideal", "data-sheet")
+FAULTS = ("freeze", "jump", "drop-out")
+
+
+@dataclass(frozen=True)
+class SensorFault:
+    """A sensor that fails at `time` (s) and, where `until` (s) is given, works again from then on.
+
+    ``freeze``: the reading stays; ``jump``: it is off by `size` (SI); ``drop-out``: there is none (NaN).
+    """
+
+    signal: str
+    kind: str
+    time: float = 0.0
+    size: float = 0.0
+    until: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.kind not in FAULTS:
+            raise unknown("fault of a sensor", self.kind, FAULTS)
+        for name in ("time", "size", "until"):
+            value = getattr(self, name)
+            if value is not None and real_array(value, name).ndim:
+                raise InputError(f"{name} of a sensor's fault must be one number; got {value!r}")
+        if self.until is not None and self.until <= self.time:
+            raise InputError(f"a sensor's fault must end after it begins; got {self.until:g} s after {self.time:g} s")
+
+    @property
+    def entry(self) -> tuple[str, str, float, float, float]:
+        """As the core takes it."""
+        until = float("inf") if self.until is None else float(self.until)
+        return self.signal, self.kind, float(self.time), until, float(self.size)

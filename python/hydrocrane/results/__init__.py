@@ -1,0 +1,1 @@
+"""What a run leaves: its record, summary, warnings, verification, comparison with a log, citation."""

@@ -1,0 +1,115 @@
+"""A measured log laid over a run: how far apart they are, and a picture of both."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from hydrocrane.arrays import Array
+from hydrocrane.errors import InputError, nearest
+from hydrocrane.logs import TIME_NAMES, columns_of, time_of
+from hydrocrane.logs.columns import LogLike
+from hydrocrane.results.difference import Difference
+from hydrocrane.results.record import Record
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Differences by quantity; a mapping name -> :class:`Difference` with shortcuts."""
+
+    differences: dict[str, Difference]
+
+    def __getitem__(self, name: str) -> Difference:
+        return self.differences[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.differences)
+
+    def __len__(self) -> int:
+        return len(self.differences)
+
+    @property
+    def rms(self) -> dict[str, float]:
+        return {name: d.rms for name, d in self.differences.items()}
+
+    @property
+    def maximum(self) -> dict[str, float]:
+        return {name: d.maximum for name, d in self.differences.items()}
+
+    @cached_property
+    def figure(self) -> Figure:
+        """Run and log over each other, one chart per quantity."""
+        from hydrocrane.plots.comparison import comparison_charts
+
+        return comparison_charts(list(self.differences.values()))
+
+    def summary(self) -> str:
+        width = max(len(name) for name in self.differences)
+        return "\n".join(
+            f"{d.name:<{width}}  rms {d.rms:.4g} {d.unit}, largest {d.maximum:.4g} {d.unit} at {d.maximum_time:.3g} s"
+            for d in self.differences.values()
+        )
+
+
+def compare(run: Record, log: LogLike, columns: Mapping[str, str] | None = None, *, shift: float = 0.0) -> Comparison:
+    """Compare a run with a log, at the log's samples that lie within the run.
+
+    Parameters
+    ----------
+    run : Run
+    log : xarray.Dataset, pandas.DataFrame, mapping, Run, or path of a CSV or NetCDF file
+        With a time column (``time`` or ``t``, s); values in SI like the run.
+    columns : mapping, optional
+        Log column -> name in ``run.data``; by default columns of the same name are compared.
+    shift : float
+        Added to the log's time, s.
+    """
+    table = columns_of(log)
+    time = time_of(table) + float(shift)
+    pairs = _pairs(run.data, table, columns)
+    start, end = float(run.data.time[0]), float(run.data.time[-1])
+    inside = (time >= start) & (time <= end)
+    if not inside.any():
+        raise InputError(
+            f"the log covers {time.min():.4g} .. {time.max():.4g} s and the run {start:.4g} .. {end:.4g} s: no overlap"
+        )
+    return Comparison(
+        {name: _difference(run.data, name, time, table[column], inside) for column, name in pairs.items()}
+    )
+
+
+def _difference(data: xr.Dataset, name: str, time: Array, column: Array, inside: np.ndarray) -> Difference:
+    """Gaps of the log (NaN) are left out."""
+    keep = inside & np.isfinite(column)
+    if not keep.any():
+        raise InputError(f"the log has no finite value of `{name}` within the run")
+    run = np.interp(time[keep], data.time.values, data[name].values)
+    return Difference(name, str(data[name].attrs.get("units", "")), time[keep], run, column[keep])
+
+
+def _pairs(data: xr.Dataset, table: dict[str, Array], columns: Mapping[str, str] | None) -> dict[str, str]:
+    """Log column -> run variable, every name and length checked."""
+    if columns is None:
+        pairs = {name: name for name in table if name in data.data_vars}
+        if not pairs:
+            names = ", ".join(n for n in table if n.lower() not in TIME_NAMES)
+            raise InputError(f"no column of the log ({names}) is a name of the run; say which is which with columns=")
+    else:
+        pairs = dict(columns)
+    length = time_of(table).size
+    for column, name in pairs.items():
+        if column not in table:
+            raise InputError(f"the log has no numeric column `{column}`{nearest(column, table)}")
+        if name not in data.data_vars:
+            raise InputError(f"the run has no `{name}`{nearest(name, map(str, data.data_vars))}")
+        if table[column].size != length:
+            raise InputError(f"the log's `{column}` has {table[column].size} values for {length} times")
+    return pairs

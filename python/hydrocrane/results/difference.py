@@ -1,0 +1,42 @@
+"""How far one quantity of a run and of a log are apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrocrane.arrays import Array
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Run minus log for one quantity, at the log's times inside the run.
+
+    Attributes
+    ----------
+    time, run, log : (k,) arrays
+        s, and the two values in `unit`.
+    rms, maximum : float
+        Root mean square and largest absolute difference, in `unit`.
+    maximum_time : float
+        When the largest one occurs, s.
+    """
+
+    name: str
+    unit: str
+    time: Array
+    run: Array
+    log: Array
+
+    @property
+    def rms(self) -> float:
+        return float(np.sqrt(np.mean((self.run - self.log) ** 2)))
+
+    @property
+    def maximum(self) -> float:
+        return float(np.abs(self.run - self.log).max())
+
+    @property
+    def maximum_time(self) -> float:
+        return float(self.time[np.argmax(np.abs(self.run - self.log))])

@@ -1,0 +1,56 @@
+"""How a run ended, and how it differs from a tighter repeat."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+KINDS = ("completed", "stroke-limit", "solver-failed", "controller-failed", "bad-state", "interrupted")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How and when a run ended.
+
+    Attributes
+    ----------
+    kind : str
+        completed, stroke-limit, solver-failed, controller-failed, bad-state or interrupted.
+    time : float
+        s.
+    message : str
+        What happened and what helps; empty for a completed run.
+    """
+
+    kind: str
+    time: float
+    message: str
+
+    @property
+    def completed(self) -> bool:
+        return self.kind == "completed"
+
+
+@dataclass(frozen=True)
+class Verification:
+    """How a run differs from its tighter repeat.
+
+    Attributes
+    ----------
+    solver : str
+        Settings of the repeat.
+    tip : float
+        Largest distance between the tips at one time, m.
+    pressure : float
+        Largest difference of a chamber pressure, Pa.
+    time : float
+        When the tips were farthest apart, s.
+    """
+
+    solver: str
+    tip: float
+    pressure: float
+    time: float
+
+    def __str__(self) -> str:
+        tip, pressure = self.tip * 1e3, self.pressure / 1e5
+        return f"a repeat with {self.solver} differs by at most {tip:.3g} mm at the tip and {pressure:.3g} bar"

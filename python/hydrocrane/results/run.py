@@ -1,0 +1,92 @@
+"""What a run gives back: its data, how it ended, and what can be done with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hydrocrane.files.datasets import load_netcdf, save
+from hydrocrane.logs.columns import LogLike
+from hydrocrane.results.comparison import Comparison, compare
+from hydrocrane.results.record import Record
+from hydrocrane.results.summary import text
+
+if TYPE_CHECKING:
+    from matplotlib.animation import FuncAnimation
+    from matplotlib.figure import Figure
+
+
+class Run(Record):
+    """The record of a run, with what can be done with it: summary, files, pictures, comparison with a log.
+
+    Attributes
+    ----------
+    data : xarray.Dataset
+        Over ``time``: every state by its name, ``tip.x``, ``tip.z``,
+        ``cylinder.<c>.{x,v,force,friction,q1,q2,command}``, ``supply.{flow,power}``, ``payload``, ``ledger.*``; each
+        with ``units`` and ``long_name``. Closed-loop runs add ``measured.*``, ``stick.*``, ``controller.<c>`` and,
+        where the controller has one, ``set_point.{x,z}`` and ``tip.deviation``.
+    """
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> Run:
+        """Read a run saved as NetCDF."""
+        return cls(load_netcdf(Path(path)))
+
+    def summary(self) -> str:
+        """A few lines of text: outcome, effort, tip, cylinders, energy."""
+        return text(self)
+
+    def save(self, path: str | PathLike[str]) -> Path:
+        """Write the data; the suffix decides: ``.nc``, ``.mat``, ``.csv`` or ``.parquet``."""
+        return save(self.data, Path(path))
+
+    def plot(self, cylinder: str | None = None, *, path: str | PathLike[str] | None = None) -> Figure:
+        """Charts as Figures 86-88 of the thesis: six for one cylinder, or those of all cylinders side by side.
+
+        With `path` the picture is also written.
+        """
+        from hydrocrane.plots import charts
+
+        figure = charts.overview(self) if cylinder is None else charts.cylinder_charts(self, cylinder)
+        if path is not None:
+            charts.write(figure, Path(path))
+        return figure
+
+    def animate(
+        self,
+        path: str | PathLike[str] | None = None,
+        *,
+        fps: int = 20,
+        speed: float = 1.0,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> Path | FuncAnimation:
+        """Animate the crane as Figure 89: pillar, links, cylinders, torque linkage and the way of the tip.
+
+        Parameters
+        ----------
+        path : path, optional
+            ``.gif``, or ``.mp4`` where ffmpeg is found; without it the matplotlib animation is returned.
+        fps : int
+            Pictures per second of the film.
+        speed : float
+            1 is real time, 2 twice as fast.
+        progress : callable, optional
+            Called with (pictures done, pictures in all).
+        """
+        from hydrocrane.plots import animation
+
+        if path is None:
+            return animation.film(self, fps=fps, speed=speed)
+        return animation.write(self, Path(path), fps=fps, speed=speed, progress=progress)
+
+    def compare(self, log: LogLike, columns: Mapping[str, str] | None = None, *, shift: float = 0.0) -> Comparison:
+        """Lay a measured log over this run; see :func:`hydrocrane.results.comparison.compare`."""
+        return compare(self, log, columns, shift=shift)
+
+
+def load_run(path: str | PathLike[str]) -> Run:
+    """Read a run saved as NetCDF."""
+    return Run.load(path)

@@ -1,0 +1,97 @@
+"""What a closed loop adds to a run's dataset: readings, sticks, commands and set-points, and the way's deviation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import xarray as xr
+
+from hydrocrane._core_types import Samples
+from hydrocrane.arrays import Array
+from hydrocrane.control.joystick import TIP_AXES
+from hydrocrane.machine.machine import Machine
+from hydrocrane.scenario.scenario import Scenario
+
+# Between a time of the record and one of a sample or phase, s.
+ROUNDING = 1e-9
+# Points whose distances are found together: some hundred kilobytes at a time.
+TOGETHER = 64
+
+
+def stage_rows(plan: Scenario, time: Array) -> Iterator[tuple[np.ndarray, Scenario]]:
+    """Rows (m,) of each phase among the times (m,) of a run, and what holds there; where it begins, the old holds."""
+    stages = plan.stages()
+    ends = [begin for begin, _ in stages[1:]] + [np.inf]
+    for (begin, stage), end in zip(stages, ends, strict=True):
+        yield (time <= end + ROUNDING) & ((time > begin + ROUNDING) | (begin == 0.0)), stage
+
+
+def add_samples(data: xr.Dataset, machine: Machine, plan: Scenario, recorded: Sequence[Samples]) -> xr.Dataset:
+    """`data` with the samples of a run, each held over ``time`` until the next one; NaN where a phase has none."""
+    driver = plan.driver
+    data.attrs["controller"] = driver if isinstance(driver, str) else getattr(driver, "__name__", type(driver).__name__)
+    data.attrs["sensors"] = plan.sensors
+    time = data.time.values
+    tip = np.column_stack([data["tip.x"].values, data["tip.z"].values])
+    columns: dict[str, tuple[str, Array, dict[str, str]]] = {}
+    for (rows, stage), samples in zip(stage_rows(plan, time), recorded, strict=False):
+        if not np.size(samples["t"]) or not rows.any():
+            continue
+        held = np.searchsorted(samples["t"], time[rows] + ROUNDING, side="right") - 1
+        found = _sampled(samples, held, machine, stage) | _set_point(tip[rows], samples["set_points"], held)
+        for name, (values, about) in found.items():
+            columns.setdefault(name, ("time", np.full(time.size, np.nan), about))[1][rows] = values
+    return data.assign(columns)
+
+
+# What a signal is called is held with its values (m,).
+_Columns = dict[str, tuple[Array, dict[str, str]]]
+
+
+def _sampled(samples: Samples, held: np.ndarray, machine: Machine, stage: Scenario) -> _Columns:
+    units = dict(zip(machine.state_names, machine.state_units, strict=True))
+    units |= {name: unit for name, unit, _ in machine.core.output_info}
+    columns: _Columns = {}
+    for signal, column in zip(samples["signals"], samples["measured"].T, strict=True):
+        about = {"units": units[signal], "long_name": f"{signal} as measured"}
+        columns[f"measured.{signal}"] = (column[held], about)
+    axes = TIP_AXES if stage.stick_mode == "tip" else machine.cylinder_names
+    for axis, column in zip(axes, samples["sticks"].T, strict=True):
+        columns[f"stick.{axis}"] = (column[held], {"units": "1", "long_name": f"deflection of the stick, {axis}"})
+    for cylinder, column in zip(machine.cylinder_names, samples["commands"].T, strict=True):
+        about = {"units": "m", "long_name": f"{cylinder} spool command as the controller gave it"}
+        columns[f"controller.{cylinder}"] = (column[held], about)
+    return columns
+
+
+def _set_point(tip: Array, set_points: Array, held: np.ndarray) -> _Columns:
+    if not np.isfinite(set_points).all(axis=1).any():
+        return {}
+    columns: _Columns = {}
+    for axis, column in zip(TIP_AXES, set_points.T, strict=True):
+        about = {"units": "m", "long_name": f"set-point of the crane tip, {axis}"}
+        columns[f"set_point.{axis}"] = (column[held], about)
+    about = {"units": "m", "long_name": "distance of the crane tip from the way of its set-point"}
+    return columns | {"tip.deviation": (distance_to_path(tip, set_points), about)}
+
+
+def distance_to_path(points: Array, path: Array) -> Array:
+    """Distance of each point (m, 2) from the nearest place of a polyline (k, 2); NaN rows of it are left out."""
+    path = path[np.isfinite(path).all(axis=1)]
+    # A set-point at rest repeats itself; one of each is enough.
+    moved = np.any(np.diff(path, axis=0) != 0, axis=1)
+    path = path[np.concatenate([[True], moved])]
+    begin, way = path[:-1], np.diff(path, axis=0)
+    if not len(way):
+        begin, way = path, np.zeros_like(path)
+    square = np.maximum((way**2).sum(axis=1), np.finfo(np.float64).tiny)
+
+    def distances(some: Array) -> Array:
+        x, z = some[:, :1] - begin[:, 0], some[:, 1:] - begin[:, 1]
+        share = np.clip((x * way[:, 0] + z * way[:, 1]) / square, 0.0, 1.0)
+        x, z = x - share * way[:, 0], z - share * way[:, 1]
+        return np.sqrt((x * x + z * z).min(axis=1))
+
+    parts = [distances(points[i : i + TOGETHER]) for i in range(0, len(points), TOGETHER)]
+    return np.concatenate(parts) if parts else np.empty(0)

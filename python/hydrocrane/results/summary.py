@@ -1,0 +1,171 @@
+"""A run in a few lines of text."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrocrane.results.record import Record
+from hydrocrane.scenario.solver import FIXED_STEPS
+
+SHOWN_EVENTS = 5
+
+
+def text(run: Record) -> str:
+    """Outcome, effort, tip, cylinders and energy of a run."""
+    if not run.data.sizes.get("time"):
+        return "\n".join([*_head(run), *_warnings(run)])
+    parts = (_head, _verification, _tip, _loop, _events, _cylinders, _energy, _warnings)
+    return "\n".join(line for part in parts for line in part(run))
+
+
+def _head(run: Record) -> list[str]:
+    about, outcome = run.data.attrs, run.outcome
+    lines = [f"{about['scenario']} on {about['machine']}: {outcome.kind} at {outcome.time:.4g} s"]
+    if outcome.message and not outcome.completed:
+        lines.append(f"  {outcome.message}")
+    fixed = about["solver_method"] == FIXED_STEPS
+    size = f"steps of {about['solver_max_step'] * 1e3:g} ms" if fixed else f"rtol {about['solver_rtol']:g}"
+    effort = f"  {about['solver_method']}, {size}"
+    if "solver_steps" in about:
+        effort += f": {about['solver_steps']} steps, {about.get('solver_rejected', 0)} rejected"
+    wall = float(about.get("wall_time", 0.0))
+    if wall > 0 and outcome.time > 0:
+        effort += f", {wall * 1e3:.3g} ms ({outcome.time / wall:.3g} x real time)"
+    return [*lines, effort]
+
+
+def _verification(run: Record) -> list[str]:
+    return [] if run.verification is None else [f"  verified   {run.verification}"]
+
+
+def _tip(run: Record) -> list[str]:
+    if "tip.x" not in run.data:
+        return []
+    x, z = run.data["tip.x"].values, run.data["tip.z"].values
+    way = float(np.hypot(np.diff(x), np.diff(z)).sum())
+    return [f"  tip        ({x[0]:.3f}, {z[0]:.3f}) m -> ({x[-1]:.3f}, {z[-1]:.3f}) m, way {way:.3f} m"]
+
+
+def _loop(run: Record) -> list[str]:
+    """Controller, and how far the tip strayed."""
+    about = run.data.attrs
+    if "controller" not in about:
+        return []
+    line = f"  controller {about['controller']}, {about['sensors']} sensors"
+    if "tip.deviation" in run.data:
+        line += f", tip at most {float(run.data['tip.deviation'].max()) * 1e3:.2f} mm off the way of its set-point"
+    phases = json.loads(about.get("phases", "[]"))
+    return [line, *(f"  from {begin:g} s on: controller {driver}" for begin, driver, _ in phases)]
+
+
+def _warnings(run: Record) -> list[str]:
+    """All of them, each with its cure."""
+    lines = []
+    for warning in run.warnings:
+        lines += [f"  WARNING    from {warning.time:.3f} s on: {warning.text}", f"             {warning.cure}"]
+    return lines
+
+
+def _events(run: Record) -> list[str]:
+    """The first of them; warnings stand at the end of the summary."""
+    events = [event for event in run.events if not event.warning]
+    shown = [f"  {event.time:.3f} s: {event.text}" for event in events[:SHOWN_EVENTS]]
+    more = len(events) - SHOWN_EVENTS
+    return [*shown, *([f"  and {more} more events"] if more > 0 else [])]
+
+
+def _cylinders(run: Record) -> list[str]:
+    lines = []
+    width = max([10, *(len(name) for name in run.cylinder_names)])
+    for name in run.cylinder_names:
+        parts = [
+            f"{label} {_range(run, f'cylinder.{name}.{key}', scale)} {unit}"
+            for label, key, scale, unit in (("x", "x", 1e3, "mm"), ("p1", "p1", 1e-5, "bar"), ("p2", "p2", 1e-5, "bar"))
+        ]
+        lines.append(f"  {name:<{width}} {', '.join(parts)}")
+    return lines
+
+
+def _range(run: Record, name: str, scale: float) -> str:
+    values = run.data[name].values * scale
+    return f"{values.min():.1f} .. {values.max():.1f}"
+
+
+def _energy(run: Record) -> list[str]:
+    """Where the pump's work went, and how well the ledger closes."""
+    if not any(str(name).startswith("ledger.") for name in run.data):
+        return []
+    balance = energy_balance(run)
+    lost = sorted(balance.lost.items(), key=lambda entry: -abs(entry[1]))
+    loads = f", loads brought {balance.loads:+.0f} J" if run.payload_changes else ""
+    where = ", ".join(f"{name} {value:.0f}" for name, value in lost[:4] if abs(value) >= 0.5)
+    return [
+        f"  energy     pump {balance.pump:.0f} J{loads}, stored {balance.stored:+.0f} J,"
+        f" lost {sum(balance.lost.values()):.0f} J" + (f" ({where})" if where else ""),
+        f"             the ledger closes to {balance.residual:.1e} J",
+    ]
+
+
+@dataclass(frozen=True)
+class EnergyBalance:
+    """Energy of a run from start to end, J.
+
+    Attributes
+    ----------
+    pump : float
+        Work of the pump, with the elastic energy that its oil carries.
+    loads : float
+        Energy that loads brought as they were taken up, less what they took away as they were let go.
+    stored : float
+        Gain of kinetic, potential and elastic energy.
+    lost : dict
+        By place: metering edges, leakage, seal friction, ...
+    residual : float
+        Largest gap, at any time, between what came in and what was stored or lost.
+    """
+
+    pump: float
+    loads: float
+    stored: float
+    lost: dict[str, float]
+    residual: float
+
+
+def energy_balance(run: Record) -> EnergyBalance:
+    """Sum the ledger of a run over its cylinders and loads."""
+    stored = np.sum([v.values for name, v in run.data.items() if str(name).startswith("energy.")], axis=0)
+    gained = np.zeros(run.data.sizes["time"])
+    lost: dict[str, float] = {}
+    pump = loads = 0.0
+    for name, entry in run.data.items():
+        if not str(name).startswith("ledger."):
+            continue
+        sign, end = float(entry.attrs["sign"]), float(entry.values[-1])
+        gained = gained + sign * entry.values
+        if name == "ledger.payload.load":
+            loads = end
+        elif sign > 0:
+            pump += end
+        elif sign < 0:
+            place = _place(str(name))
+            lost[place] = lost.get(place, 0.0) + end
+    gap = stored - stored[0] - gained
+    return EnergyBalance(pump, loads, float(stored[-1] - stored[0]), lost, float(np.abs(gap).max()))
+
+
+def _place(name: str) -> str:
+    term = name.rsplit(".", 1)[1]
+    if term.startswith("edge_"):
+        return "metering edges"
+    if term.endswith("_leakage"):
+        return "leakage"
+    places = {
+        "friction": "seal friction",
+        "tank": "into the tank",
+        "impact": "impacts of loads",
+        "contact": "contact with the ground",
+    }
+    return places.get(term, term.replace("_", " "))

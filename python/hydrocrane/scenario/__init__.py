@@ -1,0 +1,22 @@
+"""Scenarios: what is to be simulated, built in Python or read from a file."""
+
+from hydrocrane.scenario.command import INTERPOLATIONS, Command
+from hydrocrane.scenario.payload import PayloadChange
+from hydrocrane.scenario.phases import Phase
+from hydrocrane.scenario.scenario import LEAST_PERIOD, Scenario
+from hydrocrane.scenario.scenario_file import bundled_scenarios, load_scenario
+from hydrocrane.scenario.solver import FIXED_STEPS, METHODS, Solver
+
+__all__ = [
+    "FIXED_STEPS",
+    "INTERPOLATIONS",
+    "LEAST_PERIOD",
+    "METHODS",
+    "Command",
+    "PayloadChange",
+    "Phase",
+    "Scenario",
+    "Solver",
+    "bundled_scenarios",
+    "load_scenario",
+]

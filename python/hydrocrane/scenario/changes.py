@@ -1,0 +1,80 @@
+"""What of a scenario can be given by keyword: its fields, and those of its solver."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TypeAlias, TypedDict
+
+from hydrocrane.control.controllers import AnyController
+from hydrocrane.control.joystick import Joystick
+from hydrocrane.machine.machine import Machine, MachineLike
+from hydrocrane.machine.overrides import Overrides
+from hydrocrane.machine.sensors import SensorFault
+from hydrocrane.scenario.command import Commands
+from hydrocrane.scenario.phases import Phase
+from hydrocrane.scenario.solver import Solver
+
+Pressures: TypeAlias = str | Mapping[str, tuple[float, float]]
+
+
+class CommonFields(TypedDict, total=False):
+    """Fields of a :class:`~hydrocrane.Scenario` but for its machine and seed."""
+
+    joints: Mapping[str, float]
+    commands: Commands
+    duration: float
+    record_interval: float
+    pressures: Pressures
+    payload: float | None
+    overrides: Overrides
+    solver: Solver
+    name: str
+    title: str
+    controller: AnyController | None
+    joystick: Joystick | None
+    period: float | None
+    delay: float
+    sensors: str
+    sensor_faults: Iterable[SensorFault]
+    payload_changes: Mapping[float, float]
+    believed: Machine | Overrides | None
+    monitor: bool | None
+    phases: Iterable[Phase]
+    recorded_by: str
+
+
+class CommonSettings(TypedDict, total=False):
+    """Fields of a :class:`~hydrocrane.Solver` but for its method."""
+
+    rtol: float
+    atol: float | None
+    max_step: float
+    step: float | None
+
+
+class ScenarioFields(CommonFields, total=False):
+    """Fields of a :class:`~hydrocrane.Scenario`."""
+
+    machine: MachineLike
+    seed: int
+
+
+class SolverFields(CommonSettings, total=False):
+    """Fields of a :class:`~hydrocrane.Solver`."""
+
+    method: str
+
+
+class Changes(ScenarioFields, SolverFields, total=False):
+    """What :meth:`hydrocrane.Scenario.changed` takes."""
+
+
+class SweepChanges(CommonFields, CommonSettings, total=False):
+    """What :func:`hydrocrane.sweep` takes, which has a machine, a method and a seed of its own."""
+
+
+class RunChanges(SweepChanges, total=False):
+    """What :func:`hydrocrane.simulate` takes, which has a parameter `machine` of its own."""
+
+    seed: int
+    method: str

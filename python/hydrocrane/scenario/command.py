@@ -1,0 +1,93 @@
+"""Spool commands against time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hydrocrane.arrays import Array, real_array
+from hydrocrane.errors import InputError, unknown
+
+INTERPOLATIONS = ("hold", "linear")
+
+
+@dataclass(frozen=True)
+class Command:
+    """Spool command of one cylinder against time.
+
+    Parameters
+    ----------
+    time : (k,) array_like
+        s, increasing.
+    spool : (k,) array_like
+        m of spool stroke; positive extends.
+    interpolation : {"hold", "linear"}
+        ``hold`` keeps each value until the next time and is zero before the first; ``linear`` joins the points and
+        keeps the end values.
+    """
+
+    time: Array
+    spool: Array
+    interpolation: str = "hold"
+
+    if TYPE_CHECKING:
+        # Whatever NumPy takes as an array may be given.
+        def __init__(self, time: ArrayLike, spool: ArrayLike, interpolation: str = "hold") -> None: ...
+
+    def __post_init__(self) -> None:
+        time, spool = real_array(self.time, "time"), real_array(self.spool, "spool")
+        if time.ndim != 1 or time.shape != spool.shape or not time.size:
+            raise InputError(f"a command needs as many times as spool values; got shapes {time.shape}, {spool.shape}")
+        if (np.diff(time) <= 0).any():
+            raise InputError("the times of a command must increase")
+        if self.interpolation not in INTERPOLATIONS:
+            raise unknown("interpolation", self.interpolation, INTERPOLATIONS)
+        object.__setattr__(self, "time", time)
+        object.__setattr__(self, "spool", spool)
+
+    def at(self, t: Array) -> Array:
+        """Values at times t (m,), m."""
+        if self.interpolation == "linear":
+            return np.asarray(np.interp(t, self.time, self.spool), dtype=np.float64)
+        index = np.searchsorted(self.time, t, side="right") - 1
+        return np.where(index < 0, 0.0, self.spool[index])
+
+
+# A command, what its parameters are, a pair (time, spool), or one constant spool value.
+CommandLike: TypeAlias = Command | Mapping[str, ArrayLike] | Sequence[ArrayLike] | float
+# By cylinder, or one pair (time (k,), spool (k, n_cyl)) for all.
+Commands: TypeAlias = Mapping[str, CommandLike] | Sequence[ArrayLike]
+
+
+def as_command(cylinder: str, value: CommandLike) -> Command:
+    if isinstance(value, Command):
+        return value
+    if isinstance(value, Mapping):
+        return Command(**value)  # type: ignore[arg-type]
+    if isinstance(value, list | tuple) and len(value) == 2:
+        return Command(*value)
+    if np.isscalar(value) and not isinstance(value, str):
+        return Command(np.array([0.0]), np.array([value]))
+    raise InputError(f"command of `{cylinder}` must be a Command, a pair (time, spool) or one number; got {value!r}")
+
+
+def split_table(commands: object, cylinders: tuple[str, ...]) -> dict[str, Command]:
+    if not isinstance(commands, tuple | list) or len(commands) != 2:
+        raise InputError(f"commands must be a mapping by cylinder, or a pair (time (k,), spool (k, {len(cylinders)}))")
+    time, table = real_array(commands[0], "time"), real_array(commands[1], "spool")
+    if table.shape != (time.size, len(cylinders)):
+        raise InputError(f"spool must have shape ({time.size}, {len(cylinders)}), one row per time; got {table.shape}")
+    return {name: Command(time, table[:, i]) for i, name in enumerate(cylinders)}
+
+
+def check_spool(cylinder: str, command: Command, stroke: float) -> None:
+    largest = float(np.abs(command.spool).max())
+    if largest > stroke * (1 + 1e-9):
+        raise InputError(
+            f"the command of `{cylinder}` asks for {largest * 1e3:g} mm of spool; its valve has {stroke * 1e3:g} mm"
+            " (commands are in metres)"
+        )

@@ -1,0 +1,70 @@
+"""Loads that come and go: the payload against time, and what a change of it did."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrocrane._core_types import PayloadEntry
+from hydrocrane.arrays import real_array
+from hydrocrane.errors import InputError
+
+
+@dataclass(frozen=True)
+class PayloadChange:
+    """A load taken up, or let go, by the tip.
+
+    Attributes
+    ----------
+    time : float
+        s.
+    before, after : float
+        Payload, kg.
+    velocity_before, velocity_after : (x, z)
+        Of the tip, m/s. A load that is taken up lies still and brakes the tip at once; letting one go changes nothing.
+    loss : float
+        Kinetic energy that the impact turned into heat, J.
+    """
+
+    time: float
+    before: float
+    after: float
+    velocity_before: tuple[float, float]
+    velocity_after: tuple[float, float]
+    loss: float
+
+    @classmethod
+    def of(cls, entry: PayloadEntry) -> PayloadChange:
+        """From the core's entry, also after its way through JSON."""
+        time, (before, after), (incoming, outgoing), loss = entry
+        return cls(time, before, after, (incoming[0], incoming[1]), (outgoing[0], outgoing[1]), loss)
+
+    @property
+    def text(self) -> str:
+        """In words."""
+        if self.after <= self.before:
+            return f"lets {self.before - self.after:g} kg go; payload {self.after:g} kg"
+        speeds = [float(np.hypot(*v)) for v in (self.velocity_before, self.velocity_after)]
+        braked = f"tip from {speeds[0]:.3g} to {speeds[1]:.3g} m/s, {self.loss:.3g} J lost"
+        return f"takes up {self.after - self.before:g} kg; payload {self.after:g} kg, {braked}"
+
+
+def payload_changes(given: object) -> dict[float, float]:
+    """Time (s) to payload (kg) from then on, in order of time."""
+    if not isinstance(given, Mapping):
+        raise InputError(
+            f"payload_changes must map times, s, to the payload from then on, kg, like {{2.0: 100.0}}; got {given!r}"
+        )
+    changes = {}
+    for time, mass in given.items():
+        t, m = real_array(time, "time of a payload change"), real_array(mass, f"payload at {time} s")
+        if t.ndim or t <= 0:
+            raise InputError(
+                f"the payload changes at one time above zero, in s (`payload` is that of the start); got {time!r}"
+            )
+        if m.ndim or m < 0:
+            raise InputError(f"the payload at {time:g} s must be one mass in kg, zero or more; got {mass!r}")
+        changes[float(t)] = float(m)
+    return dict(sorted(changes.items()))

@@ -1,0 +1,73 @@
+"""What changes on the way of a run: controller, sticks, values of the machine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from hydrocrane.arrays import real_array
+from hydrocrane.control.controllers import AnyController
+from hydrocrane.control.joystick import Joystick
+from hydrocrane.errors import InputError
+from hydrocrane.machine.machine import Machine
+from hydrocrane.machine.overrides import Overrides, plain_overrides
+
+# Fields of a phase that come with a controller.
+LOOP = ("period", "delay", "sensors", "believed", "monitor")
+
+
+@dataclass(frozen=True)
+class Phase:
+    """From a time on the crane is driven otherwise, or is another one.
+
+    A phase goes on from the state, the load, the energies, the sticks and the commands under way of the one before; its
+    controller and its sensors begin as at the start of a run.
+
+    Parameters
+    ----------
+    time : float
+        When it begins, s.
+    overrides : mapping
+        Machine keys that change, added to those in force.
+    controller : str or object, optional
+        As of a scenario; `period`, `delay`, `sensors`, `believed` and `monitor` belong to it. By default all of them
+        stay as they are, the period also where only the controller is given.
+    joystick : Joystick, optional
+        By default the sticks go on as they were; where the controller takes sticks of the other mode, they are centred.
+        A joystick of the other mode alone calls for the controller of its mode.
+    """
+
+    time: float
+    overrides: Overrides = field(default_factory=dict)
+    controller: AnyController | None = None
+    joystick: Joystick | None = None
+    period: float | None = None
+    delay: float = 0.0
+    sensors: str = "ideal"
+    believed: Machine | Overrides | None = None
+    monitor: bool | None = None
+
+    def __post_init__(self) -> None:
+        time = real_array(self.time, "time")
+        if time.ndim or time <= 0:
+            raise InputError(f"a phase begins at one time above zero, in seconds; got {self.time!r}")
+        object.__setattr__(self, "time", float(time))
+        object.__setattr__(self, "overrides", plain_overrides(self.overrides))
+        if self.joystick is not None and not isinstance(self.joystick, Joystick):
+            raise InputError(f"joystick must be a Joystick, got {self.joystick!r}")
+        if self.controller is None:
+            stated = [name for name in LOOP if getattr(self, name) != getattr(Phase, name)]
+            if stated:
+                raise InputError(f"`{stated[0]}` of a phase belongs to its controller, which it does not name")
+
+
+def checked_phases(phases: Iterable[Phase] | Phase) -> tuple[Phase, ...]:
+    """Phases in order of time."""
+    listed = list(phases) if isinstance(phases, Iterable) else [phases]
+    if not all(isinstance(phase, Phase) for phase in listed):
+        raise InputError(f"phases must be a list of Phase; got {phases!r}")
+    ordered = sorted(listed, key=lambda phase: phase.time)
+    for early, late in zip(ordered[:-1], ordered[1:], strict=True):
+        if early.time == late.time:
+            raise InputError(f"two phases begin at {late.time:g} s; give each a time of its own")
+    return tuple(ordered)

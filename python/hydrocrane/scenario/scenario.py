@@ -1,0 +1,385 @@
+"""What is to be simulated: machine, payload, start, spool commands against time, duration, solver.
+
+A scenario comes from a bundled name, from a TOML file, or is built in Python::
+
+    Scenario(machine="rottne-f9-lab", joints={"boom": 1.7, "jib": 1.7, "extension": 0.0},
+             commands={"lift": ([0.0, 1.0], [0.02, 0.0])}, duration=3.0)
+
+Numbers are SI and radians; strings in `overrides` carry their unit.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Unpack, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hydrocrane._core_types import LoopPlan
+from hydrocrane.arrays import Array, check_positive, real_array, seed_number
+from hydrocrane.control.controllers import DEFAULT_PERIOD, AnyController, check_controller
+from hydrocrane.control.joystick import Joystick
+from hydrocrane.errors import InputError, nearest, unknown
+from hydrocrane.machine.machine import Machine, load_machine
+from hydrocrane.machine.overrides import Override, plain_overrides
+from hydrocrane.machine.sensors import SENSORS, SensorFault
+from hydrocrane.result_warning import ResultWarning
+from hydrocrane.scenario.changes import Changes, Pressures, ScenarioFields
+from hydrocrane.scenario.command import Command, as_command, check_spool, split_table
+from hydrocrane.scenario.payload import payload_changes
+from hydrocrane.scenario.phases import Phase, checked_phases
+from hydrocrane.scenario.precedence import check_agreement, later_counts, stated_fields
+from hydrocrane.scenario.record_size import NUMBERS_PER_ROW, check_size, row_count
+from hydrocrane.scenario.solver import FIXED_STEPS, Solver
+
+# Least time between samples of a controller, s; machine files have the same bound.
+LEAST_PERIOD = 1e-4
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A complete description of one run.
+
+    `payload`, the `period` of a named controller and the joystick's `full_speed` stand for values that the machine
+    states too. They count before the machine's; of `changed` and :func:`hydrocrane.simulate` whatever is given there
+    counts, be it the field or the override. Two different values given at once are an error.
+
+    Parameters
+    ----------
+    machine : str, path or Machine
+        Bundled name, path, or a loaded machine, whose source and overrides are then kept.
+    joints : mapping
+        Start value of every joint, rad or m.
+    commands : mapping
+        Per cylinder a :class:`Command`, a pair (time, spool), or one constant spool value; cylinders left out keep
+        their spool centred. Or a pair (time (k,), spool (k, n_cyl)) for all cylinders at once.
+    duration, record_interval : float
+        s.
+    pressures : "equilibrium" or mapping
+        Chamber pressures at the start: those that hold the crane, or (p1, p2) per cylinder, Pa.
+    payload : float, optional
+        kg at the tip; default is the machine's own.
+    overrides : mapping
+        Machine keys to change, see :func:`hydrocrane.load_machine`.
+    controller : str or object, optional
+        In place of `commands`: ``tip``, ``heinze-pid``, ``lever``, or a controller of one's own (an object with
+        ``reset(machine, obs)`` and ``step(obs, command)``, or a function like ``step``) that gives spool commands.
+    joystick : Joystick, optional
+        What the operator does; alone it calls for ``tip``, or in mode ``lever`` for ``lever``.
+    period : float, optional
+        Time between samples, s; default is the machine's or the controller's, 10 ms for one's own.
+    delay : float
+        Time that the controller takes to compute, s.
+    sensors : {"ideal", "data-sheet"}
+        What the controller sees: the truth, or what the machine's sensors read, drawn by `seed`.
+    sensor_faults : sequence of SensorFault
+    payload_changes : mapping
+        Time, s, to the payload, kg, from then on: loads that lie still and are taken up, and loads let go. What lies
+        beyond the duration does not happen.
+    believed : mapping or Machine, optional
+        What a controller takes its nominal model from, while the crane stays what it is: overrides of the machine, or
+        another machine with as many joints of the same kinds. By default it knows the truth. Own controllers are
+        handed this machine in ``reset``.
+    monitor : bool, optional
+        Whether sensors that cannot be right close the valves until they can; default is yes for ``tip`` and
+        ``heinze-pid``, no for ``lever``, which measures nothing, and for a controller of one's own.
+    phases : sequence of Phase
+        What changes on the way: controller, sticks, values of the machine. What lies beyond the duration does not
+        happen.
+    recorded_by : str
+        Version of hydrocrane whose cockpit recorded it; empty where it is no drive.
+    """
+
+    machine: str = "rottne-f9-lab"
+    joints: Mapping[str, float] = field(default_factory=dict)
+    commands: Mapping[str, Command] | Sequence[ArrayLike] = field(default_factory=dict)
+    duration: float = 5.0
+    record_interval: float = 0.01
+    pressures: Pressures = "equilibrium"
+    payload: float | None = None
+    overrides: Mapping[str, Override] = field(default_factory=dict)
+    solver: Solver = field(default_factory=Solver)
+    name: str = "unnamed"
+    title: str = ""
+    seed: int = 0
+    controller: AnyController | None = None
+    joystick: Joystick | None = None
+    period: float | None = None
+    delay: float = 0.0
+    sensors: str = "ideal"
+    sensor_faults: Sequence[SensorFault] = ()
+    payload_changes: Mapping[float, float] = field(default_factory=dict)
+    believed: Machine | Mapping[str, Override] | None = None
+    monitor: bool | None = None
+    phases: Sequence[Phase] = ()
+    recorded_by: str = ""
+
+    if TYPE_CHECKING:
+        # More may be given than is kept: a machine, commands and overrides in all their forms.
+        def __init__(self, **fields: Unpack[ScenarioFields]) -> None: ...
+
+    def __post_init__(self) -> None:
+        self._check_loop()
+        object.__setattr__(self, "phases", checked_phases(self.phases))
+        if self.phases and not self.closed_loop:
+            raise InputError("phases change who drives the crane: give a controller or a joystick in place of commands")
+        object.__setattr__(self, "seed", seed_number(self.seed))
+        object.__setattr__(self, "payload_changes", payload_changes(self.payload_changes))
+        check_positive("duration", self.duration)
+        check_positive("record_interval", self.record_interval)
+        if isinstance(self.commands, Mapping):
+            object.__setattr__(self, "commands", {c: as_command(c, v) for c, v in self.commands.items()})
+        if self.payload is not None:
+            mass = real_array(self.payload, "payload")
+            if mass.ndim or mass < 0:
+                raise InputError(f"payload must be one mass in kg, zero or more; got {self.payload!r}")
+        overrides = plain_overrides(self.overrides)
+        check_agreement(self, overrides)
+        if isinstance(self.machine, Machine):
+            hidden = stated_fields(self)
+            own = {key: value for key, value in self.machine.overrides.items() if key not in hidden}
+            overrides = {**own, **overrides}
+            object.__setattr__(self, "machine", self.machine.source)
+        object.__setattr__(self, "machine", str(self.machine))
+        object.__setattr__(self, "overrides", overrides)
+        for phase in self.phases:
+            load = phase.overrides.get("payload.mass")
+            if load is not None and load != overrides.get("payload.mass"):
+                raise InputError(
+                    f"the phase from {phase.time:g} s on overrides `payload.mass`, but a load goes on through phases: "
+                    f"give payload_changes={{{phase.time:g}: ...}} in kg"
+                )
+
+    def changed(self, **fields: Unpack[Changes]) -> Scenario:
+        """A copy with some fields, or fields of its solver, replaced; `overrides` are added to those it has.
+
+        What is given here counts before what the scenario states: ``overrides={"payload.mass": 200}`` before its
+        `payload`, and ``payload=200`` before its override. Different values for both are an error.
+        """
+        own = {f.name for f in dataclasses.fields(self)}
+        inner = {f.name for f in dataclasses.fields(self.solver)}
+        changes: dict[str, Any] = dict(fields)
+        for name in changes:
+            if name not in own | inner:
+                raise InputError(f"a scenario has no `{name}`{nearest(name, sorted(own | inner))}")
+        solver = changes.pop("solver", self.solver)
+        inside = {name: changes.pop(name) for name in list(changes) if name in inner}
+        if inside.get("method", FIXED_STEPS) != FIXED_STEPS:
+            inside.setdefault("step", None)
+        if "overrides" in changes:
+            changes["overrides"] = plain_overrides(changes["overrides"])
+        counting: dict[str, Any] = dict(later_counts(self, cast(ScenarioFields, changes)))
+        return dataclasses.replace(self, solver=dataclasses.replace(solver, **inside), **counting)
+
+    def _check_loop(self) -> None:
+        """What concerns the controller and its surroundings."""
+        check_controller(self.controller)
+        if self.closed_loop and len(self.commands):
+            raise InputError("a scenario has either commands or a controller with its joystick, not both")
+        if self.sensors not in SENSORS:
+            raise unknown("kind of sensors", self.sensors, SENSORS)
+        if not (self.monitor is None or isinstance(self.monitor, bool)):
+            raise InputError(f"monitor must be True, False or None; got {self.monitor!r}")
+        if self.sensor_faults and not self.closed_loop:
+            raise InputError("sensor_faults need a controller or a joystick: without one nobody reads the sensors")
+        if self.period is not None:
+            check_positive("period", self.period)
+            if self.period < LEAST_PERIOD:
+                raise InputError(f"period is {self.period:g} s; the least is {LEAST_PERIOD:g} s")
+        delay = real_array(self.delay, "delay")
+        if delay.ndim or delay < 0:
+            raise InputError(f"delay must be one number, zero or greater, in seconds; got {self.delay!r}")
+        if self.joystick is not None and not isinstance(self.joystick, Joystick):
+            raise InputError(f"joystick must be a Joystick, got {self.joystick!r}")
+        if self.believed is not None:
+            if not self.closed_loop:
+                raise InputError("`believed` is what a controller takes the crane for; this scenario has no controller")
+            if not isinstance(self.believed, Machine):
+                object.__setattr__(self, "believed", plain_overrides(self.believed))
+        if isinstance(self.driver, str) and (self.driver == "lever") != (self.stick_mode == "lever"):
+            raise InputError(f"controller `{self.driver}` does not take the stick mode `{self.stick_mode}`")
+
+    @property
+    def closed_loop(self) -> bool:
+        """Whether a controller moves the spools."""
+        return self.controller is not None or self.joystick is not None
+
+    @property
+    def stick_mode(self) -> str:
+        """Mode of the sticks."""
+        if self.joystick is not None:
+            return self.joystick.mode
+        return "lever" if isinstance(self.controller, str) and self.controller == "lever" else "tip"
+
+    @property
+    def driver(self) -> AnyController | None:
+        """The controller, or the one that the joystick calls for."""
+        if self.controller is None and self.joystick is not None:
+            return "lever" if self.joystick.mode == "lever" else "tip"
+        return self.controller
+
+    @property
+    def monitored(self) -> bool:
+        """Whether a monitor stands between sensors and controller."""
+        if self.monitor is None:
+            return isinstance(self.driver, str) and self.driver != "lever"
+        return bool(self.monitor)
+
+    @property
+    def machine_overrides(self) -> dict[str, Override]:
+        """The overrides, with those that a named controller's period and full speed make."""
+        return {**self.overrides, **self._loop_overrides}
+
+    @property
+    def _loop_overrides(self) -> dict[str, Override]:
+        return {key: value for key, (_, value, _) in stated_fields(self).items() if key != "payload.mass"}
+
+    def believed_machine(self, machine: Machine) -> Machine:
+        """What the controller takes `machine` for."""
+        if self.believed is None:
+            return machine
+        source, overrides = machine.source, {**machine.overrides, **self._loop_overrides}
+        if isinstance(self.believed, Machine):
+            source, overrides = self.believed.source, {**self.believed.overrides, **self._loop_overrides}
+        else:
+            overrides |= self.believed
+        believed = load_machine(source, overrides)
+        if believed.joint_units != machine.joint_units:
+            kinds = [", ".join(f"{j} ({unit})" for j, unit in zip(m.joint_names, m.joint_units, strict=True))
+                     for m in (machine, believed)]  # fmt: skip
+            raise InputError(
+                f"the believed machine must have the joints of {machine.name}, {kinds[0]}; "
+                f"{believed.name} has {kinds[1]}"
+            )
+        return believed
+
+    def loop_plan(self, machine: Machine) -> LoopPlan:
+        """What surrounds the controller, as the core takes it."""
+        stick = self.joystick or Joystick([], mode=self.stick_mode)
+        return {
+            "period": float(self.period or DEFAULT_PERIOD),
+            "delay": float(self.delay),
+            "sensors": self.sensors,
+            "seed": self.seed,
+            "faults": [fault.entry for fault in self.sensor_faults],
+            "mode": stick.mode,
+            "stick_times": stick.time.tolist(),
+            "deflections": stick.table(machine.cylinder_names).tolist(),
+            "linear": stick.interpolation == "linear",
+            "dead_zone": float(stick.dead_zone),
+            "ramp": float(stick.ramp),
+            "monitor": self.monitored,
+        }
+
+    def stages(self) -> list[tuple[float, Scenario]]:
+        """The time, s, at which each phase begins, and the scenario that holds from then on; the first from 0 on."""
+        stages = [(0.0, self.changed(phases=()) if self.phases else self)]
+        for phase in self.phases:
+            before = stages[-1][1]
+            stages.append((phase.time, before.changed(**_changes(phase, before.driver, before.stick_mode))))
+        return stages
+
+    def load_machine(self) -> Machine:
+        """The scenario's machine with its overrides."""
+        return load_machine(self.machine, self.machine_overrides)
+
+    def initial_state(self, machine: Machine) -> Array:
+        """State (n_states,) at time zero."""
+        return self.start(machine)[0]
+
+    def start(self, machine: Machine) -> tuple[Array, tuple[ResultWarning, ...]]:
+        """State (n_states,) at time zero, and what makes it doubtful."""
+        q = self._start_pose(machine)
+        if isinstance(self.pressures, str):
+            if self.pressures != "equilibrium":
+                raise unknown("start of the pressures", self.pressures, ("equilibrium",))
+            return machine.rest(q, payload=self.payload)
+        _known_names("cylinder", self.pressures, machine.cylinder_names)
+        missing = [c for c in machine.cylinder_names if c not in self.pressures]
+        if missing:
+            raise InputError(f"no start pressures for cylinder {', '.join(missing)}; give (p1, p2) of every cylinder")
+        return machine.pack_state(q, p=[self.pressures[c] for c in machine.cylinder_names]), ()
+
+    def command_grid(self, machine: Machine) -> tuple[Array, Array, bool]:
+        """Commands of all cylinders on common times: times (k,), spools (k, n_cyl), and whether to join linearly."""
+        commands = self.commands
+        if not isinstance(commands, Mapping):
+            commands = split_table(commands, machine.cylinder_names)
+        _known_names("cylinder", commands, machine.cylinder_names)
+        for cylinder, command in commands.items():
+            check_spool(cylinder, command, machine.spool_strokes[machine.cylinder_names.index(cylinder)])
+        # A constant reads the same either way, so it does not decide between holding and joining.
+        kinds = {c.interpolation for c in commands.values() if np.ptp(c.spool) > 0}
+        if len(kinds) > 1:
+            raise InputError("the commands of one scenario must share one interpolation, `hold` or `linear`")
+        times = np.unique(np.concatenate([[0.0], *(c.time for c in commands.values())]))
+        times = times[times >= 0.0]
+        table = np.zeros((times.size, len(machine.cylinder_names)))
+        for cylinder, command in commands.items():
+            table[:, machine.cylinder_names.index(cylinder)] = command.at(times)
+        return times, table, kinds == {"linear"}
+
+    def record_times(self) -> Array:
+        """Times at which the run is recorded, from 0 to `duration`, s.
+
+        Raises
+        ------
+        InputError
+            Where the record would take more than :data:`hydrocrane.scenario.record_size.MOST_BYTES`.
+        """
+        count = row_count(self.duration, self.record_interval)
+        check_size("the record of this run", count, NUMBERS_PER_ROW, "a longer record_interval or a shorter duration")
+        times: Array = np.arange(int(count), dtype=np.float64) * self.record_interval
+        if self.duration - times[-1] > 1e-9 * self.duration:
+            return np.append(times, self.duration)
+        times[-1] = self.duration
+        return times
+
+    def _start_pose(self, machine: Machine) -> Array:
+        _known_names("joint", self.joints, machine.joint_names)
+        missing = [j for j in machine.joint_names if j not in self.joints]
+        if missing:
+            raise InputError(f"no start value for joint {', '.join(missing)}; give every joint of {machine.name}")
+        q = real_array([self.joints[j] for j in machine.joint_names], "joints")
+        for name, unit, value, (low, high) in zip(
+            machine.joint_names, machine.joint_units, q, np.rad2deg(machine.joint_limits), strict=True
+        ):
+            if unit == "rad" and abs(value) > 2.0 * np.pi:
+                meant = f"; numbers are radians: write np.deg2rad({value:g})" if low <= value <= high else ""
+                raise InputError(
+                    f"joint {name} starts at {value:g} rad, {np.rad2deg(value):g} deg: more than a whole turn; its "
+                    f"limits are {low:.1f} and {high:.1f} deg{meant}"
+                )
+        return q
+
+
+def _changes(phase: Phase, driver: AnyController | None, mode: str) -> Changes:
+    """Fields of a scenario under `driver` with sticks of `mode` that a phase changes."""
+    changes: Changes = {"overrides": phase.overrides}
+    if phase.joystick is not None:
+        changes["joystick"] = phase.joystick
+        if isinstance(driver, str) and phase.joystick.mode != mode:
+            changes |= {"controller": None, "monitor": None}
+    if phase.controller is not None:
+        changes |= {
+            "controller": phase.controller,
+            "delay": phase.delay,
+            "sensors": phase.sensors,
+            "believed": phase.believed,
+            "monitor": phase.monitor,
+        }
+        if phase.period is not None:
+            changes["period"] = phase.period
+        named = isinstance(phase.controller, str)
+        if phase.joystick is None and named and (phase.controller == "lever") != (mode == "lever"):
+            changes["joystick"] = None
+    return changes
+
+
+def _known_names(what: str, given: Iterable[str], known: tuple[str, ...]) -> None:
+    for name in given:
+        if name not in known:
+            raise unknown(what, name, known)

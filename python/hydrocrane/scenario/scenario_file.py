@@ -1,0 +1,101 @@
+"""Scenarios from files, and those that come with the package."""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+from typing import TypedDict, cast
+
+from hydrocrane import _core
+from hydrocrane._core_types import ControllerTable, JoystickTable, Override, PhaseTable
+from hydrocrane.control.joystick import TIP_AXES, Joystick, StickFields
+from hydrocrane.errors import translated
+from hydrocrane.machine.overrides import Overrides, plain_overrides
+from hydrocrane.machine.sensors import SensorFault
+from hydrocrane.scenario.changes import SolverFields
+from hydrocrane.scenario.command import Command
+from hydrocrane.scenario.phases import Phase
+from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.scenario.solver import Solver
+
+
+def bundled_scenarios() -> tuple[str, ...]:
+    """Names of the scenarios that come with the package."""
+    return tuple(_core.bundled_scenarios())
+
+
+def load_scenario(source: str | PathLike[str], overrides: Overrides | None = None) -> Scenario:
+    """Load a scenario by bundled name or path; `overrides` set keys of the scenario file itself.
+
+    A machine named by a path is looked for beside the scenario file.
+    """
+    with translated():
+        raw = _core.load_scenario(str(source), list(plain_overrides(overrides or {}).items()))
+    beside = Path(source).resolve().parent / raw["machine"]
+    is_bundled = str(source) in _core.bundled_scenarios()
+    machine = str(beside) if not is_bundled and beside.is_file() else raw["machine"]
+    solver = cast(SolverFields, {key: value for key, value in raw["solver"].items() if value is not None})
+    return Scenario(
+        machine=machine,
+        joints=dict(raw["joints"]),
+        commands={name: Command(**command) for name, command in raw["commands"].items()},
+        duration=raw["duration"],
+        record_interval=raw["record_interval"],
+        pressures=raw["pressures"],
+        payload=raw["payload"],
+        payload_changes=dict(raw["payload_changes"]),
+        overrides=dict(raw["overrides"]),
+        solver=Solver(**solver),
+        name=raw["name"],
+        title=raw["title"],
+        seed=raw["seed"],
+        joystick=_joystick(raw["joystick"], raw["cylinders"]),
+        sensor_faults=tuple(SensorFault(**fault) for fault in raw["sensor_faults"]),
+        phases=tuple(_phase(phase, raw["cylinders"]) for phase in raw["phases"]),
+        recorded_by=raw["recorded_by"] or "",
+        **_loop(raw["controller"]),
+    )
+
+
+class LoopFields(TypedDict, total=False):
+    """Fields of a scenario or phase that come with a controller."""
+
+    controller: str
+    believed: dict[str, Override] | None
+    period: float | None
+    delay: float
+    sensors: str
+    monitor: bool | None
+
+
+def _phase(raw: PhaseTable, cylinders: list[str]) -> Phase:
+    stick = _joystick(raw["joystick"], cylinders)
+    return Phase(raw["time"], dict(raw["overrides"]), joystick=stick, **_loop(raw["controller"]))
+
+
+def _loop(raw: ControllerTable | None) -> LoopFields:
+    if raw is None:
+        return {}
+    return {
+        "controller": raw["name"],
+        "believed": dict(raw["believed"]) or None,
+        "period": raw["period"],
+        "delay": raw["delay"],
+        "sensors": raw["sensors"],
+        "monitor": raw["monitor"],
+    }
+
+
+def _joystick(raw: JoystickTable | None, cylinders: list[str]) -> Joystick | None:
+    if raw is None:
+        return None
+    about: StickFields = {
+        "interpolation": raw["interpolation"],
+        "dead_zone": raw["dead_zone"],
+        "full_speed": raw["full_speed"],
+        "ramp": raw["ramp"],
+    }
+    if raw["log"] is not None:
+        return Joystick.from_log(raw["log"], mode=raw["mode"], **about)
+    names = TIP_AXES if raw["mode"] == "tip" else cylinders
+    return Joystick(raw["time"], dict(zip(names, raw["axes"], strict=True)), raw["mode"], **about)

@@ -1,0 +1,45 @@
+"""Which method integrates a run, and how finely."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hydrocrane.arrays import check_positive
+from hydrocrane.errors import InputError, unknown
+
+METHODS = ("rodas5p", "ros4l", "tsit5", "ros3l")
+FIXED_STEPS = "ros3l"
+
+
+@dataclass(frozen=True)
+class Solver:
+    """Integration method, and its tolerances or its step.
+
+    ``rodas5p`` and ``ros4l`` are stiff methods with the exact Jacobian, ``tsit5`` is explicit: they choose their
+    steps, up to `max_step` (s). With LuGre friction ``ros4l`` is the quickest, with static friction ``rodas5p`` is
+    the more exact. ``ros3l``, stiff as well, takes equal steps no longer than `step` (s) between changes of a
+    command, for real time: it cuts a step only where its error is gross, into at most 64 parts. `atol` scales the
+    absolute tolerances of all states together; ``None`` leaves them in their fixed proportion to `rtol`.
+    """
+
+    method: str = "rodas5p"
+    rtol: float = 1e-4
+    atol: float | None = None
+    max_step: float = 0.05
+    step: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.method not in METHODS:
+            raise unknown("method", self.method, METHODS)
+        for name in ("rtol", "max_step"):
+            check_positive(name, getattr(self, name))
+        for name in ("atol", "step"):
+            if getattr(self, name) is not None:
+                check_positive(name, getattr(self, name))
+        if self.step is None and self.method == FIXED_STEPS:
+            raise InputError(f"`{self.method}` takes fixed steps: give their size in seconds, for example step=0.005")
+        if self.step is not None and self.method != FIXED_STEPS:
+            raise InputError(
+                f"`{self.method}` chooses its steps itself: leave `step` out, give `max_step` for the largest one, "
+                f"or take method=`{FIXED_STEPS}`"
+            )

@@ -1,0 +1,257 @@
+"""Many cranes of one machine, stepped together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hydrocrane import _core
+from hydrocrane._moved import renamed_keyword
+from hydrocrane.arrays import Array, real_array, vectors
+from hydrocrane.errors import InputError, SimulationError, translated
+from hydrocrane.machine.machine import Machine, MachineLike, as_machine
+from hydrocrane.scenario.record_size import NUMBERS_PER_ROW, check_size
+
+# Of the errors of a step; see docs/theory/batch.md for what comes of it.
+TOLERANCE = 0.02
+
+
+@dataclass(frozen=True)
+class BatchObservation:
+    """What is seen of a batch of n cranes at a sample: that of :class:`hydrocrane.Observation` with a leading axis.
+
+    Attributes
+    ----------
+    t : (n,) array
+        s since each crane's reset.
+    q, qd : (n, n_joints) arrays
+        Joint coordinates and rates, rad or m, and per second.
+    p : (n, n_cyl, 2) array
+        Chamber pressures p1, p2, Pa gauge.
+    tip : (n, 2) array
+        x, z in the inertial frame, m.
+    """
+
+    t: Array
+    q: Array
+    qd: Array
+    p: Array
+    tip: Array
+
+
+class BatchSimulator:
+    """n cranes of one machine that advance by one sample per :meth:`step`, each with spool commands of its own.
+
+    Each crane takes steps of its own size (GRK4T, order four), as short as `tolerance` asks. What becomes of it depends
+    on its own start, commands and payload alone, bit for bit: not on its place, on n, on the number of threads or on
+    the processor's vector instructions. A crane that leaves its admissible states stays at its last good one until it
+    is reset; the others do not notice.
+
+    Parameters
+    ----------
+    machine : Machine, str or path
+    n : int
+        Number of cranes.
+    sample_time : float
+        s.
+    step : float, optional
+        Longest step, s; default is the sample time, which no step exceeds.
+    tolerance : float
+        Errors of a step, root mean square over the states, in units of their scales: 10 bar, 0.1 rad,
+        0.1 rad/s, 1 mm of bristle.
+        The default keeps tips within a millimetre over some seconds of rough manoeuvres.
+    payload : float or (n,) array, optional
+        kg at the tips at every reset; default is the machine's own.
+    threads : int, optional
+        Default is the number of cores.
+    instruction_set : {"sse2", "avx2", "avx512"}, optional
+        A narrower set of vector instructions than the processor's widest, for measurements.
+    """
+
+    @renamed_keyword("crane", "machine")
+    def __init__(
+        self,
+        machine: MachineLike,
+        n: int,
+        sample_time: float = 0.01,
+        *,
+        step: float | None = None,
+        tolerance: float = TOLERANCE,
+        payload: ArrayLike | None = None,
+        threads: int | None = None,
+        instruction_set: str | None = None,
+    ) -> None:
+        machine = as_machine(machine)
+        self.machine = machine
+        self.n = _count(n, "n, the number of cranes,")
+        check_size("a batch of so many cranes", self.n, NUMBERS_PER_ROW, "fewer cranes, in several batches")
+        self.sample_time = _seconds(sample_time, "sample_time")
+        self.step_size = self.sample_time if step is None else _seconds(step, "step")
+        self.tolerance = _positive(tolerance, "tolerance", "in units of the states' scales")
+        self._start_payload = self._masses(machine.payload() if payload is None else payload, "payload")
+        workers = 0 if threads is None else _count(threads, "threads")
+        self._started = np.zeros(self.n, dtype=bool)
+        with translated():
+            self._core = _core.BatchSimulator(
+                machine.core, self.n, self.sample_time, self.step_size, self.tolerance, workers, instruction_set
+            )
+
+    @property
+    def crane(self) -> Machine:
+        """The same as `machine`, under its name from before."""
+        return self.machine
+
+    @property
+    def state(self) -> Array:
+        """(n, n_states) in the order of ``machine.state_names``."""
+        return self._core.state
+
+    @property
+    def payload(self) -> Array:
+        """(n,) at the tips, kg."""
+        return self._core.payload
+
+    @property
+    def time(self) -> Array:
+        """(n,) s since each crane's reset; a lost crane's is when it was lost."""
+        return self._core.time
+
+    @property
+    def alive(self) -> NDArray[np.bool_]:
+        """(n,) whether each crane still moves."""
+        return self._core.alive
+
+    @property
+    def outcomes(self) -> list[str]:
+        """Per crane ``completed``, or why it was lost: ``stroke-limit``, ``solver-failed``; ``bad-state`` at first."""
+        return self._core.outcomes
+
+    @property
+    def threads(self) -> int:
+        """Threads that share the cranes."""
+        return self._core.threads
+
+    @property
+    def instruction_set(self) -> str:
+        """Vector instructions that the cranes run in."""
+        return self._core.instruction_set
+
+    def reset(
+        self, q: ArrayLike | None = None, state: ArrayLike | None = None, *, cranes: ArrayLike | None = None
+    ) -> BatchObservation:
+        """Back to time zero with the payload of the start, at rest in poses q or at full states.
+
+        Parameters
+        ----------
+        q : (n_joints,) or (m, n_joints) array
+            Poses to rest in with holding pressures; one pose serves all.
+        state : (n_states,) or (m, n_states) array
+            In place of q.
+        cranes : (m,) array of int or (n,) array of bool, optional
+            Which cranes; default is all n.
+        """
+        if (q is None) == (state is None):
+            raise InputError("reset takes either q, poses to rest in, or state, full states")
+        chosen = self._chosen(cranes)
+        if q is not None:
+            starts = self._at_rest(vectors(q, "q", self.machine.joint_names), chosen)
+        else:
+            starts = vectors(cast(ArrayLike, state), "state", self.machine.state_names)
+        with translated():
+            self._core.reset(
+                chosen, _table(starts, len(chosen), "q" if state is None else "state"), self._start_payload[chosen]
+            )
+        self._started[chosen] = True
+        return self.observe()
+
+    def step(self, spool_commands: ArrayLike) -> BatchObservation:
+        """Advance every crane by one sample with its spool commands, (n, n_cyl) or one row for all, m, held.
+
+        Raises
+        ------
+        SimulationError
+            Before every crane was reset.
+        """
+        if not self._started.all():
+            missing = int(np.argmin(self._started))
+            raise SimulationError(
+                f"call reset(q=...) or reset(state=...) before the first step; crane {missing} has no state"
+            )
+        commands = vectors(spool_commands, "spool_commands", self.machine.cylinder_names)
+        with translated():
+            self._core.step(_table(commands, self.n, "spool_commands"))
+        return self.observe()
+
+    def set_payload(self, mass: ArrayLike, *, cranes: ArrayLike | None = None) -> None:
+        """From here on the tips carry `mass`, kg, one for each of `cranes` or one for all.
+
+        A load that is taken up lies still and brakes the tip at once; one that is let go leaves the state as it is.
+        """
+        chosen = self._chosen(cranes)
+        if not self._started[chosen].all():
+            raise SimulationError("call reset before set_payload")
+        masses = real_array(mass, "mass")
+        if masses.ndim > 1 or masses.size not in (1, len(chosen)) or (masses < 0).any():
+            raise InputError(f"mass must be one mass in kg, zero or more, or {len(chosen)} of them; got {mass!r}")
+        self._core.set_payload(chosen, np.ascontiguousarray(np.broadcast_to(masses, len(chosen))))
+
+    def observe(self) -> BatchObservation:
+        """What is seen of the cranes where they are."""
+        rows, joints = self._core.observe(), len(self.machine.joint_names)
+        pressures = rows[:, 2 * joints : 4 * joints].reshape(self.n, joints, 2)
+        return BatchObservation(self.time, rows[:, :joints], rows[:, joints : 2 * joints], pressures, rows[:, -2:])
+
+    def _masses(self, payload: ArrayLike, name: str) -> Array:
+        masses = real_array(payload, name)
+        if masses.ndim > 1 or masses.size not in (1, self.n) or (masses < 0).any():
+            raise InputError(f"{name} must be one mass in kg, zero or more, or {self.n} of them; got {payload!r}")
+        return np.array(np.broadcast_to(masses, self.n))
+
+    def _chosen(self, cranes: ArrayLike | None) -> NDArray[np.int64]:
+        if cranes is None:
+            return np.arange(self.n, dtype=np.int64)
+        chosen = np.asarray(cranes)
+        if chosen.dtype == bool and chosen.shape == (self.n,):
+            return np.flatnonzero(chosen).astype(np.int64)
+        if chosen.dtype.kind not in "iu" or chosen.ndim > 1:
+            raise InputError(f"cranes must be numbers of cranes or {self.n} truth values, got {cranes!r}")
+        chosen = np.atleast_1d(chosen).astype(np.int64)
+        if ((chosen < 0) | (chosen >= self.n)).any():
+            raise InputError(f"cranes must lie between 0 and {self.n - 1}, got {cranes!r}")
+        return chosen
+
+    def _at_rest(self, q: Array, chosen: NDArray[np.int64]) -> Array:
+        """States at rest, each pose and payload solved once."""
+        payloads = self._start_payload[chosen]
+        tasks = np.column_stack([_table(q, len(chosen), "q"), payloads])
+        unique, where = np.unique(tasks, axis=0, return_inverse=True)
+        rests = [self.machine.equilibrium(task[:-1], payload=float(task[-1])) for task in unique]
+        return np.array(rests)[where.reshape(-1)]
+
+
+def _table(array: Array, rows: int, name: str) -> Array:
+    """`array` as a contiguous table of `rows` rows; one row serves all."""
+    if array.ndim > 2 or (array.ndim == 2 and len(array) not in (1, rows)):
+        raise InputError(f"{name} must have one row or {rows}, one per crane; got shape {array.shape}")
+    return np.ascontiguousarray(np.broadcast_to(array, (rows, array.shape[-1])))
+
+
+def _count(value: object, name: str) -> int:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
+        raise InputError(f"{name} must be a whole number, one or more; got {value!r}")
+    return int(value)
+
+
+def _seconds(value: float | Sequence[float], name: str) -> float:
+    return _positive(value, name, "in seconds")
+
+
+def _positive(value: float | Sequence[float], name: str, unit: str) -> float:
+    number = real_array(value, name)
+    if number.ndim or number <= 0:
+        raise InputError(f"{name} must be one number greater than zero, {unit}; got {value!r}")
+    return float(number)

@@ -1,0 +1,174 @@
+"""Run a scenario."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from functools import partial
+from os import PathLike
+from typing import Unpack
+
+from hydrocrane import _core
+from hydrocrane._core_types import PhasePlan, Settings
+from hydrocrane.arrays import Array
+from hydrocrane.control.controllers import ON_ERROR, SampledController
+from hydrocrane.errors import translated, unknown
+from hydrocrane.machine.machine import Machine, load_machine
+from hydrocrane.results.dataset import run_dataset, stage_machine
+from hydrocrane.results.recording import Recording
+from hydrocrane.results.run import Run
+from hydrocrane.results.verification import compared, tightened
+from hydrocrane.scenario.changes import RunChanges
+from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.scenario.scenario_file import load_scenario
+from hydrocrane.simulation.interruption import interruptible
+
+
+def simulate(
+    scenario: str | PathLike[str] | Scenario,
+    *,
+    machine: Machine | str | PathLike[str] | None = None,
+    ledger: bool = True,
+    verify: bool = False,
+    on_error: str = "raise",
+    **changes: Unpack[RunChanges],
+) -> Run:
+    """Simulate a scenario and return what happened, also where it ends early.
+
+    Parameters
+    ----------
+    scenario : str, path or Scenario
+        Bundled name, scenario file, or a scenario built in Python.
+    machine : Machine, str or path, optional
+        Used in place of the scenario's machine; the scenario's overrides still apply.
+    ledger : bool
+        Integrate the energy ledger along with the states.
+    verify : bool
+        Run again with a hundredth of the tolerance, or half the step, and report the difference in `Run.verification`;
+        one that matters is a warning, ``not-converged``.
+    on_error : {"raise", "stop", "neutral"}
+        What happens after an exception in a controller of one's own. ``raise``: the run stops, and the exception is
+        raised again with its own traceback; its attribute ``run`` holds the :class:`Run` until then. ``stop``: the
+        run ends with outcome ``controller-failed``, whose message has the exception, the file and the line.
+        ``neutral``: the spools go to neutral for that sample, an event says so, and the run ends only after ten such
+        samples in a row.
+    **changes
+        Fields of the scenario or its solver to change: ``duration=2.0``, ``payload=150``, ``rtol=1e-8``,
+        ``overrides={"supply.pressure": "100 bar"}``, ...
+
+    Returns
+    -------
+    Run
+        Ctrl-C ends the run early with outcome ``interrupted``; what was computed is there.
+    """
+    if on_error not in ON_ERROR:
+        raise unknown("choice of on_error", on_error, ON_ERROR)
+    plan = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
+    plan = plan.changed(**changes)
+    machine = _machine_for(plan, machine)
+    payload = machine.payload(plan.payload)
+    began = time.perf_counter()
+    with interruptible() as should_stop:
+        go = partial(integrate, machine, payload=payload, record=plan.record_times(), should_stop=should_stop)
+        recorded = go(plan, ledger=ledger, on_error=on_error)
+        wall = time.perf_counter() - began
+        error = recorded.error
+        if verify and error is None:
+            solver, _ = tightened(plan.solver)
+            repeat = go(plan.changed(solver=solver), ledger=False, on_error=on_error)
+            recorded.verification, doubts = compared(machine, plan, recorded, repeat)
+            recorded.warnings += doubts
+    run = Run(run_dataset(machine, plan, recorded, payload=payload, wall=wall), machine)
+    if error is not None and (on_error == "raise" or not isinstance(error, Exception)):
+        raise _with_run(error, run)
+    return run
+
+
+def _with_run(error: BaseException, run: Run) -> BaseException:
+    """`error` with the run until then as its attribute, and a note that says so."""
+    error.run = run  # type: ignore[attr-defined]
+    error.add_note(
+        f"The controller raised this at t = {run.outcome.time:.4g} s. The run until then is the attribute `run` of "
+        'this exception; on_error="stop" returns it in place of raising.'
+    )
+    return error
+
+
+def integrate(
+    machine: Machine,
+    plan: Scenario,
+    payload: float,
+    *,
+    ledger: bool,
+    record: Array,
+    should_stop: Callable[[], bool] | None = None,
+    on_error: str = "stop",
+) -> Recording:
+    """Hand the plan to the core, which records states, commands and ledger until the end or a reason to stop.
+
+    Parameters
+    ----------
+    record : (m,) array
+        Times to record at, s, increasing.
+    should_stop : callable, optional
+        Asked now and then; True ends the run with outcome ``interrupted``.
+    on_error : {"raise", "stop", "neutral"}
+        As of :func:`simulate`, but nothing is raised: what ended the run is the recording's `error`.
+    """
+    start, doubts = plan.start(machine)
+    doubts = (*machine.warnings, *doubts)
+    settings = core_settings(plan, payload, ledger=ledger)
+    if plan.closed_loop:
+        due = [(begin, stage) for begin, stage in plan.stages() if begin < plan.duration]
+        stages = [_stage(begin, stage, machine, on_error) for begin, stage in due]
+        with translated():
+            raw = _core.simulate_controlled(start, float(plan.duration), stages, record, settings, should_stop)
+        recorded = Recording.of(raw, doubts)
+        if recorded.outcome.kind == "controller-failed":
+            raised = [getattr(stage["controller"], "error", None) for stage in stages]
+            recorded.error = next((error for error in reversed(raised) if error is not None), None)
+        return recorded
+    times, spools, linear = plan.command_grid(machine)
+    head = (machine.core, start, float(plan.duration))
+    with translated():
+        raw = _core.simulate(*head, times, spools, linear, record, settings, should_stop)
+    return Recording.of(raw, doubts)
+
+
+def core_settings(plan: Scenario, payload: float, *, ledger: bool) -> Settings:
+    """Solver and loads as the core takes them."""
+    solver = plan.solver
+    return {
+        "method": solver.method,
+        "rtol": solver.rtol,
+        "atol": solver.atol,
+        "max_step": solver.max_step,
+        "step": solver.step,
+        "payload": payload,
+        "ledger": ledger,
+        "payload_changes": list(plan.payload_changes.items()),
+    }
+
+
+def _stage(begin: float, stage: Scenario, machine: Machine, on_error: str) -> PhasePlan:
+    """What holds from `begin` (s) on, as the core takes it; `machine` is the machine at the start."""
+    here = stage_machine(machine, stage)
+    driver, believed = stage.driver, stage.believed_machine(here)
+    assert driver is not None, "only closed loops have phases"
+    controller: str | SampledController
+    if isinstance(driver, str):
+        controller = driver
+    else:
+        full_speed = stage.joystick.full_speed if stage.joystick else None
+        controller = SampledController(driver, believed, stage.stick_mode, full_speed, on_error=on_error)
+    with translated():
+        plan = stage.loop_plan(here)
+    return {"from": begin, "machine": here.core, "controller": controller, "believed": believed.core, "plan": plan}
+
+
+def _machine_for(plan: Scenario, machine: Machine | str | PathLike[str] | None) -> Machine:
+    if machine is None:
+        return plan.load_machine()
+    if not isinstance(machine, Machine):
+        return load_machine(machine, plan.machine_overrides)
+    return machine.changed(plan.machine_overrides)

@@ -1,0 +1,198 @@
+"""The stepping interface for people's own controllers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hydrocrane import _core
+from hydrocrane._moved import renamed_keyword
+from hydrocrane.arrays import Array, real_array, seed_number, vectors
+from hydrocrane.control.controllers import Observation
+from hydrocrane.errors import InputError, SimulationError, translated, unknown
+from hydrocrane.machine.machine import Machine, MachineLike, as_machine
+from hydrocrane.machine.sensors import SENSORS, SensorFault
+from hydrocrane.result_warning import ResultWarning
+from hydrocrane.results.outcome import Outcome
+from hydrocrane.scenario.payload import PayloadChange
+from hydrocrane.scenario.solver import Solver
+
+
+class Simulator:
+    """A crane that advances by one sample per :meth:`step`, its spool commands held in between.
+
+    Parameters
+    ----------
+    machine : Machine, str or path
+    sample_time : float
+        s.
+    payload : float, optional
+        kg at the tip at every reset; default is the machine's own. :meth:`set_payload` changes it on the way.
+    method, rtol, step
+        As in :class:`~hydrocrane.Solver`: ``method="ros3l", step=1e-3`` for a bounded cost per sample.
+    sensors : {"ideal", "data-sheet"}
+        What ``obs.measured`` holds: the truth, or what the machine's sensors read.
+    seed : int
+        Draws the sensors' errors and noise.
+    sensor_faults : sequence of SensorFault
+    """
+
+    @renamed_keyword("crane", "machine")
+    def __init__(
+        self,
+        machine: MachineLike,
+        sample_time: float = 0.01,
+        *,
+        payload: float | None = None,
+        method: str = "rodas5p",
+        rtol: float = 1e-4,
+        step: float | None = None,
+        sensors: str = "ideal",
+        seed: int = 0,
+        sensor_faults: Sequence[SensorFault] = (),
+    ) -> None:
+        machine = as_machine(machine)
+        period = real_array(sample_time, "sample_time")
+        if period.ndim or period <= 0:
+            raise InputError(f"sample_time must be one number greater than zero, in seconds; got {sample_time!r}")
+        solver = Solver(method=method, rtol=rtol, step=step)
+        self.machine = machine
+        self._start_payload = machine.payload(payload)
+        self.sample_time = float(period)
+        # How the last sample ended; none before the first reset.
+        self._ended: str | None = None
+        self._warnings: tuple[ResultWarning, ...] = ()
+        if sensors not in SENSORS:
+            raise unknown("kind of sensors", sensors, SENSORS)
+        faults = [fault.entry for fault in sensor_faults]
+        seed = seed_number(seed)
+        with translated():
+            self._core = _core.Simulator(
+                machine.core,
+                self.sample_time,
+                self._start_payload,
+                solver.method,
+                solver.rtol,
+                solver.step,
+                sensors,
+                seed,
+                faults,
+            )
+        # Where q, qd, p and the tip end in what the core tells of a sample, behind the time.
+        self._ends = (1 + np.cumsum([len(machine.joint_names)] * 2 + [2 * len(machine.cylinder_names), 2])).tolist()
+        self._signals = self._core.signals
+
+    @property
+    def crane(self) -> Machine:
+        """The same as `machine`, under its name from before."""
+        return self.machine
+
+    @property
+    def state(self) -> Array:
+        """(n_states,) in the order of ``machine.state_names``."""
+        return np.array(self._core.state, dtype=np.float64)
+
+    @property
+    def time(self) -> float:
+        """s."""
+        return float(self._core.time)
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """How the last sample ended: ``completed``, or why there is no next one; ``None`` before the first reset."""
+        if self._ended is None:
+            return None
+        return Outcome(self._ended, self.time, "" if self._ended == "completed" else self._end())
+
+    @property
+    def payload(self) -> float:
+        """At the tip, kg."""
+        return float(self._core.payload)
+
+    @property
+    def warnings(self) -> tuple[ResultWarning, ...]:
+        """What has made the simulation doubtful since the last reset, see docs/reference/warnings.md."""
+        self._warnings += tuple(ResultWarning(*entry) for entry in self._core.warnings())
+        return self._warnings
+
+    def set_payload(self, mass: float) -> PayloadChange:
+        """From here on the tip carries `mass`, kg: takes up a load that lies still, or lets one go.
+
+        A load that is taken up brakes the tip at once: ``state`` has it, sensors read it at the next step. A reset goes
+        back to the payload of the start.
+
+        Raises
+        ------
+        SimulationError
+            Before the first reset, and after a step that did not end well.
+        """
+        self._require_running()
+        return PayloadChange.of(self._core.set_payload(self.machine.payload(mass)))
+
+    def reset(self, q: ArrayLike | None = None, state: ArrayLike | None = None) -> Observation:
+        """Go back to time zero, at rest in pose q (n,) with holding pressures, or at a full state (n_states,)."""
+        if (q is None) == (state is None):
+            raise InputError("reset takes either q, a pose to rest in, or state, a full state")
+        if q is not None:
+            start, doubts = self.machine.rest(q, payload=self._start_payload)
+        else:
+            start, doubts = vectors(cast(ArrayLike, state), "state", self.machine.state_names), ()
+        if start.ndim != 1:
+            raise InputError(f"reset takes one pose or one state, got a batch of shape {start.shape[:-1]}")
+        with translated():
+            self._core.reset(np.ascontiguousarray(start))
+        self._ended, self._warnings = "completed", doubts
+        return self._seen(self._core.observation)
+
+    def step(self, spool_command: ArrayLike) -> Observation:
+        """Advance by one sample with the spool commands (n_cyl,), m, held.
+
+        Raises
+        ------
+        SimulationError
+            Before the first reset, and where the sample does not end well; ``state`` keeps the last good one.
+        """
+        self._require_running()
+        seen = None
+        # Loops call this every sample: what is right as it is goes straight to the core.
+        with suppress(TypeError, ValueError):
+            self._ended, seen = self._core.step(np.asarray(spool_command))
+        if seen is None:
+            with translated():
+                self._ended, seen = self._core.step(self._checked(spool_command))
+        if self._ended != "completed":
+            raise SimulationError(self._end())
+        return self._seen(seen)
+
+    def _end(self) -> str:
+        """What a step that did not end well is told as."""
+        return f"the simulation ended with `{self._ended}` at {self.time:.4g} s"
+
+    def _checked(self, spool_command: ArrayLike) -> Array:
+        """One finite command per cylinder, as the core takes it."""
+        command = vectors(spool_command, "spool_command", self.machine.cylinder_names)
+        if command.ndim != 1:
+            raise InputError(f"step takes one command of shape ({len(self.machine.cylinder_names)},)")
+        return np.ascontiguousarray(command)
+
+    def _require_running(self) -> None:
+        if self._ended is None:
+            raise SimulationError("call reset(q=...) or reset(state=...) before the first step")
+        if self._ended != "completed":
+            raise SimulationError(f"{self._end()}; call reset first")
+
+    def _seen(self, seen: Array) -> Observation:
+        """The parts of what the core tells of a sample."""
+        q, qd, p, tip = self._ends
+        return Observation(
+            t=seen.item(0),
+            q=seen[1:q],
+            qd=seen[q:qd],
+            p=seen[qd:p].reshape(-1, 2),
+            tip=seen[p:tip],
+            measured=dict(zip(self._signals, seen[tip:].tolist(), strict=True)),
+        )

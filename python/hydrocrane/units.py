@@ -1,0 +1,24 @@
+"""Quantities as people write them: a number with its unit."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from hydrocrane import _core
+from hydrocrane.errors import InputError
+
+
+def converted(what: str, text: str, unit: str) -> float:
+    """A text with its unit in SI; `unit` is the SI unit that it must have the dimension of."""
+    try:
+        number, dimension = _core.quantity(text)
+    except ValueError as error:
+        raise InputError(f"`{what}`: {error}") from None
+    if dimension != _dimension(unit):
+        raise InputError(f"`{what}` is in {unit or 'plain numbers'}; `{text}` is another quantity")
+    return float(number)
+
+
+@cache
+def _dimension(unit: str) -> str:
+    return str(_core.quantity(f"1 {unit}".strip())[1])
