@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
 from browser import NoBrowser, chromium, served
@@ -12,6 +14,14 @@ from hydrocrane.errors import InputError
 from hydrocrane.studies import case
 
 CORRECTED = ("rottne-f9-lab", "hiab-xs031", "single-cylinder")
+
+
+@pytest.fixture(autouse=True)
+def no_figure_is_left():
+    """Closes what a test has drawn, so that open figures do not add up over the tests of one process."""
+    yield
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close("all")
 
 
 @pytest.fixture(scope="session", params=CORRECTED)
