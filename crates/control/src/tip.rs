@@ -44,12 +44,16 @@ struct State<const N: usize> {
     standstill: Standstill,
     /// Joints that closed valves cannot hold.
     unheld: [bool; N],
+    /// How long the stick has led back to a tip that is too far behind, s.
+    led_back: f64,
     /// What whoever holds the stick should know and has not been told.
     news: Vec<String>,
 }
 
 /// Share of the speed asked for that counts as nothing left of it.
 const BLOCKED: f64 = 0.1;
+/// Time after which a tip counts as held, s: longer than half a swing of a boom on its oil.
+const LED_BACK: f64 = 1.5;
 
 impl<const N: usize> Tip<N> {
     pub fn new(nominal: Nominal<N>, settings: Settings<N>) -> Self {
@@ -73,6 +77,7 @@ impl<const N: usize> State<N> {
             still: s.settling,
             standstill: Standstill::default(),
             unheld: [false; N],
+            led_back: 0.0,
             news: Vec::new(),
         }
     }
@@ -98,8 +103,25 @@ impl<const N: usize> State<N> {
         Vec2::<f64>::c(self.reference.set_point) - Vec2::c(tip)
     }
 
-    /// Finds out why the tip stands though it is told to move at `wish`, m/s. `waiting`: share of it that is left at this
-    /// `lag`, m.
+    /// Starts the set-point anew where the stick has long led back to a tip that does not come: the ground holds it.
+    fn follow_the_stick_back(
+        &mut self,
+        nominal: &Nominal<N>,
+        s: &Settings<N>,
+        wish: [f64; 2],
+        lag: Vec2<f64>,
+        now: &Means<N>,
+        waiting: f64,
+    ) {
+        let led_back = waiting < BLOCKED && Vec2::<f64>::c(wish).dot(lag) < 0.0;
+        self.led_back = if led_back { self.led_back + s.period } else { 0.0 };
+        if self.led_back >= LED_BACK {
+            self.led_back = 0.0;
+            self.reference = Reference::at(nominal, &s.shape, s.period, now.observed);
+        }
+    }
+
+    /// Finds out why the tip stands though it is told to move at `wish`, m/s. `waiting`: share of it that is left.
     fn look_for_standstill(
         &mut self,
         nominal: &Nominal<N>,
@@ -107,7 +129,6 @@ impl<const N: usize> State<N> {
         wish: [f64; 2],
         now: &Means<N>,
         waiting: f64,
-        lag: Vec2<f64>,
     ) {
         let asked = Vec2::<f64>::c(wish).norm();
         if !self.standstill.watch(asked, self.reference.pace, s.period) {
@@ -117,6 +138,10 @@ impl<const N: usize> State<N> {
         let obstacles = self.reference.obstacles(nominal, &s.shape, open, &now.piston, BLOCKED);
         let (overloaded, limited) = self.sorted(&obstacles);
         let cause = if !overloaded.is_empty() {
+            if waiting < BLOCKED {
+                // Where the tip cannot be lifted back to is no place to wait for: the other ways must stay open.
+                self.reference = Reference::at(nominal, &s.shape, s.period, now.observed);
+            }
             Cause::Load(overloaded)
         } else if self.reference.leave.share < BLOCKED {
             Cause::Holding(self.reference.leave.joint)
@@ -127,11 +152,6 @@ impl<const N: usize> State<N> {
         } else {
             Cause::Range(limited)
         };
-        let leads_back = Vec2::<f64>::c(wish).dot(lag) < 0.0;
-        if waiting < BLOCKED && (matches!(cause, Cause::Load(_)) || leads_back) {
-            // A place to which the load or the ground does not let the tip is none to wait for: other paths must stay open.
-            self.reference = Reference::at(nominal, &s.shape, s.period, now.observed);
-        }
         self.news.push(cause.text(&s.names));
     }
 
@@ -180,7 +200,8 @@ impl<const N: usize> State<N> {
             let waiting = (2.0 - 2.0 * lag.norm() / s.lag_limit).clamp(0.0, 1.0);
             let now = Means { observed, piston: self.drives.map(|drive| drive.range()), oil };
             self.reference.advance(nominal, &s.shape, wish.map(|w| w * waiting), &now);
-            self.look_for_standstill(nominal, s, wish, &now, waiting, lag);
+            self.look_for_standstill(nominal, s, wish, &now, waiting);
+            self.follow_the_stick_back(nominal, s, wish, lag, &now, waiting);
             target = self.reference.posture.stroke;
         }
         let rates = self.reference.rates;
