@@ -1,4 +1,4 @@
-//! Evidence: random drives and damaged files, as tools. `make evidence` and `make fuzz` run them; short forms are tests.
+//! Evidence: random drives and damaged files, as tools. `make drives` and `make fuzz` run them; short forms are tests.
 //!
 //! [`drives`] drives every bundled machine with random sticks and judges what came out. [`fuzz`] feeds damaged files and
 //! links to the core and finds panics, hangs, memory and numbers that are not finite.

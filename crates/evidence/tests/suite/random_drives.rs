@@ -1,4 +1,4 @@
-//! The short form of `make evidence`: a few seconds of random sticks for every bundled machine and mode.
+//! The short form of `make drives`: a few seconds of random sticks for every bundled machine and mode.
 
 use hydrocrane_evidence::bound::Bounds;
 use hydrocrane_evidence::case::{machines, modes, Case};
