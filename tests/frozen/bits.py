@@ -1,7 +1,7 @@
 """The last state of many short runs, bit for bit: a change of structure must not move a number.
 
-`python tests/frozen/bits.py` compares with `bits.json` and names what moved; with `--write` it replaces the file. A number
-that moves on purpose stands under "Numbers that moved" in the CHANGELOG. Runs have the same bits on every platform.
+`python tests/frozen/bits.py` compares with `bits.json` and names what moved; with `--write` it replaces the file. A
+number that moves on purpose stands under "Numbers that moved" in the CHANGELOG. Bits are those of every platform.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import hydrocrane as hc
 
 HERE = Path(__file__).resolve().parent
 FILE, DRIVE = HERE / "bits.json", HERE / "drive.toml"
-# Friction as printed jumps, which makes adaptive methods crawl; the explicit method crawls where the bristles are stiff.
+# Friction as printed jumps, which makes adaptive methods crawl; the explicit method crawls with stiff bristles.
 PRINTED = "heinze-2007-open-loop"
 SECONDS, EXPLICIT_SECONDS, PRINTED_SECONDS = 1.0, 0.05, 0.05
 STEP = 1e-3
