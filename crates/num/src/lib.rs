@@ -24,6 +24,6 @@ pub use complex::Complex;
 pub use dual::Dual;
 pub use lanes::Lanes;
 pub use pack::Pack;
-pub use random::Draws;
+pub use random::RandomStream;
 pub use real::{Field, Mask, Real};
 pub use vec2::Vec2;

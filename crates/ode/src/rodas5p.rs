@@ -11,7 +11,7 @@
 //! Tangents of the state are carried along by the derivative of the very step: W k_i' = r' + J' k_i, where r' is the
 //! right-hand side of the stage with tangents in place of states. One factorisation serves all of them.
 
-use crate::rows::{add_sum, set_sum, sum, wide, write_wide, Block, Shape};
+use crate::rows::{add_sum, set_sum, sum, with_avx2, write_with_avx2, Block, Shape};
 use crate::System;
 use crate::{Effort, Factored, Linearisation, Method, Restart, Target};
 
@@ -205,7 +205,7 @@ impl Method for Rodas5p {
             return false;
         }
         self.shape.states_mut(&mut self.start).copy_from_slice(x);
-        wide(
+        with_avx2(
             #[inline(always)]
             || {
                 self.stages(system, t, h);
@@ -224,7 +224,7 @@ impl Method for Rodas5p {
         let rest = 1.0 - theta;
         let weights: [f64; STAGES] = std::array::from_fn(|i| H[0][i] + theta * (H[1][i] + theta * H[2][i]));
         let increments = self.shape.all::<STAGES>(&self.k);
-        write_wide(
+        write_with_avx2(
             x,
             #[inline(always)]
             |i| {

@@ -7,7 +7,7 @@
 //! first increment h gamma G F_1 enters as it is. The increments also give a solution of order two that damps what is
 //! stiff: its distance is the error estimate.
 
-use crate::rows::wide;
+use crate::rows::with_avx2;
 use crate::System;
 use crate::{Effort, Factored, Linearisation, Method, Restart, Target};
 
@@ -136,7 +136,7 @@ impl Method for Ros3l {
         }
         self.start.copy_from_slice(x);
         self.k[0].copy_from_slice(&self.linearisation.rate);
-        wide(
+        with_avx2(
             #[inline(always)]
             || self.stages(system, t, h, x),
         );

@@ -3,12 +3,12 @@
 #[cfg(feature = "batch")]
 pub mod batch;
 mod build;
+mod command_path;
 mod controller_model;
 pub mod controllers;
 mod crane_step;
 mod live;
 mod model;
-mod monitored;
 mod outcome;
 mod payload;
 mod phases;
@@ -17,14 +17,14 @@ mod run;
 mod sampled;
 mod sensing;
 pub mod sensitivity;
+mod sensor_monitor;
 mod simulator;
 mod stick;
 mod tip_rates;
-mod valve_line;
 mod warnings;
 
 pub use build::build;
-pub use controller_model::nominal;
+pub use controller_model::controller_model;
 pub use crane_step::{CraneStep, Scene};
 pub use hydrocrane_control::controller;
 pub use hydrocrane_plant::{
@@ -34,13 +34,13 @@ pub use hydrocrane_plant::{
 };
 pub use live::Live;
 pub use model::Model;
-pub use monitored::PLAUSIBILITY;
 pub use outcome::{Outcome, OutcomeKind};
 pub use payload::{PayloadChange, PayloadEvent, PAYLOAD_TERMS};
 pub use phases::{simulate_phases, Phase, PhasedRun};
 pub use run::{simulate, Commands, Run, RunOptions};
 pub use sampled::{simulate_sampled, Event, SampledPlan, SampledRun, Samples, FAILURES_IN_A_ROW};
 pub use sensing::{FaultKind, SensorFault, SensorMode, Sensors};
+pub use sensor_monitor::PLAUSIBILITY;
 pub use simulator::Simulator;
 pub use stick::{StickKind, Sticks};
 pub use tip_rates::{resolve_rates, RateWish};

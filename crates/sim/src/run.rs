@@ -73,7 +73,7 @@ pub(crate) struct Driven<'a> {
     pub model: &'a dyn Model,
     pub payload: f64,
     pub loads: Loads,
-    /// Commands at `since` and their slopes: constant slope on the interval at hand.
+    /// Commands at `since` and their rates of change, constant over the interval at hand.
     pub base: [f64; MAX_JOINTS],
     pub slope: [f64; MAX_JOINTS],
     pub since: f64,
@@ -115,17 +115,17 @@ impl System for Driven<'_> {
         self.model.powers(x, self.payload, dw);
     }
     fn linearise(&self, t: f64, x: &[f64], at: &mut Linearisation) {
-        let (rate, slopes) = at.block_arrow(self.model.layout().axes(), 0);
-        self.model.linearise(x, &self.command(t), self.payload, rate, &mut slopes[0]);
+        let (rate, jacobian) = at.block_arrow(self.model.layout().axes(), 0);
+        self.model.linearise(x, &self.command(t), self.payload, rate, &mut jacobian[0]);
     }
     fn update_input(&self, t: f64, x: &[f64], at: &mut Linearisation) {
-        let (rate, slopes) = at.block_arrow(self.model.layout().axes(), 0);
-        self.model.update_input(x, &self.command(t), rate, &mut slopes[0]);
+        let (rate, jacobian) = at.block_arrow(self.model.layout().axes(), 0);
+        self.model.update_input(x, &self.command(t), rate, &mut jacobian[0]);
     }
     fn time_derivative(&self, _t: f64, _x: &[f64], dfdt: &mut [f64]) -> bool {
         let driven = self.slope != [0.0; MAX_JOINTS];
         if driven {
-            self.model.command_slope(&self.slope, dfdt);
+            self.model.command_derivative(&self.slope, dfdt);
         }
         driven
     }
