@@ -1,23 +1,23 @@
-//! The Jacobian of second-order coordinates that hydraulic axes move, as the few blocks that are not zero: a block arrow.
+//! The Jacobian of a chain that hydraulic axes move, stored as its nonzero blocks: a block arrow.
 //!
-//! The border are the coordinates q with their rates; each axis has states of its own, which touch each other and its own
-//! coordinate, never another axis's. With f_c the force of axis c and m_c the accelerations of all coordinates by it:
+//! The border is formed by the coordinates q and their rates. Each axis has states of its own, which depend on each other and
+//! on the axis's coordinate, but not on another axis. With f_c the force of axis c and m_c the accelerations by that force:
 //! ```text
 //! q''        by all q, all q', and m_c times the derivatives of f_c by p1, p2, z
 //! xs', vs'   by xs, vs
 //! p1', p2'   by q_c, q_c', p1, p2, xs
 //! z'         by q_c, q_c', p1, p2, z
 //! ```
-//! So (s I - J) k = r is solved axis by axis, spool first, then pressures, then bristles, each as a linear function of its
-//! coordinate's rate; coordinates follow from rates by q' = q'; the Schur complement of the rates is left (`schur.rs`).
+//! (s I - J) k = r is therefore solved axis by axis: spool, pressures, bristles, each as a linear function of the rate of its
+//! coordinate. Coordinates follow from their rates. The Schur complement, a system of the rates, is left (`schur.rs`).
 
 use crate::schur::ScalarOver;
 use hydrocrane_num::{Field, Pack, Real};
 
-/// Most coordinates of a border.
+/// Largest number of coordinates of a border.
 pub const MAX_BORDER: usize = if cfg!(feature = "chains") { 6 } else { 3 };
 
-/// Where the own states of an axis lie in the state vector.
+/// Indices of an axis's own states in the state vector.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct AxisStates {
     pub p1: usize,
@@ -39,19 +39,19 @@ pub struct Row<T> {
     pub z: T,
 }
 
-/// Derivatives of what one axis does.
+/// Derivatives of the outputs of one axis.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct AxisDerivatives<T> {
     pub at: AxisStates,
-    /// Of the pressures' and the bristles' rates.
+    /// Of the rates of pressures and bristles.
     pub p1: Row<T>,
     pub p2: Row<T>,
     pub z: Row<T>,
     /// d(xs', vs')/d(xs, vs)
     pub spool: [[T; 2]; 2],
-    /// Of the net force; what comes by q and q' is in `by_q` and `by_qd` already.
+    /// Of the net force; its derivatives by q and q' are contained in `by_q` and `by_qd`.
     pub force: Row<T>,
-    /// Accelerations of all joints by the net force.
+    /// Derivatives of all accelerations by the net force.
     pub response: [T; MAX_BORDER],
 }
 
@@ -59,10 +59,10 @@ pub struct AxisDerivatives<T> {
 #[derive(Debug, Clone)]
 pub struct BlockArrow<T> {
     pub joints: usize,
-    /// Static friction enters by its secant F/v in place of its tangent: what fixed steps need where it changes its sign
-    /// within a step. Not the exact derivatives then.
+    /// Static friction enters by its secant F/v instead of its tangent. Fixed steps need this where friction changes its sign
+    /// within a step. The derivatives are then not exact.
     pub secants: bool,
-    /// Joint accelerations by coordinates and by rates, `[row][column]`, what comes through forces included.
+    /// Derivatives of the accelerations by coordinates and by rates, `[row][column]`, including those by way of the forces.
     pub by_q: [[T; MAX_BORDER]; MAX_BORDER],
     pub by_qd: [[T; MAX_BORDER]; MAX_BORDER],
     pub cylinders: [AxisDerivatives<T>; MAX_BORDER],
@@ -78,7 +78,7 @@ impl<T: Field> Row<T> {
 }
 
 impl<T: Copy> Row<T> {
-    /// Directional derivative of the output: along a change of the local state.
+    /// Directional derivative of the output along a change of the local state.
     #[inline(always)]
     fn directional<K: ScalarOver<T>>(&self, local: &Row<K>) -> K {
         let known = local.q * self.q + local.qd * self.qd + local.p1 * self.p1 + local.p2 * self.p2;
@@ -87,8 +87,8 @@ impl<T: Copy> Row<T> {
 
     fn write(&self, joints: usize, c: usize, at: &AxisStates, row: &mut [T]) {
         let known = [(c, self.q), (joints + c, self.qd), (at.p1, self.p1), (at.p2, self.p2), (at.xs, self.xs)];
-        for (column, slope) in known.into_iter().chain(at.z.map(|z| (z, self.z))) {
-            row[column] = slope;
+        for (column, derivative) in known.into_iter().chain(at.z.map(|z| (z, self.z))) {
+            row[column] = derivative;
         }
     }
 
@@ -97,7 +97,7 @@ impl<T: Copy> Row<T> {
         Row { q: f(self.q), qd: f(self.qd), p1: f(self.p1), p2: f(self.p2), xs: f(self.xs), z: f(self.z) }
     }
 
-    /// The row of one of the numbers that `T` holds side by side.
+    /// The row of one lane of `T`.
     #[inline(always)]
     pub fn lane<U>(&self, i: usize) -> Row<U>
     where
@@ -117,7 +117,7 @@ impl<T: Real> BlockArrow<T> {
         BlockArrow { joints, secants: false, by_q: square, by_qd: square, cylinders }
     }
 
-    /// The same blocks with `f` of every slope.
+    /// The same blocks with `f` applied to every derivative.
     pub fn map<U: Real>(&self, f: impl Fn(T) -> U) -> BlockArrow<U> {
         BlockArrow {
             joints: self.joints,
@@ -140,7 +140,7 @@ impl<T: Real> BlockArrow<T> {
         &self.cylinders[..self.joints]
     }
 
-    /// y += J k, but for q' = q', which has no slope of its own.
+    /// y += J k without the rows of the coordinates, whose derivative is the rate itself.
     #[inline(always)]
     pub fn add_product<K: ScalarOver<T>>(&self, k: &[K], y: &mut [K]) {
         let n = self.joints;
@@ -178,9 +178,9 @@ impl<T: Real> BlockArrow<T> {
             row[joints..2 * joints].copy_from_slice(&self.by_qd[j][..joints]);
             for own in self.cylinders() {
                 let (at, force) = (&own.at, &own.force);
-                for (column, slope) in [(Some(at.p1), force.p1), (Some(at.p2), force.p2), (at.z, force.z)] {
+                for (column, derivative) in [(Some(at.p1), force.p1), (Some(at.p2), force.p2), (at.z, force.z)] {
                     if let Some(column) = column {
-                        row[column] = own.response[j] * slope;
+                        row[column] = own.response[j] * derivative;
                     }
                 }
             }

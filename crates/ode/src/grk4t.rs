@@ -2,7 +2,7 @@
 //!                                                              theory: docs/theory/integration.md
 //!
 //! Coefficients: P. Kaps, P. Rentrop, Generalized Runge-Kutta methods of order four with stepsize control for stiff ordinary
-//! differential equations, Numer. Math. 33 (1979) 55-68, doi 10.1007/BF01396495; here of the increments, gamma = 0.231.
+//! differential equations, Numer. Math. 33 (1979) 55-68, doi 10.1007/BF01396495; here for increments, gamma = 0.231.
 //!
 //! With W = I/(h gamma) - J:
 //!     W k_1 = f(x)
@@ -25,7 +25,7 @@ const C: [[f64; 3]; 3] = [
 const WEIGHTS: [f64; STAGES] = [3.957_503_746_63, 4.624_892_388_36, 0.617_477_263_873, 1.282_612_945_268];
 const ERROR: [f64; STAGES] = [-2.302_155_402_92, -3.073_634_485_39, 0.873_280_801_802, 1.282_612_945_268];
 
-/// Equations x' = f(x), linearised where a step starts.
+/// Equations x' = f(x), linearised at the start of a step.
 pub trait Linearised<T> {
     /// Writes f for the state `x`.
     fn rate(&mut self, x: &[T], rate: &mut [T]);
@@ -33,8 +33,8 @@ pub trait Linearised<T> {
     fn solve(&self, r: &mut [T]);
 }
 
-/// The increments of a step of size `h` from `x` into `k`, whose first comes as f at the start. `argument` is room for a
-/// state.
+/// Writes the increments of a step of size `h` from `x` into `k`; on entry `k[0]` is f at the start. `argument` is work space
+/// for a state.
 #[inline(always)]
 pub fn stages<T: Real>(
     equations: &mut impl Linearised<T>,
@@ -69,13 +69,13 @@ pub fn stages<T: Real>(
     equations.solve(fourth);
 }
 
-/// Where the increments lead from `x`, number `i` of them.
+/// Component `i` of the new state, from `x` and the increments.
 #[inline(always)]
 pub fn end<T: Real>(x: T, k: &[Vec<T>; STAGES], i: usize) -> T {
     x + weighted(k, i, WEIGHTS)
 }
 
-/// Estimate of the error there.
+/// Estimate of the error of component `i`.
 #[inline(always)]
 pub fn error<T: Real>(k: &[Vec<T>; STAGES], i: usize) -> T {
     weighted(k, i, ERROR)
@@ -115,7 +115,7 @@ mod tests {
         std::array::from_fn(|i| (0..STAGES).map(|j| m[i][j] * v[j]).sum())
     }
 
-    /// By how much the weights `m` of the increments miss the conditions of order three, and the others of order four.
+    /// Residuals of the conditions of order three, and of the remaining ones of order four, for the weights `m`.
     fn missed(m: [f64; STAGES]) -> ([f64; 4], [f64; 4]) {
         let (alpha, both, b) = untransformed(m);
         let ones = [1.0; STAGES];

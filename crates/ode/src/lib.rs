@@ -1,7 +1,7 @@
 //! Ordinary differential equations x' = f(t, x) with quadratures, for stiff systems of some ten states.
 //!
-//! A [`System`] tells its right-hand side and its Jacobian, either dense or as a [`BlockArrow`]. A [`Method`] tries one
-//! step; the [`Stepper`] chooses the step sizes. Nothing here knows a crane.
+//! A [`System`] gives its right-hand side and its Jacobian, either dense or as a [`BlockArrow`]. A [`Method`] tries one
+//! step. The [`Stepper`] chooses the step sizes. This crate does not depend on cranes.
 
 mod block_arrow;
 pub mod grk4t;
@@ -25,49 +25,49 @@ pub use system::System;
 
 /// A one-step method with an interpolant and an embedded error estimate.
 pub trait Method: Send + Sync {
-    /// Order of the solution that is carried on.
+    /// Order of the solution.
     fn order(&self) -> u32;
-    /// Power of the step with which its error estimate is taken to go when the next size is chosen.
+    /// Exponent of the error estimate, for step control.
     fn estimate_order(&self) -> u32 {
         self.order()
     }
-    /// Whether its steps are as long as they may be, whatever their error, as long as they follow the equations at all.
+    /// Whether the method takes fixed steps: they are shortened only if they do not follow the equations.
     fn even_steps(&self) -> bool {
         false
     }
-    /// Prepares whatever the step from `(t, x)` shares between attempts. Called once per accepted state.
+    /// Prepares what all attempts of the step from `(t, x)` share. Called once per accepted state.
     fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], restart: Restart);
     /// Tries a step of size `h` from `x`. Writes the new state and the error estimate; `false` where the linear system
-    /// cannot be solved. Keeps what the interpolant needs.
+    /// cannot be solved. Keeps the data of the interpolant.
     fn attempt(&mut self, system: &dyn System, t: f64, h: f64, x: &[f64], to: &mut Target) -> bool;
-    /// The state at the fraction `theta` of the last attempt, before the next state is begun.
+    /// The state at the fraction `theta` of the last attempt; valid until the next `begin`.
     fn interpolate(&self, theta: f64, x: &mut [f64]);
     /// Evaluations so far: right-hand sides, Jacobians, factorisations.
     fn effort(&self) -> Effort;
 }
 
-/// What has changed since the end of the last attempt, where a step begins.
+/// What has changed at the beginning of a step since the end of the last attempt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Restart {
     /// Nothing.
     None,
-    /// The input: the state is the same.
+    /// The input; the state is the same.
     Input,
-    /// The state, or the right-hand side itself; or there was no attempt.
+    /// The state or the right-hand side; or there was no attempt.
     State,
 }
 
-/// States smaller than this are zero: decaying spools would end in subnormal numbers, which are slow.
+/// States smaller than this are set to zero: decaying spools would end in subnormal numbers, which are slow.
 pub const FLUSH: f64 = 1e-30;
 
-/// Sets to zero what is that small.
+/// Sets states below [`FLUSH`] to zero.
 fn flush(x: &mut [f64]) {
     for x in x {
         *x = if x.abs() < FLUSH { 0.0 } else { *x };
     }
 }
 
-/// Where an attempt puts its results.
+/// Results of an attempt.
 pub struct Target {
     pub x: Vec<f64>,
     pub error: Vec<f64>,
@@ -90,7 +90,7 @@ pub struct Effort {
 /// The methods by name.
 #[cfg(feature = "methods")]
 pub const METHODS: [&str; 4] = ["rodas5p", "ros4l", "tsit5", "ros3l"];
-/// The method of a drive.
+/// Name of the method for drives of the cockpit.
 #[cfg(not(feature = "methods"))]
 pub const METHODS: [&str; 1] = ["ros3l"];
 

@@ -4,16 +4,15 @@ use crate::block_arrow::{AxisStates, BlockArrow};
 use crate::schur::{ScalarOver, SchurFactors};
 use hydrocrane_num::dense::Inverse;
 
-/// What a [`System`](crate::System) says of itself at one state: rates, and their derivatives either as a dense matrix
-/// or as a block arrow.
+/// A [`System`](crate::System) linearised at one state: rates, and the Jacobian as a dense matrix or as a block arrow.
 pub struct Linearisation {
     /// f
     pub rate: Vec<f64>,
     /// Without tangents.
     states: usize,
-    /// df/dx, then its derivative along each tangent, where the derivatives are dense.
+    /// df/dx, then its derivative along each tangent, if the Jacobian is dense.
     dfdx: Vec<f64>,
-    /// The same in blocks; empty where the derivatives are dense.
+    /// The same in blocks; empty if the Jacobian is dense.
     blocks: Vec<BlockArrow<f64>>,
     secants: bool,
 }
@@ -24,7 +23,7 @@ impl Linearisation {
         Linearisation { rate: vec![0.0; n], states: n, dfdx: Vec::new(), blocks: Vec::new(), secants: false }
     }
 
-    /// With static friction by its secant: see [`BlockArrow::secants`].
+    /// With the secant of static friction: see [`BlockArrow::secants`].
     pub fn with_secants(mut self) -> Self {
         self.secants = true;
         self
@@ -47,7 +46,7 @@ impl Linearisation {
         (&mut self.rate, &mut self.blocks)
     }
 
-    /// Moves on by `d`, tangents behind the state: rates to first order, derivatives as they are.
+    /// Shifts the point of linearisation by `d` (state, then tangents): rates to first order, Jacobian unchanged.
     pub fn shift(&mut self, d: &[f64]) {
         let n = self.states;
         let mut rate = std::mem::take(&mut self.rate);
@@ -60,14 +59,14 @@ impl Linearisation {
         self.rate = rate;
     }
 
-    /// y += df/dx x for `k` zero, and for the tangent number `k` counted from one with the derivative of df/dx along it.
+    /// y += df/dx x for `k` = 0; for `k` >= 1 with the derivative of df/dx along tangent `k`.
     #[inline(always)]
     fn add_product<T: ScalarOver<f64>>(&self, k: usize, x: &[T], y: &mut [T]) {
         let n = self.states;
         match self.blocks.get(k) {
             Some(derivatives) => {
                 derivatives.add_product(x, y);
-                // q' = q' has no slope of its own in the blocks, and none that changes.
+                // The rows of q' are not stored in the blocks; their derivative is constant.
                 if k == 0 {
                     for j in 0..derivatives.joints {
                         y[j] += x[derivatives.joints + j];
@@ -76,7 +75,7 @@ impl Linearisation {
             }
             None => {
                 for (y, row) in y.iter_mut().zip(self.dfdx[k * n * n..].chunks_exact(n)) {
-                    row.iter().zip(x).for_each(|(slope, x)| *y += *x * *slope);
+                    row.iter().zip(x).for_each(|(derivative, x)| *y += *x * *derivative);
                 }
             }
         }
@@ -91,20 +90,20 @@ pub struct Factored<T> {
 }
 
 impl<T: ScalarOver<f64>> Factored<T> {
-    /// Factors the matrix for a linearisation; the mask tells where that can be done.
+    /// Factors the matrix of a linearisation; the mask is true where this succeeds.
     #[inline(always)]
     pub fn factor(&mut self, at: &Linearisation, shift: T) -> T::Mask {
         if let Some(jacobian) = at.blocks.first() {
             return self.schur.factor(jacobian, shift);
         }
         let n = at.states;
-        let mut matrix: Vec<T> = at.dfdx[..n * n].iter().map(|slope| T::c(-slope)).collect();
+        let mut matrix: Vec<T> = at.dfdx[..n * n].iter().map(|derivative| T::c(-derivative)).collect();
         matrix.iter_mut().step_by(n + 1).for_each(|entry| *entry += shift);
         self.inverse.of(n, &matrix)
     }
 
-    /// Replaces the right-hand side `k` by the solution: that of the state first, which enters the right-hand sides of its
-    /// tangents.
+    /// Replaces the right-hand side `k` by the solution. The solution of the state comes first and enters the right-hand sides of
+    /// the tangents.
     #[inline(always)]
     pub fn solve(&self, at: &Linearisation, k: &mut [T]) {
         let (state, tangents) = k.split_at_mut(at.states);

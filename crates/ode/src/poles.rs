@@ -1,4 +1,4 @@
-//! The exponential of a linearised system as a rational function: a sum over poles that are solved for side by side.
+//! The exponential of a linearised system as a rational function: a sum over poles, solved side by side.
 //!                                                              theory: docs/theory/integration.md
 //!
 //! The [7/8] Padé approximant of e^z has eight simple poles, four of them with their complex conjugates:
@@ -13,9 +13,9 @@ use crate::linear::{Factored, Linearisation};
 use hydrocrane_num::register::{Register, WIDEST};
 use hydrocrane_num::{Complex, Field, Lanes};
 
-/// Poles that stand for their conjugates too.
+/// Number of conjugate pairs of poles.
 const COUNT: usize = 4;
-/// Terms of its power series that fix a sum over the poles.
+/// Terms of a power series that determine a sum over the poles.
 pub const TERMS: usize = 2 * COUNT;
 
 /// One number for each pole: real parts, imaginary parts.
@@ -26,7 +26,7 @@ const POLES: Weights = [
     [10.169_446_006_657_514, 9.406_371_213_690_74, 7.738_688_146_830_548, 4.685_494_632_821_197],
     [1.649_201_796_822_227_7, 4.969_217_287_623_294, 8.370_879_306_237_983, 12.010_578_599_813_79],
 ];
-/// Its residues c there: e^z ~ 2 Re sum_j c_j/(z - theta_j).
+/// Its residues c at the poles: e^z ~ 2 Re sum_j c_j/(z - theta_j).
 const RESIDUES: Weights = [
     [2_612.620_846_868_210_7, -3_848.544_415_437_437, 1_334.864_737_460_017_3, -94.941_168_890_791_3],
     [-13_549.060_147_438_92, 5_690.315_433_804_313, -702.431_010_498_013_7, -25.476_662_481_767_77],
@@ -69,10 +69,10 @@ const POWERS: [Weights; TERMS] = [
 
 type Number<R> = Complex<Lanes<R>>;
 
-/// Weights for the poles in registers, of which as many are used as hold them all.
+/// Weights for the poles in registers, as many as are needed.
 pub struct Spread<R>([Number<R>; COUNT]);
 
-/// `sum_m t_m z^m`, as far as eight terms tell.
+/// `sum_m t_m z^m` to eight terms.
 pub fn series(terms: [f64; TERMS]) -> Weights {
     each(|j| terms.iter().zip(&POWERS).fold(Complex::c(0.0), |sum, (term, power)| sum + at(power, j) * *term))
 }
@@ -93,7 +93,7 @@ pub fn plus(a: Weights, b: Weights) -> Weights {
     each(|j| at(&a, j) + at(&b, j))
 }
 
-/// With every weight times its pole: the sum is that of z times the function, less its value at infinity.
+/// Every weight times its pole: the sum is z times the function, minus its value at infinity.
 pub fn times_poles(weights: Weights) -> Weights {
     each(|j| at(&weights, j) * at(&POLES, j))
 }
@@ -120,7 +120,7 @@ pub struct Poles<R> {
     at: Spread<R>,
     inverses: Spread<R>,
     powers: [Spread<R>; TERMS],
-    /// One for each register of poles.
+    /// Factors, one entry per register of poles.
     factored: Vec<Factored<Number<R>>>,
 }
 
@@ -158,7 +158,7 @@ impl<R: Register> Poles<R> {
         Increments(vec![Number::default(); self.n * self.factored.len()])
     }
 
-    /// Factors for a step of size `h`; `false` where that cannot be done.
+    /// Factors the matrices for a step of size `h`; `false` if this fails.
     pub fn factor(&mut self, jacobian: &Linearisation, h: f64) -> bool {
         let inverse = 1.0 / h;
         R::run(
@@ -178,14 +178,14 @@ impl<R: Register> Poles<R> {
         R::run(
             #[inline(always)]
             || {
-                let (h, slope) = drift.unwrap_or((0.0, &[]));
+                let (h, dfdt) = drift.unwrap_or((0.0, &[]));
                 let rows = y.0.chunks_exact_mut(self.n);
                 for ((factored, inverse), y) in self.factored.iter().zip(&self.inverses.0).zip(rows) {
                     for (y, f) in y.iter_mut().zip(f) {
                         *y = Number::c(*f);
                     }
-                    for (y, slope) in y.iter_mut().zip(slope) {
-                        *y += *inverse * (h * *slope);
+                    for (y, dfdt) in y.iter_mut().zip(dfdt) {
+                        *y += *inverse * (h * *dfdt);
                     }
                     factored.solve(jacobian, y);
                 }

@@ -1,7 +1,7 @@
 //! Integrals along a run, w' = g(x): Lobatto's rule with four nodes in every step.   theory: docs/theory/integration.md
 //!
-//! Inside a step x is that of the method's interpolant, so that no method knows of them. Between the nodes g is the cubic
-//! through its four values.
+//! Inside a step x comes from the interpolant of the method, so methods need not treat quadratures. Between the nodes g is the
+//! cubic through its four values.
 
 use crate::Method;
 use crate::System;
@@ -17,28 +17,28 @@ pub struct Quadratures {
     pub w: Vec<f64>,
     start: Vec<f64>,
     rates: [Vec<f64>; 4],
-    /// Whether the last of them is that of the state at hand.
+    /// Whether the last rate belongs to the present state.
     known: bool,
     /// Size of the last step.
     h: f64,
-    /// Room for a state inside a step.
+    /// Work space for a state inside a step.
     x: Vec<f64>,
 }
 
 impl Quadratures {
-    /// `m` of them, all zero, along `n` states.
+    /// `m` integrals, all zero, for `n` states.
     pub fn new(n: usize, m: usize) -> Self {
         let zeros = || vec![0.0; m];
         let rates = std::array::from_fn(|_| zeros());
         Quadratures { w: zeros(), start: zeros(), rates, known: false, h: 0.0, x: vec![0.0; n] }
     }
 
-    /// The next step does not start where the last one ended, or g has changed.
+    /// Restarts: the next step does not start where the last one ended, or g has changed.
     pub fn restart(&mut self) {
         self.known = false;
     }
 
-    /// A step starts from `x`.
+    /// Begins a step from `x`.
     pub fn begin(&mut self, system: &dyn System, x: &[f64]) {
         if !self.known && !self.w.is_empty() {
             system.quadrature_rates(x, &mut self.rates[3]);
@@ -46,7 +46,7 @@ impl Quadratures {
         }
     }
 
-    /// Goes along with a step of size `h` by `method`, which ends at `x`.
+    /// Adds the integral over a step of size `h` by `method`, which ends at `x`.
     pub fn follow(&mut self, system: &dyn System, method: &dyn Method, h: f64, x: &[f64]) {
         if self.w.is_empty() {
             return;
@@ -62,7 +62,7 @@ impl Quadratures {
         integrate(&self.start, h, &self.rates, 1.0, &mut self.w);
     }
 
-    /// At the fraction `theta` of the last step.
+    /// The integrals at the fraction `theta` of the last step.
     pub fn interpolate(&self, theta: f64, w: &mut [f64]) {
         integrate(&self.start, self.h, &self.rates, theta, w);
     }

@@ -8,8 +8,8 @@
 //! and x_new = x + sum_j a_8j k_j + k_8, error k_8. A quadrature's row needs no solve:
 //!     kappa_i = h gamma (g + sum_j C_ij/h kappa_j + g_x k_i).
 //!
-//! Tangents of the state are carried along by the derivative of the very step: W k_i' = r' + J' k_i, where r' is the
-//! right-hand side of the stage with tangents in place of states. One factorisation serves all of them.
+//! Tangents of the state are integrated by the derivative of the step itself: W k_i' = r' + J' k_i, where r' is the
+//! right-hand side of the stage with tangents in place of states. One factorisation serves state and tangents.
 
 use crate::rows::{add_sum, set_sum, sum, with_avx2, write_with_avx2, Block, Shape};
 use crate::System;
@@ -126,13 +126,13 @@ pub struct Rodas5p {
     shape: Shape,
     linearisation: Linearisation,
     factored: Factored<f64>,
-    /// df/dt, and whether any of it is not zero.
+    /// df/dt, and whether it is nonzero.
     time_derivative: Vec<Block>,
     driven: bool,
     /// Increments, stage by stage.
     k: Vec<Block>,
     start: Vec<Block>,
-    /// Of a stage; in the end of the new state.
+    /// Argument of a stage; at the end the new state.
     argument: Vec<Block>,
     effort: Effort,
 }
@@ -153,7 +153,7 @@ impl Rodas5p {
         }
     }
 
-    /// Increment `I`, at its argument, which leads on from the one before.
+    /// Computes increment `I` at its argument, which continues that of the stage before.
     #[inline(always)]
     fn stage<const I: usize>(&mut self, system: &dyn System, t: f64, h: f64) {
         let (done, k) = self.shape.split::<I>(&mut self.k);

@@ -1,24 +1,24 @@
-//! ROS3L: linearly implicit method of order three, L-stable, for even steps.    theory: docs/theory/integration.md
+//! ROS3L: linearly implicit method of order three, L-stable, for fixed steps.   theory: docs/theory/integration.md
 //!
 //! With G = (I - h gamma J)^-1, F_1 = f(t, x) and F_2 = f(t + alpha h, x + alpha h G F_1)
 //!     x_new = x + h (p_1 G + p_2 G^2 + p_3 G^3 + p_4 G^4) F_1 + h (q_2 G^2 + q_3 G^3) F_2.
-//! A step costs two right-hand sides, a Jacobian, a factorisation and four solves, which are cheap here: with four of them a
-//! swing is followed fifteen times as well as with three. Powers of G are gathered from the highest down; as p_1 = gamma, the
-//! first increment h gamma G F_1 enters as it is. The increments also give a solution of order two that damps what is
-//! stiff: its distance is the error estimate.
+//! A step costs two right-hand sides, a Jacobian, a factorisation and four solves, which are cheap here: with four
+//! solves the error of an oscillation is a fifteenth of that with three. Powers of G are collected from the highest down; as
+//! p_1 = gamma, the first increment h gamma G F_1 is used unchanged. The increments also give a solution of order two that damps
+//! stiff components: its distance is the error estimate.
 
 use crate::rows::with_avx2;
 use crate::System;
 use crate::{Effort, Factored, Linearisation, Method, Restart, Target};
 
 const STAGES: usize = 4;
-/// L-stable from 0.22365 on; near it a swing is followed best.
+/// gamma: L-stable from 0.22365 on; the error of an oscillation is smallest near this bound.
 const GAMMA: f64 = 0.23;
-/// Where the second right-hand side is, as a share of the step: alpha.
+/// alpha: position of the second right-hand side as a share of the step.
 const NODE: f64 = 0.75;
 /// p_2 to p_4: weights of the right-hand side at the start.
 const P: [f64; 3] = [3_325_073.0 / 1_428_300.0, -175_299.0 / 52_900.0, 61_533.0 / 52_900.0];
-/// q_2 and q_3: those of the second one.
+/// q_2 and q_3: weights of the second right-hand side.
 const Q: [f64; 2] = [704.0 / 621.0, -112.0 / 207.0];
 /// Weights of the increments in the error estimate.
 const ESTIMATE: [f64; STAGES] = [-1.324_937_582_050_629_2, 0.601_068_593_537_668_2, 0.167_977_798_974_853_5, 0.25];
@@ -30,9 +30,9 @@ const INTERPOLANT: [[f64; 4]; STAGES] = [
     [-2.376_121_233_318_882_3, 13.403_603_919_756_397, -13.359_313_198_961_987, -3.297_385_580_196_955_8],
 ];
 
-/// Number by number what `of` says of a start and its increments.
+/// Applies `of` to each component of a start and its increments.
 #[inline(always)]
-fn join(out: &mut [f64], from: &[f64], k: &[Vec<f64>; STAGES], of: impl Fn(f64, [f64; STAGES]) -> f64) {
+fn combine(out: &mut [f64], from: &[f64], k: &[Vec<f64>; STAGES], of: impl Fn(f64, [f64; STAGES]) -> f64) {
     let [one, two, three, four] = k;
     let increments = one.iter().zip(two).zip(three).zip(four);
     for ((out, from), (((one, two), three), four)) in out.iter_mut().zip(from).zip(increments) {
@@ -44,7 +44,7 @@ fn join(out: &mut [f64], from: &[f64], k: &[Vec<f64>; STAGES], of: impl Fn(f64, 
 pub struct Ros3l {
     linearisation: Linearisation,
     factored: Factored<f64>,
-    /// df/dt, and whether any of it is not zero.
+    /// df/dt, and whether it is nonzero.
     time_derivative: Vec<f64>,
     driven: bool,
     k: [Vec<f64>; STAGES],
@@ -71,8 +71,8 @@ impl Ros3l {
         }
     }
 
-    /// The increments of a step of size `h` from `x` into `k`, whose first comes as f at the start: h gamma G F_1, then
-    /// the sums of p and q by the powers of G so far.
+    /// Writes the increments of a step of size `h` from `x` into `k`; on entry `k[0]` is f at the start. They are h gamma G F_1,
+    /// then the partial sums of p and q over the powers of G.
     #[inline(always)]
     fn stages(&mut self, system: &dyn System, t: f64, h: f64, x: &[f64]) {
         let Ros3l { linearisation, factored, time_derivative, driven, ahead, argument, .. } = self;
@@ -80,8 +80,8 @@ impl Ros3l {
         let inverse = 1.0 / h;
         // A solve takes df/dt as often as time has gone on in what it is applied to.
         let drift = |k: &mut [f64], passed: f64| {
-            for (k, slope) in k.iter_mut().zip(if *driven { &time_derivative[..] } else { &[] }) {
-                *k += h * *slope * passed;
+            for (k, dfdt) in k.iter_mut().zip(if *driven { &time_derivative[..] } else { &[] }) {
+                *k += h * *dfdt * passed;
             }
         };
         drift(first, GAMMA);
@@ -141,14 +141,14 @@ impl Method for Ros3l {
             || self.stages(system, t, h, x),
         );
         self.effort.derivatives += 1;
-        join(&mut to.x, x, &self.k, |x, k| x + k[0] + k[3]);
-        join(&mut to.error, x, &self.k, |_, k| k.iter().zip(ESTIMATE).map(|(k, weight)| weight * k).sum());
+        combine(&mut to.x, x, &self.k, |x, k| x + k[0] + k[3]);
+        combine(&mut to.error, x, &self.k, |_, k| k.iter().zip(ESTIMATE).map(|(k, weight)| weight * k).sum());
         true
     }
 
     fn interpolate(&self, theta: f64, x: &mut [f64]) {
         let [one, two, three, four] = interpolant(theta);
-        join(x, &self.start, &self.k, |start, k| start + (one * k[0] + two * k[1] + three * k[2] + four * k[3]));
+        combine(x, &self.start, &self.k, |start, k| start + (one * k[0] + two * k[1] + three * k[2] + four * k[3]));
     }
 
     fn effort(&self) -> Effort {
@@ -157,7 +157,7 @@ impl Method for Ros3l {
 }
 
 /// Weights of the increments at the fraction `theta` of a step: all four conditions of order three, the method itself at
-/// the end. No slope at the end of the step enters, so that stiff states stay as damped as in the stages.
+/// the end. The derivative at the end of the step is not used, so stiff states stay as damped as in the stages.
 fn interpolant(theta: f64) -> [f64; STAGES] {
     // Weights of f, J f, J J f and f'' f f.
     let (square, cube) = (theta * theta, theta * theta * theta);
@@ -182,7 +182,7 @@ mod tests {
         ([0.0, P[0], P[1], P[2]], [0.0, Q[0], Q[1], 0.0]),
     ];
 
-    /// What stands in the series of an increment before h f, h^2 J f, h^3 J J f, h^3 f''(f, f) / 2, h^4 J f''(f, f) / 2 and
+    /// Coefficients in the series of an increment of h f, h^2 J f, h^3 J J f, h^3 f''(f, f) / 2, h^4 J f''(f, f) / 2 and
     /// h^4 f'''(f, f, f) / 6, with G^k = 1 + k h gamma J + k (k + 1) / 2 (h gamma J)^2 + ...
     fn series((p, q): Weights) -> [f64; 6] {
         let (g, a) = (GAMMA, NODE);
@@ -231,7 +231,7 @@ mod tests {
         assert!((0..STAGES).all(|i| (end[i] - [1.0, 0.0, 0.0, 1.0][i]).abs() < 1e-13), "{end:?}");
     }
 
-    /// |R(i y)|^2: how a swing of `y` rad per step goes on, and the distance of R from the true exp(i y).
+    /// |R(i y)|^2 for an oscillation of `y` rad per step, and the distance of R from the exact exp(i y).
     fn swing(y: f64) -> (f64, f64) {
         type Complex = (f64, f64);
         let times = |a: Complex, b: Complex| (a.0 * b.0 - a.1 * b.1, a.0 * b.1 + a.1 * b.0);
@@ -248,7 +248,7 @@ mod tests {
         (end.0 * end.0 + end.1 * end.1, (end.0 - y.cos()).hypot(end.1 - y.sin()))
     }
 
-    /// x' = |j| f(x), linearised with the slope `j`.
+    /// x' = |j| f(x), linearised with the derivative `j`.
     struct Scalar {
         j: f64,
         f: fn(f64) -> f64,

@@ -1,28 +1,28 @@
 //! ROS4L: linearly implicit method of order four, L-stable, with few right-hand sides.   theory: docs/theory/integration.md
 //!
 //! An exponential Rosenbrock method whose phi-functions are sums over the [poles](super::poles) of a Padé approximant. With
-//! N(u) = h F(x + u) - h F_1 - hJ u, by which the right-hand side bends off the product at the start,
+//! N(u) = h F(x + u) - h F_1 - hJ u, the remainder of the right-hand side beyond its linearisation at the start,
 //!     u = c phi_1(c hJ) h F_1,   v = phi_1(hJ) h F_1 + 2/c^2 phi_3(hJ) N(u),   x_new = x + v + d,
 //!     d = (6 phi_4(hJ) - 2 c phi_3(hJ)) (N(v) - N(u)/c^2)/(1 - c).
-//! That integrates s^2 and s^3 of a bend N(s) exactly, and with c = 3/5 most of s^4; what is linear is followed to the
-//! fifteenth power of h. The next step begins with the linearisation at x + v, shifted by d, which is far smaller.
+//! This integrates the terms s^2 and s^3 of a remainder N(s) exactly, and with c = 3/5 most of s^4. The linear part is of order
+//! fifteen. The next step begins with the linearisation at x + v, shifted by d, which is far smaller.
 //!
 //! A step costs one right-hand side, a linearisation, a factorisation and three solves for four complex numbers side by side.
-//! Products with J are not formed on the way: of y = (theta/h I - J)^-1 f it is J y = theta/h y - f.
+//! Products with J are not formed: for y = (theta/h I - J)^-1 f, J y = theta/h y - f.
 
 use crate::poles::{at_infinity, phi, plus, scaled, series, times_poles, Increments, Poles, Spread, Weights, TERMS};
 use crate::System;
 use crate::{flush, Effort, Linearisation, Method, Restart, Target};
 use hydrocrane_num::register::{NativeSimd, Register};
 
-/// Where the second right-hand side is, as a share of the step: c.
+/// c: position of the second right-hand side as a share of the step.
 const NODE: f64 = 0.6;
-/// Share in the estimate of d.
+/// Weight of d in the estimate.
 const BENDS: f64 = 0.2;
-/// Share in the estimate of (hJ)^7 h F_1.
+/// Weight of (hJ)^7 h F_1 in the estimate.
 const POWER: f64 = 1e-8;
 
-/// The method for `n` equations, with registers for the poles where the processor has them.
+/// The method for `n` equations, with the poles in registers where the processor has them.
 pub fn method(n: usize) -> Box<dyn Method> {
     if NativeSimd::is_available() {
         Box::new(Ros4l::<NativeSimd>::new(n))
@@ -31,7 +31,7 @@ pub fn method(n: usize) -> Box<dyn Method> {
     }
 }
 
-/// h F_1 in u: c phi_1(c hJ) to the sixth power of hJ, and what is fast has arrived.
+/// Weight of h F_1 in u: c phi_1(c hJ) to the sixth power of hJ; fast components have reached their end.
 fn on_the_way() -> Weights {
     let [mut terms, _] = inside(NODE);
     terms[TERMS - 1] = 0.0;
@@ -39,12 +39,12 @@ fn on_the_way() -> Weights {
     plus(slow, scaled(last_power(), (1.0 - at_infinity(slow)) / at_infinity(last_power())))
 }
 
-/// N(u) in v.
+/// Weight of N(u) in v.
 fn of_bend() -> Weights {
     scaled(phi(3), 2.0 / (NODE * NODE))
 }
 
-/// N(v) - N(u)/c^2 in d.
+/// Weight of N(v) - N(u)/c^2 in d.
 fn of_rest() -> Weights {
     scaled(plus(scaled(phi(4), 6.0), scaled(phi(3), -2.0 * NODE)), 1.0 / (1.0 - NODE))
 }
@@ -69,17 +69,17 @@ fn inside(theta: f64) -> [[f64; TERMS]; 2] {
     [flow(theta, 1), flow(theta, 3).map(|term| 2.0 / (NODE * NODE) * term)]
 }
 
-/// Share of d inside a step: what s^3 adds to a bend.
+/// Share of d inside a step: the effect of the term s^3.
 fn share(theta: f64) -> f64 {
     theta.powi(3) * (theta / 4.0 - NODE / 3.0) / (1.0 / 4.0 - NODE / 3.0)
 }
 
 /// The method for a [`System`].
 struct Ros4l<R> {
-    /// Where the step begins, and where its last attempt ended.
+    /// Linearisations at the start of the step and at the end of its last attempt.
     here: Linearisation,
     ahead: Linearisation,
-    /// df/dt, and whether any of it is not zero.
+    /// df/dt, and whether it is nonzero.
     time_derivative: Vec<f64>,
     driven: bool,
     weights: StepWeights<R>,
@@ -100,7 +100,7 @@ struct Ros4l<R> {
     effort: Effort,
 }
 
-/// A sum over the poles, and hJ times it.
+/// Weights of a sum over the poles, and of hJ times this sum.
 struct SumAndProduct<R> {
     sum: Spread<R>,
     product: Spread<R>,
@@ -156,7 +156,7 @@ impl<R: Register> Method for Ros4l<R> {
         4
     }
 
-    /// d goes with the fourth power, the rest of the estimate with the eighth.
+    /// d is of fourth order, the rest of the estimate of eighth.
     fn estimate_order(&self) -> u32 {
         5
     }
@@ -231,7 +231,7 @@ mod tests {
     use crate::poles::value;
     use hydrocrane_num::Complex;
 
-    /// (6 phi_4 - 2 c phi_3)/(1 - c) and so on at z = 0, where phi_k = 1/k!: what is left of a bend s^2 or s^3 with product J = 0.
+    /// (6 phi_4 - 2 c phi_3)/(1 - c) and so on at z = 0, where phi_k = 1/k!: the integral of a remainder s^2 or s^3 with J = 0.
     #[test]
     fn a_step_integrates_the_square_and_the_cube_of_a_bend() {
         let (first, rest) = (value(of_bend(), Complex::new(0.0, 0.0)).re, value(of_rest(), Complex::new(0.0, 0.0)).re);

@@ -1,15 +1,15 @@
-//! States in whole blocks of numbers, and sums of them in one pass.
+//! State vectors in blocks of numbers, and weighted sums of them in one pass.
 
 #[cfg(target_arch = "x86_64")]
 use hydrocrane_num::{register::Register, register_x86::Avx2};
 
-/// Numbers that sums take at once.
+/// Numbers of a block.
 const LANES: usize = 4;
 
-/// A row is made of these, the last one filled up with zeros.
+/// A row consists of blocks; the last one is padded with zeros.
 pub type Block = [f64; LANES];
 
-/// How many states a row holds.
+/// Number of states of a row.
 #[derive(Debug, Clone, Copy)]
 pub struct Shape {
     states: usize,
@@ -40,7 +40,7 @@ impl Shape {
         &mut row.as_flattened_mut()[..self.states]
     }
 
-    /// The first `J` of `rows`, and the one behind them.
+    /// The first `J` of `rows`, and the next one.
     #[inline(always)]
     pub fn split<'a, const J: usize>(&self, rows: &'a mut [Block]) -> ([&'a [Block]; J], &'a mut [Block]) {
         let blocks = self.blocks();
@@ -57,7 +57,7 @@ impl Shape {
     }
 }
 
-/// Writes the row whose blocks are `of` their numbers to where its states are wanted.
+/// Writes the states of a row whose block `i` is `of(i)`.
 #[inline(always)]
 pub fn write(x: &mut [f64], of: impl Fn(usize) -> Block) {
     for (i, out) in x.chunks_mut(LANES).enumerate() {
@@ -65,7 +65,7 @@ pub fn write(x: &mut [f64], of: impl Fn(usize) -> Block) {
     }
 }
 
-/// [`write`] with a register for each block: see [`with_avx2`].
+/// [`write`] compiled for AVX2: see [`with_avx2`].
 #[inline(always)]
 pub fn write_with_avx2(x: &mut [f64], of: impl Fn(usize) -> Block) {
     with_avx2(
@@ -109,8 +109,8 @@ pub fn add_sum<const J: usize>(row: &mut [Block], scale: f64, weights: &[f64], r
     }
 }
 
-/// Runs `f`, which is to be inlined, with a register for each block where the processor has such. The bits are the same
-/// either way.
+/// Runs `f`, which must be inlined, compiled for AVX2 where the processor has it, so that a block is a register. The bits are the
+/// same either way.
 #[inline(always)]
 pub fn with_avx2<O>(mut f: impl FnMut() -> O) -> O {
     #[cfg(target_arch = "x86_64")]

@@ -1,8 +1,8 @@
-//! (s I - J) k = r for a block arrow J, by the Schur complement of its border. `s` is the inverse of a time.
+//! Solves (s I - J) k = r for a block arrow J by the Schur complement of its border. `s` is the inverse of a time.
 //!
 //! With k_q = (r_q + k_q')/s every own state of an axis is a linear function of its coordinate's rate,
 //! k_own = own(r) + by_rate k_q', by a 2 x 2 inverse for the spool, one for the pressures and a number for the bristles.
-//! The Schur complement, a system of the rates, is left; its matrix is inverted: one product per right-hand side.
+//! The Schur complement, a system of the rates, is left. Its matrix is inverted, so a right-hand side costs one product.
 
 use crate::block_arrow::{AxisDerivatives, BlockArrow, Row, MAX_BORDER};
 use hydrocrane_num::{small, Field};
@@ -20,14 +20,14 @@ pub struct SchurFactors<T> {
     own: [Own<T>; MAX_BORDER],
 }
 
-/// One axis, eliminated.
+/// Factors of one axis.
 #[derive(Debug, Clone, Copy, Default)]
 struct Own<T> {
     /// Inverses of the diagonal blocks.
     spool: Square<T>,
     pressures: Square<T>,
     bristles: T,
-    /// Change of p1, p2, z and of the net force with the coordinate's rate.
+    /// Derivatives of p1, p2, z and of the net force by the rate of the coordinate.
     by_rate: [T; 3],
     force_derivative: T,
 }
@@ -56,7 +56,7 @@ macro_rules! sized {
 }
 
 impl<T: Field> SchurFactors<T> {
-    /// Factors `shift I - J`; the mask tells where every number came out finite.
+    /// Factors `shift I - J`; the mask is true where every number is finite.
     #[inline(always)]
     pub fn factor<S: Copy>(&mut self, jacobian: &BlockArrow<S>, shift: T) -> T::Mask
     where
@@ -74,7 +74,7 @@ impl<T: Field> SchurFactors<T> {
         sized!(jacobian.joints, self.solve_sized(jacobian, r));
     }
 
-    /// [`Self::factor`] of a chain of `N` joints.
+    /// [`Self::factor`] for a border of `N` coordinates.
     #[inline(always)]
     pub fn factor_sized<const N: usize, S: Copy>(&mut self, jacobian: &BlockArrow<S>, shift: T) -> T::Mask
     where
@@ -184,7 +184,7 @@ impl<T: Field> Own<T> {
     }
 }
 
-/// Change of an output by the coordinate and by the spool.
+/// Change of an output by given changes of the coordinate and of the spool.
 #[inline(always)]
 fn known<S: Copy, T: ScalarOver<S>>(row: &Row<S>, still: T, xs: T) -> T {
     still * row.q + xs * row.xs

@@ -11,7 +11,7 @@ pub struct Tolerances {
     pub relative: f64,
     /// Absolute tolerance, in units of each state's scale.
     pub absolute: f64,
-    /// Largest step, s. Commands and contacts must not be stepped over. Fixed steps are as long as it allows.
+    /// Largest step, s, so that commands and contacts are not stepped over. Fixed steps have this size at most.
     pub max_step: f64,
 }
 
@@ -22,35 +22,36 @@ pub enum StepFailure {
     NotAdmissible,
     /// The step size fell below rounding.
     TooSmall,
-    /// An even step ended with numbers that are not finite, or does not follow the equations in the least parts either.
+    /// A fixed step ended with numbers that are not finite, or its smallest parts do not follow the equations.
     NotFinite,
 }
 
-/// Smallest step, relative to the time at hand, and absolute in seconds.
+/// Smallest step, relative to the time, and absolute in seconds.
 const LEAST_STEP: f64 = 1e-13;
 /// Bounds of the change of step size from one step to the next.
 const SHRINK: f64 = 0.2;
 const GROW: f64 = 6.0;
 const SAFETY: f64 = 0.9;
-/// Growth beyond which errors do not swing about the tolerance but are far below it.
+/// Growth beyond which errors do not oscillate about the tolerance but are far below it.
 const DOUBLE: f64 = 2.0;
 /// Share of a step by which an interval may be longer than whole steps: rounding must not add one.
 const EVEN: f64 = 1e-6;
-/// Size of the error of an even step beyond which it does not follow the equations: it is cut, into parts down to one of this
-/// many.
+/// Error of a fixed step beyond which it does not follow the equations and is cut.
 const GROSS: f64 = 0.1;
-/// The same size per square of a step (1/s^2) where laws are smooth: the shorter the steps, the more of their errors add up. Not less
-/// than for a step of 0.1 ms: a step that a command cuts short shall not be asked for more.
+/// The same bound per square of a step (1/s^2) where laws are smooth, because the errors of more steps add up. At least
+/// the bound of a step of 0.1 ms, so that a step that a command cuts short is not refused.
 const GROSS_PER_SQUARE: f64 = 300.0;
 const LEAST_GROSS: f64 = 3e-6;
+/// Largest number of parts of a fixed step.
 const MOST_PARTS: u32 = 64;
-/// Attempts that must go on by a least time (s): with fewer a run would take hours for a second.
+/// Number of attempts that must advance by a least time (s); a slower run would take hours for a second.
 pub const CRAWL_ATTEMPTS: u64 = 1_000_000;
 const CRAWL_ADVANCE: f64 = 1e-2;
-/// Error of the least part relative to that of a good step beyond which there is no going on.
+/// Error of the smallest part, relative to the bound, beyond which the run ends.
 const HOPELESS: f64 = 100.0;
 
-/// The next step of the wanted size on what remains: a last sliver is swallowed, two short steps are made even.
+/// The next step of the wanted size within the remaining interval. A remainder under 1 % is merged; two short steps are made
+/// equal.
 fn portion(remaining: f64, wanted: f64) -> f64 {
     if remaining <= wanted * 1.01 {
         remaining
@@ -61,21 +62,21 @@ fn portion(remaining: f64, wanted: f64) -> f64 {
     }
 }
 
-/// A method on its way through time.
+/// A method with its state over time.
 pub struct Stepper {
     method: Box<dyn Method>,
     tolerances: Tolerances,
     pub t: f64,
     pub x: Vec<f64>,
     quadratures: Quadratures,
-    /// Whether laws jump: any step over a jump errs by as much, however short.
+    /// Whether laws jump: a step over a jump has the same error, however short it is.
     jumps: bool,
     /// Size of the next attempt.
     h: f64,
     /// Last accepted interval.
     from: f64,
     target: Target,
-    /// What the next step must know when it begins; `None`: it has begun.
+    /// Restart of the next step; `None`: the step has begun.
     restart: Option<Restart>,
     /// Size and error norm of the last accepted step under the same right-hand side.
     last: Option<(f64, f64)>,
@@ -85,9 +86,9 @@ pub struct Stepper {
     restarted: bool,
     pub accepted: u64,
     pub rejected: u64,
-    /// Attempts and time (s) where the watch for steps that hardly go on began anew.
+    /// Attempts and time (s) at which the watch for slow progress last restarted.
     mark: (u64, f64),
-    /// When an even step first did not follow the equations even in its least parts, s.
+    /// Time at which the smallest parts of a fixed step first did not follow the equations, s.
     pub unresolved: Option<f64>,
 }
 
@@ -114,13 +115,13 @@ impl Stepper {
         }
     }
 
-    /// Tells that laws jump, as friction does in its printed form.
+    /// States whether laws jump, as printed friction does.
     pub fn with_jumps(mut self, jumps: bool) -> Self {
         self.jumps = jumps;
         self
     }
 
-    /// Size of the error beyond which even steps of size `h` (s) are cut.
+    /// Error beyond which fixed steps of size `h` (s) are cut.
     fn gross(&self, h: f64) -> f64 {
         if self.jumps {
             GROSS
@@ -129,7 +130,7 @@ impl Stepper {
         }
     }
 
-    /// Tells that state or right-hand side have changed, as where a load is taken up.
+    /// Restarts after a change of the state or of the right-hand side, for example when a load is picked up.
     pub fn restart(&mut self) {
         self.refresh();
         self.restart = Some(Restart::State);
@@ -138,13 +139,13 @@ impl Stepper {
         self.restarted = true;
     }
 
-    /// Tells that commands have changed a little: the step size is kept as a first guess.
+    /// Restarts after a small change of commands: the step size is kept as a first guess.
     pub fn refresh(&mut self) {
         self.restart = Some(self.restart.map_or(Restart::State, |restart| restart.max(Restart::Input)));
         self.last = None;
     }
 
-    /// One accepted step, at most to `limit`.
+    /// Takes one accepted step, at most to `limit`.
     pub fn step(&mut self, system: &dyn System, limit: f64) -> Result<(), StepFailure> {
         if let Some(restart) = self.restart.take() {
             self.method.begin(system, self.t, &self.x, restart);
@@ -188,8 +189,8 @@ impl Stepper {
         }
     }
 
-    /// One of the fewest equal steps to `limit` that keep to the largest size, or a part of one where the whole would not
-    /// follow the equations. The number of parts is bounded, and with it what a step costs.
+    /// Takes one of the fewest equal steps to `limit` that are not longer than the largest step, or a part of one where the whole
+    /// step would not follow the equations. The number of parts is bounded, and so is the work of a step.
     fn even_step(&mut self, system: &dyn System, limit: f64) -> Result<(), StepFailure> {
         let parts_of = |span: f64, most: f64| span / (span / most - EVEN).ceil().max(1.0);
         let whole = parts_of(limit - self.t, self.tolerances.max_step);
@@ -229,9 +230,9 @@ impl Stepper {
     }
 
     /// Change of step size after an accepted step: the filter H211b (b = 4) of G. Soderlind, Digital filters in adaptive
-    /// time-stepping, ACM Trans. Math. Softw. 29 (2003) 1-26, doi 10.1145/641876.641877. It looks at the last two errors and
-    /// steps: errors that swing with the crane would have every other step rejected if each were answered at once.
-    /// An error so small that it asks for twice the step is answered at once.
+    /// time-stepping, ACM Trans. Math. Softw. 29 (2003) 1-26, doi 10.1145/641876.641877. It uses the last two errors and
+    /// steps, because errors oscillate with the crane and answering each at once would reject every other step.
+    /// An error so small that it allows twice the step is answered at once.
     fn growth(&self, h: f64, norm: f64) -> f64 {
         match self.last {
             Some((last_h, last_norm)) if norm > (SAFETY / DOUBLE).powi(self.method.estimate_order() as i32) => {
@@ -241,7 +242,7 @@ impl Stepper {
         }
     }
 
-    /// Error norm of an attempt relative to the tolerances; infinite where it leads nowhere.
+    /// Error norm of an attempt relative to the tolerances; infinite if the attempt fails.
     fn attempt(&mut self, system: &dyn System, h: f64, failure: &mut StepFailure) -> f64 {
         match self.reach(system, h) {
             Ok(()) => {
@@ -255,7 +256,7 @@ impl Stepper {
         }
     }
 
-    /// An attempt at a step, and whether it leads anywhere.
+    /// Attempts a step; the error says why it is not usable.
     fn reach(&mut self, system: &dyn System, h: f64) -> Result<(), StepFailure> {
         if !self.method.attempt(system, self.t, h, &self.x, &mut self.target) {
             return Err(StepFailure::NotFinite);
@@ -271,7 +272,7 @@ impl Stepper {
     }
 
     /// Root mean square of a change relative to the tolerances, weighted by the old state only: weights from
-    /// a wild new state would let it pass. Of the state and its resolved tangents the largest counts.
+    /// a wild new state would let it pass. The largest norm of the state and its resolved tangents counts.
     fn norm(&self, system: &dyn System, change: &[f64]) -> f64 {
         let Tolerances { relative, absolute, .. } = self.tolerances;
         let n = self.x.len() / (1 + system.tangents());
@@ -295,20 +296,20 @@ impl Stepper {
         self.restart = Some(Restart::None);
     }
 
-    /// A first step from the size of state, slope and change of slope (Hairer, Norsett, Wanner: Solving Ordinary
+    /// A first step from the size of the state, its derivative and the change of this derivative (Hairer, Norsett, Wanner: Solving Ordinary
     /// Differential Equations I, section II.4).
     fn first_step(&mut self, system: &dyn System) -> f64 {
         let n = self.x.len();
         let (mut f0, mut f1) = (vec![0.0; n], vec![0.0; n]);
         system.derivative(self.t, &self.x, &mut f0);
-        let (size, slope) = (self.norm(system, &self.x), self.norm(system, &f0));
-        let probe = if size < 1e-5 || slope < 1e-5 { 1e-6 } else { 0.01 * size / slope }.min(1e-3);
+        let (size, derivative) = (self.norm(system, &self.x), self.norm(system, &f0));
+        let probe = if size < 1e-5 || derivative < 1e-5 { 1e-6 } else { 0.01 * size / derivative }.min(1e-3);
         let ahead: Vec<f64> = self.x.iter().zip(&f0).map(|(x, f)| x + probe * f).collect();
         system.derivative(self.t + probe, &ahead, &mut f1);
         let bend: Vec<f64> = f1.iter().zip(&f0).map(|(a, b)| (a - b) / probe).collect();
         let curvature = self.norm(system, &bend);
         let order = self.estimate_order();
-        let second = portable::pow(0.01 / slope.max(curvature), 1.0 / order).max(1e-9);
+        let second = portable::pow(0.01 / derivative.max(curvature), 1.0 / order).max(1e-9);
         let h = (100.0 * probe).min(second).min(self.tolerances.max_step);
         if h.is_finite() {
             h
@@ -322,7 +323,7 @@ impl Stepper {
         self.from
     }
 
-    /// The quadratures where it is.
+    /// The quadratures at the present time.
     pub fn integrals(&self) -> &[f64] {
         &self.quadratures.w
     }
@@ -345,7 +346,7 @@ impl Stepper {
         }
     }
 
-    /// The share of the last accepted step that is done at time `t`.
+    /// Time `t` as a fraction of the last accepted step.
     fn fraction(&self, t: f64) -> f64 {
         (t - self.from) / (self.t - self.from)
     }
@@ -354,12 +355,12 @@ impl Stepper {
         self.method.effort()
     }
 
-    /// Size of the least part of an even step, s.
+    /// Size of the smallest part of a fixed step, s.
     pub fn least_part(&self) -> f64 {
         self.tolerances.max_step / f64::from(MOST_PARTS)
     }
 
-    /// By how little (s) a great number of attempts went on, if that is hardly at all. Asked once per accepted step.
+    /// Advance (s) of a large number of attempts, if it is below the bound. Call once per accepted step.
     pub fn crawls(&mut self) -> Option<f64> {
         let attempts = self.accepted + self.rejected;
         if attempts < self.mark.0 + CRAWL_ATTEMPTS {

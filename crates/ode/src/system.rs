@@ -1,33 +1,33 @@
-//! What an integrator may know of the thing it integrates.
+//! The interface of a system to be integrated.
 
 use crate::Linearisation;
 
-/// A system x' = f(t, x) with quadratures w' = g(x) that nothing depends on.
+/// A system x' = f(t, x) with quadratures w' = g(x), which do not act back on x.
 pub trait System {
     fn dimension(&self) -> usize;
     /// Writes f.
     fn derivative(&self, t: f64, x: &[f64], dx: &mut [f64]);
-    /// Writes g; there are no quadratures unless a system says so.
+    /// Writes g; by default there are no quadratures.
     fn quadrature_rates(&self, _x: &[f64], _dw: &mut [f64]) {}
-    /// Copies of the state, behind it in `x`, that follow the linearised equations: derivatives with respect to parameters.
+    /// Number of forward sensitivities (tangents) appended to the state in `x`.
     fn tangents(&self) -> usize {
         0
     }
-    /// Writes f and df/dx. With tangents these derivatives are of the state alone, followed, tangent by tangent, by their
-    /// derivative along it: what couples the tangent's equations to the state.
+    /// Writes f and df/dx. With tangents df/dx is that of the state alone, followed, tangent by tangent, by its directional
+    /// derivative along the tangent, which couples the tangent's equation to the state.
     fn linearise(&self, t: f64, x: &[f64], at: &mut Linearisation);
-    /// Brings a linearisation at this state up to commands that have changed since.
+    /// Updates a linearisation at this state after a change of commands.
     fn update_input(&self, t: f64, x: &[f64], at: &mut Linearisation) {
         self.linearise(t, x, at);
     }
-    /// Writes df/dt, or says `false` where all of it is zero.
+    /// Writes df/dt; returns `false` if it is zero.
     fn time_derivative(&self, t: f64, x: &[f64], dfdt: &mut [f64]) -> bool;
-    /// Whether `x` lies where the equations mean something.
+    /// Whether the equations are defined at `x`.
     fn admissible(&self, x: &[f64]) -> bool;
-    /// Size below which each state is resolved absolutely; that of tangents may follow, where they are to be resolved too.
+    /// Scale of each state for absolute tolerances; scales of tangents follow if they take part in step control.
     fn scales(&self) -> &[f64];
-    /// Size of the estimated `error` of a step that led to the state `reached`, relative to what counts: one where each
-    /// state errs by its scale.
+    /// Size of the estimated `error` of a step that led to the state `reached`, as a norm: one if the error of each
+    /// state equals its scale.
     fn error_size(&self, _reached: &[f64], error: &[f64]) -> f64 {
         let squares: f64 = error.iter().zip(self.scales()).map(|(error, scale)| (error / scale).powi(2)).sum();
         (squares / error.len() as f64).sqrt()

@@ -48,7 +48,7 @@ const ERROR: [f64; STAGES] = [
 
 pub struct Tsit5 {
     shape: Shape,
-    /// Derivatives, stage by stage.
+    /// Derivatives at the stages.
     k: Vec<Block>,
     start: Vec<Block>,
     argument: Vec<Block>,
@@ -64,7 +64,7 @@ impl Tsit5 {
         Tsit5 { shape, k, start, argument, step: 0.0, effort: Effort::default() }
     }
 
-    /// Slope `I`; the last one is at the new state.
+    /// Derivative `I`; the last one is at the new state.
     #[inline(always)]
     fn stage<const I: usize>(&mut self, system: &dyn System, t: f64, h: f64) {
         let (done, k) = self.shape.split::<I>(&mut self.k);
@@ -78,7 +78,7 @@ impl Method for Tsit5 {
         5
     }
 
-    /// The last slope of a step is the first of the next.
+    /// The last derivative of a step is the first of the next.
     fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], restart: Restart) {
         if restart == Restart::None {
             let blocks = self.k.len() / STAGES;

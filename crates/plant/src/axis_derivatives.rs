@@ -1,5 +1,5 @@
-//! A cylinder's laws with their derivatives, by narrow duals: each law is differentiated by those local numbers alone that it
-//! sees, and the results are joined among all six.
+//! Derivatives of a cylinder's laws by narrow dual numbers: each law is differentiated only by the local numbers on which it
+//! depends; the results are then expanded to all six.
 
 use crate::hydraulic_axis::{
     FrictionLaw, FrictionOutput, HydraulicAxis, LawOutputs, LocalRates, LocalState, Port, SupplyPressures,
@@ -19,10 +19,10 @@ const P2: usize = 3;
 const SPOOL: usize = 4;
 const Z: usize = 5;
 
-/// Speed below which a secant of friction is that of this speed, m/s.
+/// Below this speed the secant of friction is the one at this speed, m/s.
 const CREEP: f64 = 1e-9;
 
-/// The laws' parameters as constants among as many variables as each law sees.
+/// Parameters of the laws, lifted to dual numbers with as many variables as each law depends on.
 #[derive(Debug, Clone)]
 pub struct Lifted<L> {
     bulk: Fluid<Dual<L, 1>>,
@@ -33,7 +33,7 @@ pub struct Lifted<L> {
     whole: (HydraulicAxis<WithDerivatives<L>>, SupplyPressures<WithDerivatives<L>>),
 }
 
-/// How a piston follows its joint: g, dg/dq and the joint's rate.
+/// Kinematics of a piston: lever arm g, dg/dq and the rate of its joint.
 #[derive(Debug, Clone, Copy)]
 pub struct Piston<T> {
     pub lever_arm: T,
@@ -57,7 +57,7 @@ impl<T: Real> Piston<T> {
     }
 }
 
-/// What the laws say, and its derivatives by states.
+/// Rates of a cylinder and their derivatives by states.
 #[derive(Debug, Clone, Copy)]
 pub struct RateDerivatives<L> {
     pub rates: LocalRates<L>,
@@ -91,7 +91,7 @@ impl<L: Real> Lifted<L> {
         }
     }
 
-    /// Slope of a friction map less its secant F/v through standstill; zero with bristles, which are no map.
+    /// Derivative of a friction map minus its secant F/v through standstill; zero with bristles.
     #[inline(always)]
     pub fn tangent_less_secant(&self, v: L) -> L {
         if self.friction.has_bristle() {

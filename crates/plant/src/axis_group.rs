@@ -1,4 +1,4 @@
-//! Cylinders that obey the same laws, side by side: the numbers of one cylinder in one lane.
+//! Cylinders with the same laws, side by side: one cylinder per lane.
 
 use crate::axis_derivatives::{Lifted, Piston, RateDerivatives};
 use crate::hydraulic_axis::{HydraulicAxis, LocalRates, LocalState, SupplyPressures};
@@ -9,7 +9,7 @@ use hydrocrane_num::{register::WIDEST, Pack, Real};
 use hydrocrane_ode::AxisStates;
 use hydrocrane_physics::hydraulics::fluid::{Fluid, OilTables};
 
-/// Up to as many cylinders as the type `L` has lanes. Lanes that are left over repeat the last cylinder.
+/// Up to as many cylinders as the type `L` has lanes. Unused lanes repeat the last cylinder.
 #[derive(Debug, Clone)]
 pub struct AxisGroup<L> {
     members: [Member; WIDEST],
@@ -20,7 +20,7 @@ pub struct AxisGroup<L> {
     pub lifted: Lifted<L>,
 }
 
-/// A cylinder and where its states live.
+/// A cylinder and the indices of its states.
 #[derive(Debug, Clone, Copy)]
 pub struct Member {
     pub cylinder: usize,
@@ -28,7 +28,7 @@ pub struct Member {
 }
 
 impl<L: Real> AxisGroup<L> {
-    /// All cylinders of a plant, in as few groups as can be.
+    /// All cylinders of a plant, in as few groups as possible.
     pub fn all<T: Real, const N: usize>(plant: &Plant<T, N>, layout: &Layout) -> Vec<Self>
     where
         L: Pack<T>,
@@ -82,7 +82,7 @@ impl<L: Real> AxisGroup<L> {
         }
     }
 
-    /// Lane by lane, what `of` says of its cylinder.
+    /// `of` of each cylinder, lane by lane.
     #[inline(always)]
     pub fn gather<T: Real>(&self, of: impl Fn(&Member) -> T) -> L
     where
@@ -107,7 +107,7 @@ impl<L: Real> AxisGroup<L> {
         }
     }
 
-    /// What the laws say.
+    /// Evaluates the laws.
     #[inline(always)]
     pub fn rates(&self, s: &LocalState<L>) -> LocalRates<L> {
         L::outlined(
@@ -116,7 +116,7 @@ impl<L: Real> AxisGroup<L> {
         )
     }
 
-    /// The same with its derivatives by states.
+    /// Evaluates the laws with their derivatives by states.
     #[inline(always)]
     pub fn linearised(&self, s: &LocalState<L>, piston: &Piston<L>) -> RateDerivatives<L> {
         L::outlined(

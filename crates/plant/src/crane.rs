@@ -1,4 +1,4 @@
-//! A machine with `N` joints, ready to be asked.
+//! A machine with `N` joints, ready for evaluation.
 
 use crate::equilibrium::resting_position;
 use crate::errors::{BuildError, PoseError};
@@ -18,19 +18,19 @@ use std::sync::OnceLock;
 pub struct Crane<const N: usize> {
     pub(crate) machine: Machine,
     pub(crate) laws: Laws<N>,
-    /// Made when first asked for: only energies and densities need them.
+    /// Built on first use: only energies and densities need them.
     pub(crate) oil: OnceLock<OilTables>,
     pub(crate) layout: Layout,
     pub(crate) precision: Precision,
     pub(crate) limits: Vec<JointLimits>,
-    /// Coordinates between which every state is admissible.
+    /// Ranges of coordinates in which every state is admissible.
     pub(crate) safe: [[f64; 2]; N],
     pub(crate) outputs: Vec<OutputInfo>,
 }
 
 /// Share of a mass matrix entry that must be left after elimination: four digits beyond rounding.
 const LEAST_PIVOT: f64 = 1e-12;
-/// Share of a joint's range at either end where admissibility is looked at closely.
+/// Share of a joint's range at either end where admissibility is checked in detail.
 const EDGE: f64 = 1e-3;
 
 impl<const N: usize> Crane<N> {
@@ -66,7 +66,7 @@ impl<const N: usize> Crane<N> {
         Ok(crane)
     }
 
-    /// Whether rounding leaves anything of the lighter links, in the middle of all ranges.
+    /// Whether the lighter links are resolved beyond rounding, in the middle of all ranges.
     fn check_mass_matrix(&self) -> Result<(), BuildError> {
         let mechanics = &self.plant().mechanics;
         let middle = self.limit_pairs().map(|[lower, upper]| 0.5 * (lower + upper));
@@ -79,7 +79,7 @@ impl<const N: usize> Crane<N> {
         Err(BuildError::Unresolvable(self.machine.links[heaviest + 1].name.clone()))
     }
 
-    /// A file can hold numbers that are fine one by one and overflow together; one look at the middle tells.
+    /// Numbers of a file can be valid one by one and overflow together; one evaluation in the middle shows it.
     fn require_finite(&self) -> Result<(), BuildError> {
         let mut x = vec![0.0; self.layout.len()];
         for (i, limits) in self.limits.iter().enumerate() {
@@ -113,8 +113,8 @@ impl<const N: usize> Crane<N> {
         }
     }
 
-    /// The joints' ranges but for their edges: on its branch a piston goes one way only, so that what is admissible at both
-    /// ends is so between them. Nothing is known where it is not.
+    /// The joint ranges without their edges. The stroke is monotone in q, so admissible ends imply an admissible range. Empty
+    /// where an end is not admissible.
     fn safe_ranges(&self) -> [[f64; 2]; N] {
         let inner = self.limit_pairs().map(|[lower, upper]| {
             let edge = EDGE * (upper - lower);
@@ -133,7 +133,7 @@ impl<const N: usize> Crane<N> {
         self.plant().admissible(&self.plant().mechanics.pose(q))
     }
 
-    /// The pose in which the crane comes to rest that was put into pose `q`: another one where the supply cannot press a
+    /// The pose of rest of a crane that is placed at `q`. It differs from `q` where the supply pressure cannot press a
     /// piston so far into its end stop.
     pub(crate) fn on_the_stops(&self, mut q: [f64; N], payload: f64) -> [f64; N] {
         let (plant, back) = (self.plant(), self.machine.equilibrium.back_pressure);
@@ -148,7 +148,7 @@ impl<const N: usize> Crane<N> {
         q
     }
 
-    /// A crane can rest on the ground, and no deeper in it than its own weight and that of the load press it.
+    /// Checks that the crane is no deeper in the ground than its weight and that of the load can press it.
     pub(crate) fn require_above_the_ground(&self, q: &[f64; N], payload: f64) -> Result<(), PoseError> {
         let mechanics = &self.plant().mechanics;
         let Some(ground) = &self.plant().ground else { return Ok(()) };

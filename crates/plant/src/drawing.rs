@@ -58,7 +58,7 @@ pub fn draw<const N: usize>(machine: &Machine, plant: &Plant<f64, N>, q: &[f64; 
     shapes
 }
 
-/// The outline given in the file, else from the own joint to the next one or to the tip.
+/// The outline given in the file, else a line from the link's joint to the next one or to the tip.
 fn outline(machine: &Machine, link: usize) -> Vec<[f64; 2]> {
     let l = &machine.links[link];
     if !l.outline.is_empty() {

@@ -9,12 +9,12 @@ use hydrocrane_num::{portable, Real};
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use std::f64::consts::PI;
 
-/// Which equilibrium is meant.
+/// Kind of equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EquilibriumMode {
     /// Valves closed; pressures balance the load and then creep by leakage.
     Hold,
-    /// Spools opened just enough to feed the leakage: pressures stay.
+    /// Spools opened just enough to feed the leakage; pressures are constant.
     Steady,
 }
 
@@ -58,7 +58,7 @@ impl<const N: usize> Plant<f64, N> {
 }
 
 impl<T: Real, const N: usize> Plant<T, N> {
-    /// The state at rest with closed spools, wherever the pistons stand; `back`: pressure of the chamber that carries
+    /// The state at rest with closed spools at any piston positions; `back`: pressure of the chamber that carries
     /// less, Pa.
     pub fn held(&self, layout: &Layout, q: &[T; N], back: T, payload: T) -> Vec<T> {
         let mut x = vec![T::c(0.0); layout.len()];
@@ -81,9 +81,9 @@ impl<T: Real, const N: usize> Plant<T, N> {
 /// Halvings after which a position is found to rounding.
 const HALVINGS: usize = 80;
 
-/// Where a piston comes to rest that was put to `position` (m) under `load` (N, what its force must hold): there, unless
-/// pressing it so far into an end stop takes more than the `supply` pressure. Then it leans on the stop, with both chambers
-/// at the pressure `back`, or stands where the stop begins if the load pulls it away.
+/// Position of rest of a piston that is placed at `position` (m) under `load` (N, to be held by its force). This is `position`
+/// unless pressing it so far into an end stop takes more than the `supply` pressure. Then the piston rests on the stop, with
+/// both chambers at the pressure `back`, or stands where the stop begins if the load pulls it away.
 pub fn resting_position(unit: &HydraulicAxis<f64>, position: f64, load: f64, back: f64, supply: f64) -> f64 {
     let stop = |x: f64| unit.end_stop.force(x, 0.0).0;
     let (p1, p2) = hold_pressures(unit, load - stop(position), back);
@@ -128,7 +128,7 @@ fn hold_pressures<T: Real>(unit: &HydraulicAxis<T>, force: T, back: T) -> (T, T)
     (T::select(pushed, (force + back * a2) / a1, back), T::select(pushed, back, (back * a1 - force) / a2))
 }
 
-/// One cylinder standing still under a force: both pressures constant through a slightly open spool.
+/// One cylinder at rest under a force: a slightly open spool keeps both pressures constant.
 struct Balance<'a> {
     unit: &'a HydraulicAxis<f64>,
     fluid: &'a Fluid<f64>,

@@ -1,12 +1,12 @@
-//! What can be wrong with a machine, a pose or a stroke.
+//! Errors of a machine, a pose or a stroke.
 
-/// Numbers of joints that there are laws for.
+/// Supported numbers of joints.
 const CHAINS: &str = if cfg!(feature = "chains") { "1 to 6" } else { "1 or 3" };
 
-/// A machine that is described well but cannot be simulated here.
+/// A machine with a valid description that cannot be simulated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BuildError {
-    /// With so many joints.
+    /// Unsupported number of joints.
     #[error("the machine has {0} joints; chains of {chains} joints can be simulated", chains = CHAINS)]
     Chain(usize),
     #[error("machine.tip lies on link `{0}`; it must lie on the last link of the chain, `{1}`")]
@@ -23,7 +23,7 @@ pub enum BuildError {
     NotFinite(String),
 }
 
-/// A stroke that no joint coordinate inside the limits gives.
+/// A stroke that no joint coordinate inside the limits reaches.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error(
     "cylinder `{cylinder}`: stroke {stroke} m is outside {lower:.6} to {upper:.6} m, its range inside the joint limits"

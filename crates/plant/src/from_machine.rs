@@ -1,4 +1,4 @@
-//! From a machine description to the parameters of the laws: the one place where the two meet.
+//! From a machine description to the parameters of the laws: the only place that knows both.
 
 use crate::errors::BuildError;
 use crate::hydraulic_axis::{FrictionLaw, HydraulicAxis, SupplyPressures};

@@ -1,4 +1,4 @@
-//! One cylinder with its valve: the laws of `physics` in order, from its local state to force and rates.
+//! One cylinder with its valve: the laws of `physics`, from its local state to force and rates.
 
 use hydrocrane_num::Real;
 use hydrocrane_physics::friction::lugre::{Friction, LuGre};
@@ -18,7 +18,7 @@ pub enum FrictionLaw<T> {
         map: StaticParameters<T>,
         width: T,
     },
-    /// Without a width its sign jumps, as the program's does.
+    /// Without a width the sign jumps, as in the program.
     Printed {
         map: StaticParameters<T>,
         width: Option<T>,
@@ -48,7 +48,7 @@ pub struct SupplyPressures<T> {
     pub tank: T,
 }
 
-/// What a cylinder's laws depend on besides its spool velocity.
+/// Local state: what the laws of a cylinder depend on besides its spool velocity.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct LocalState<T> {
     /// Piston position (m) and velocity (m/s).
@@ -62,7 +62,7 @@ pub struct LocalState<T> {
     pub z: T,
 }
 
-/// Everything the laws say of a cylinder at one state.
+/// All results of the laws of a cylinder at one state.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct LocalRates<T> {
     /// Net force on the rod, N, positive outward: pressures and end stops less friction.
@@ -152,7 +152,7 @@ impl<T: Real> FrictionLaw<T> {
     }
 }
 
-/// What the laws say of a cylinder that is no sum or product of the rest. Each law sees few of the local numbers.
+/// Results of the single laws of a cylinder, each of which depends on few local numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct LawOutputs<T> {
     pub port_a: Port<T>,
@@ -230,7 +230,7 @@ impl<T: Real> HydraulicAxis<T> {
         Port { pressure, fed, drained }
     }
 
-    /// The sums and products that lead from the outputs to force and rates.
+    /// Assembles force and rates from the outputs of the laws by sums and products.
     #[inline(always)]
     pub fn assemble(
         &self,
@@ -268,7 +268,7 @@ impl<T: Real> HydraulicAxis<T> {
         }
     }
 
-    /// Whether this cylinder obeys the same laws as another one, with other numbers in them.
+    /// Whether this cylinder has the same laws as another one, possibly with other parameters.
     pub fn same_laws(&self, other: &Self) -> bool {
         let edges = |unit: &Self| [unit.valve.edge_a.law, unit.valve.edge_b.law];
         let switches = |unit: &Self| (unit.leakage.external_from_piston_side, unit.end_stop.printed);

@@ -1,11 +1,11 @@
-//! What oil, valves and seals do on their own.
+//! Properties of oil, valves and seals.
 //!
-//! Slices of joints, cylinders and states have the lengths that the layout tells; SI units throughout.
+//! Slices of joints, cylinders and states have the lengths of the layout; SI units throughout.
 
 use crate::crane::Crane;
 use crate::hydraulic_axis::FrictionLaw;
 
-/// Speed up to which passivity of friction is checked, m/s: beyond any hydraulic cylinder's.
+/// Speed up to which passivity of friction is checked, m/s: above that of any hydraulic cylinder.
 const FASTEST_PISTON: f64 = 1.0;
 
 /// The passivity condition of one LuGre cylinder.

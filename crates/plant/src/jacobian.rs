@@ -1,8 +1,8 @@
 //! Exact Jacobian, assembled from the derivatives of its parts.
 //!
-//! A cylinder's laws see six local numbers (x, v, p1, p2, xs, z) and no other cylinder; the chain's forces hand out their
-//! derivatives by joint coordinates and rates. The blocks are joined by the chain rule through x(q), v = g(q) q' and
-//! q'' = M^-1 (g f + J^T F - b).
+//! The laws of a cylinder depend on six local numbers (x, v, p1, p2, xs, z) and on no other cylinder. The inverse dynamics
+//! gives its derivatives by joint coordinates and rates. The chain rule through x(q), v = g(q) q' and
+//! q'' = M^-1 (g f + J^T F - b) assembles the blocks.
 
 use crate::axis_derivatives::{Piston, RateDerivatives};
 use crate::axis_group::{AxisGroup, Member};
@@ -47,7 +47,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         }
     }
 
-    /// As `place`, and how the lever arms change with their joints.
+    /// As `place`, with the derivatives of the lever arms by their joints.
     #[inline(always)]
     fn place_moving(&self, layout: &Layout, x: &[T]) -> (Placed<T, N>, [T; N]) {
         let (q, rates) = joint_state::<T, N>(layout, x);

@@ -1,6 +1,6 @@
-//! Where the links, pistons and the tip are, and how they move.
+//! Positions and velocities of links, pistons and tip.
 //!
-//! Slices of joints, cylinders and states have the lengths that the layout tells; SI units throughout.
+//! Slices of joints, cylinders and states have the lengths of the layout; SI units throughout.
 
 use crate::crane::{array, Crane};
 use crate::drawing::{self, Shape};
@@ -14,7 +14,7 @@ pub trait Kinematics {
     fn joint_limits(&self) -> &[JointLimits];
     /// Piston positions at the joint limits, ascending.
     fn stroke_limits(&self) -> Vec<[f64; 2]>;
-    /// Piston positions and their derivatives with respect to the own joint.
+    /// Piston positions and their derivatives (lever arms) with respect to their joints.
     fn strokes(&self, q: &[f64], x: &mut [f64], lever_arm: &mut [f64]);
     fn joints_from_strokes(&self, x: &[f64], q: &mut [f64]) -> Result<(), StrokeError>;
     /// Direction of each cylinder from its barrel pin to its rod pin, rad from x towards z in the inertial frame.

@@ -1,4 +1,4 @@
-//! A crane's laws, its cylinders in lanes where the processor has registers for them. Either way the bits are the same.
+//! The laws of a crane, with its cylinders in lanes where the processor has registers for them. The bits are the same either way.
 
 use crate::layout::Layout;
 use crate::plant::Plant;
@@ -11,14 +11,14 @@ use hydrocrane_physics::hydraulics::fluid::OilTables;
 
 /// How the cylinders are arranged.
 pub enum Laws<const N: usize> {
-    /// As many side by side as the register has room for.
+    /// Side by side, one per lane of the native register.
     Simd(Evaluator<f64, Lanes<NativeSimd>, N>),
     /// One after the other.
     #[cfg(target_arch = "x86_64")]
     Single(Evaluator<f64, f64, N>),
 }
 
-/// What drives a crane at one state.
+/// A state with its inputs.
 #[derive(Clone, Copy)]
 pub struct Moment<'a> {
     pub layout: &'a Layout,

@@ -1,10 +1,10 @@
-//! State layout: the only place where indices exist.
+//! State layout: the only place that defines indices.
 //!
 //! Order: joint coordinates, joint rates, then per cylinder p1, p2, xs, vs and, with LuGre friction, z.
 
 use hydrocrane_ode::AxisStates;
 
-/// Where each state lives, what it is called and how large it is.
+/// Index, name and scale of each state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layout {
     joints: usize,
@@ -12,11 +12,11 @@ pub struct Layout {
     pub names: Vec<String>,
     pub units: Vec<&'static str>,
     pub long_names: Vec<String>,
-    /// Size below which a solver need not resolve the state relatively; its absolute tolerance is `rtol` times it.
+    /// Scale of the state: its absolute tolerance is `rtol` times this.
     pub scales: Vec<f64>,
 }
 
-/// What the layout needs to know of one joint and its cylinder.
+/// Properties of one joint and its cylinder that the layout needs.
 #[derive(Debug, Clone)]
 pub struct Unit {
     pub joint: String,

@@ -1,4 +1,4 @@
-//! Energy ledger: the powers whose integrals explain where the pump's work went.
+//! Energy ledger: the powers whose integrals account for the work of the pump.
 //!
 //! With U the oil's elastic energy, T + V the mechanical energy, and the energies of end stops, bristles and ground:
 //! ```text
@@ -6,7 +6,7 @@
 //!     - edges - connectors - internal leakage - external leakage - friction - end stops - contact
 //! ```
 //! `elastic` is the strain energy that oil carries with it through the chamber boundaries (w q, with w the
-//! energy density at the chamber's pressure). `work` (net force times velocity) is a transfer inside the sum.
+//! energy density at the chamber's pressure). `work` (net force times velocity) is a transfer within the sum.
 
 use crate::hydraulic_axis::{LocalRates, LocalState};
 use hydrocrane_machine::Machine;
@@ -31,10 +31,10 @@ pub const LEDGER_TERMS: [(&str, &str, f64); LEDGER_PER_CYLINDER] = [
     ("end_stop", "heat of end stop damping", -1.0),
 ];
 
-/// The same of what the ground takes.
+/// The same for the ground.
 pub const GROUND_TERMS: [(&str, &str, f64); 1] = [("contact", "heat of the contact with the ground", -1.0)];
 
-/// Terms that follow those of the cylinders: none where a machine has no ground.
+/// Terms after those of the cylinders: none if the machine has no ground.
 pub fn ground_terms(machine: &Machine) -> &'static [(&'static str, &'static str, f64)] {
     if machine.ground.is_some() {
         &GROUND_TERMS

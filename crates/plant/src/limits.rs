@@ -6,7 +6,7 @@ use hydrocrane_physics::geometry::frames::Joint;
 use hydrocrane_physics::geometry::stroke::Actuation;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// What a joint limit comes from.
+/// Cause of a joint limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LimitReason {
     StrokeEnd,
@@ -39,7 +39,7 @@ pub struct JointLimits {
 /// Scan step of a revolute joint, rad, and of a prismatic one as a share of the stroke.
 const SCAN: f64 = 0.25 * PI / 180.0;
 const SHARE: f64 = 1.0 / 1000.0;
-/// Scan steps to either side after which a linkage counts as impossible: lengths of one machine differ by less.
+/// Scan steps to either side after which a linkage counts as impossible; lengths of one machine differ by less.
 const MOST_STEPS: f64 = 2e5;
 
 /// One joint with its cylinder.
@@ -51,12 +51,12 @@ pub struct JointActuation<'a> {
 }
 
 impl JointActuation<'_> {
-    /// Piston position and slope, `None` where the linkage does not close.
+    /// Piston position and lever arm, `None` where the linkage does not close.
     fn stroke(&self, q: f64) -> Option<(f64, f64)> {
         let pose = self.joint.pose(q);
         let closes = self.actuation.closure(&pose) > 0.0;
-        let (x, slope) = self.actuation.stroke(&pose);
-        (closes && x.is_finite() && slope.is_finite()).then_some((x, slope))
+        let (x, lever_arm) = self.actuation.stroke(&pose);
+        (closes && x.is_finite() && lever_arm.is_finite()).then_some((x, lever_arm))
     }
 
     fn stroke_limits(&self) -> (f64, f64, LimitReason) {
@@ -78,8 +78,8 @@ impl JointActuation<'_> {
         Ok(JointLimits { lower, upper, reasons: [lower_reason, upper_reason] })
     }
 
-    /// A coordinate with the piston as near mid-stroke as it gets. A pin triangle has two mirror images; the one
-    /// nearest to a right angle (included angles) or to zero (relative angles) is the machine's.
+    /// A coordinate with the piston as near to mid-stroke as possible. A pin triangle has two mirror images; the one
+    /// nearest to a right angle (included angles) or to zero (relative angles) is chosen.
     fn start(&self) -> Result<f64, BuildError> {
         let preferred = match self.description.kind {
             file::JointKind::Revolute(file::AngleConvention::Included) => FRAC_PI_2,
@@ -97,8 +97,8 @@ impl JointActuation<'_> {
                 break;
             }
             for q in [preferred - i as f64 * step, preferred + i as f64 * step] {
-                let Some((x, slope)) = self.stroke(q) else { continue };
-                if x < low || x > high || slope.abs() < 1e-9 {
+                let Some((x, lever_arm)) = self.stroke(q) else { continue };
+                if x < low || x > high || lever_arm.abs() < 1e-9 {
                     continue;
                 }
                 let residual = (x - middle).abs() / (high - low) + aside;
@@ -119,14 +119,14 @@ impl JointActuation<'_> {
         }
     }
 
-    /// Goes from `start` in one direction to the first limit.
+    /// Searches from `start` in one direction for the first limit.
     fn walk(&self, start: f64, direction: f64) -> (f64, LimitReason) {
         let (step, reach) = self.scan();
         let (low, high, low_reason) = self.stroke_limits();
-        let sign = self.stroke(start).map_or(1.0, |(_, slope)| slope.signum());
+        let sign = self.stroke(start).map_or(1.0, |(_, lever_arm)| lever_arm.signum());
         let blocked = |q: f64| match self.stroke(q) {
             None => Some(LimitReason::DeadCentre),
-            Some((_, slope)) if slope * sign <= 0.0 => Some(LimitReason::DeadCentre),
+            Some((_, lever_arm)) if lever_arm * sign <= 0.0 => Some(LimitReason::DeadCentre),
             Some((x, _)) if x > high => Some(LimitReason::StrokeEnd),
             Some((x, _)) if x < low => Some(low_reason),
             Some(_) => None,
@@ -148,9 +148,9 @@ impl JointActuation<'_> {
     fn require_one_branch(&self, limits: JointLimits) -> Result<JointLimits, BuildError> {
         const SAMPLES: usize = 400;
         let span = limits.upper - limits.lower;
-        let mut derivatives = (0..=SAMPLES).map(|i| self.stroke(limits.lower + span * i as f64 / SAMPLES as f64));
-        let sign = derivatives.next().flatten().map_or(0.0, |(_, slope)| slope.signum());
-        let monotone = sign != 0.0 && derivatives.all(|s| s.is_some_and(|(_, slope)| slope * sign > 0.0));
+        let mut lever_arms = (0..=SAMPLES).map(|i| self.stroke(limits.lower + span * i as f64 / SAMPLES as f64));
+        let sign = lever_arms.next().flatten().map_or(0.0, |(_, lever_arm)| lever_arm.signum());
+        let monotone = sign != 0.0 && lever_arms.all(|s| s.is_some_and(|(_, lever_arm)| lever_arm * sign > 0.0));
         if monotone {
             Ok(limits)
         } else {
@@ -164,20 +164,20 @@ impl JointActuation<'_> {
         [ends[0].min(ends[1]), ends[0].max(ends[1])]
     }
 
-    /// The joint coordinate with piston position `x`, inside the limits: Newton kept inside a shrinking bracket.
+    /// The joint coordinate with piston position `x`, inside the limits, by Newton's method in a shrinking bracket.
     pub fn joint_from_stroke(&self, limits: &JointLimits, x: f64) -> f64 {
         let (mut low, mut high) = (limits.lower, limits.upper);
         let at = |q: f64| self.actuation.stroke(&self.joint.pose(q));
         let rising = at(high).0 > at(low).0;
         let mut q = 0.5 * (low + high);
         for _ in 0..200 {
-            let (value, slope) = at(q);
+            let (value, lever_arm) = at(q);
             if (value > x) == rising {
                 high = q;
             } else {
                 low = q;
             }
-            let newton = q - (value - x) / slope;
+            let newton = q - (value - x) / lever_arm;
             let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
             if (next - q).abs() <= 1e-15 * (1.0 + q.abs()) {
                 return next.clamp(limits.lower, limits.upper);
@@ -211,7 +211,7 @@ impl JointLimits {
         [self.lower - room, self.upper + room]
     }
 
-    /// Where `joint` is and what its limits are, in degrees or metres.
+    /// Text: coordinate of `joint` and its limits, in degrees or metres.
     pub fn compared(&self, joint: &file::Joint, q: f64) -> String {
         let [low, high] = self.reasons.map(|reason| reason.name());
         let [lower, upper] = [self.lower, self.upper].map(|q| in_words(joint, q));
@@ -219,7 +219,7 @@ impl JointLimits {
     }
 }
 
-/// Which of the `joints` lies outside its limits in the pose `q`, and how, if one does.
+/// The first of the `joints` outside its limits in the pose `q`, as text, if any.
 pub fn outside_limits(joints: &[file::Joint], limits: &[JointLimits], q: &[f64]) -> Option<String> {
     let outside = |(q, limits): (&f64, &JointLimits)| {
         let [lower, upper] = limits.widened();

@@ -35,14 +35,14 @@ const GLOBAL: [(&str, &str, &str); 9] = [
     ("energy.bristles", "J", "energy in the bristles of LuGre friction"),
 ];
 
-/// What follows where there is a ground.
+/// Further outputs if there is a ground.
 const OF_GROUND: [(&str, &str, &str); 3] = [
     ("energy.ground", "J", "energy in the spring of the ground"),
     ("tip.contact.x", "N", "force of the ground on the tip or its load, forward"),
     ("tip.contact.z", "N", "force of the ground on the tip or its load, up"),
 ];
 
-/// Where the stored energies stand.
+/// Range of the stored energies among the outputs.
 pub fn energies(machine: &Machine) -> std::ops::Range<usize> {
     4..GLOBAL.len() + usize::from(machine.ground.is_some())
 }

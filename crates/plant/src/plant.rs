@@ -16,7 +16,7 @@ pub struct Plant<T, const N: usize> {
     pub cylinders: [HydraulicAxis<T>; N],
     pub fluid: Fluid<T>,
     pub supply_pressures: SupplyPressures<T>,
-    /// `None`: nothing carries the tip from below.
+    /// `None`: no ground.
     pub ground: Option<Ground<T>>,
 }
 
@@ -35,7 +35,7 @@ impl<T: Copy, const N: usize> Plant<T, N> {
 }
 
 impl<T: Real, const N: usize> Plant<T, N> {
-    /// Piston positions (m) and their derivatives with respect to the own joint's coordinate.
+    /// Piston positions (m) and lever arms, their derivatives by their joint's coordinate.
     pub fn strokes(&self, pose: &ChainPose<T, N>) -> [(T, T); N] {
         std::array::from_fn(|c| self.actuations[c].stroke(&pose.joints[c]))
     }

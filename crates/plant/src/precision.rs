@@ -1,10 +1,10 @@
-//! How exact a step must be: errors relative to the states' scales and to the density of the oil.
+//! Required accuracy of a step: errors relative to the scales of the states and to the density of the oil.
 
 use crate::layout::Layout;
 use hydrocrane_num::Real;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 
-/// How exact a step must be.
+/// Required accuracy of a step.
 #[derive(Debug, Clone)]
 pub struct Precision {
     /// Inverse tolerances of the states.
@@ -17,8 +17,8 @@ pub struct Precision {
 const DENSITY_SCALE: f64 = 1e-3;
 
 impl Precision {
-    /// Errors as large as `tolerance` times the states' scales. Spools do not count by themselves: where one is matters
-    /// by what the oil does.
+    /// Errors up to `tolerance` times the scales of the states. Spools do not count themselves, only by their effect on the
+    /// oil.
     pub fn new(layout: &Layout, tolerance: f64) -> Self {
         let mut weights: Vec<f64> = layout.scales.iter().map(|scale| 1.0 / (tolerance * scale)).collect();
         for c in 0..layout.joints() {

@@ -1,4 +1,4 @@
-//! The whole machine in one readable function: the reference that the fast right-hand side must equal.
+//! The whole machine in one readable function: the reference for the fast right-hand side.
 //!
 //! Written from the description of the machine, with textbook steps instead of shared ones: link angles and
 //! trigonometry, a Newton-Euler recursion for forces, the laws in plain `f64` with ordinary branches.

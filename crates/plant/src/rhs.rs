@@ -19,13 +19,13 @@ use hydrocrane_physics::hydraulics::fluid::OilTables;
 pub struct Evaluator<T, L, const N: usize> {
     pub plant: Plant<T, N>,
     pub groups: Vec<AxisGroup<L>>,
-    /// The pistons' places with their derivatives by the joints.
+    /// Piston kinematics with derivatives by the joints.
     pub pistons: [Actuation<Dual<T, 1>>; N],
     /// The ground with its derivatives by place and velocity of the tip.
     pub ground: Option<Ground<Dual<T, 4>>>,
 }
 
-/// Where everything is at one state. Pistons by cylinder: position (m), d(position)/d(joint coordinate), velocity (m/s).
+/// Positions and velocities at one state. Pistons by cylinder: position (m), lever arm d(position)/d(joint coordinate), velocity (m/s).
 #[derive(Debug, Clone, Copy)]
 pub struct Placed<T, const N: usize> {
     pub pose: ChainPose<T, N>,
@@ -78,7 +78,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
         Placed { pose, rates, positions, lever_arms, velocities }
     }
 
-    /// The chain under net cylinder forces (N).
+    /// Accelerations of the chain under net cylinder forces (N).
     #[inline(always)]
     pub fn accelerate(&self, placed: &Placed<T, N>, forces: &[T; N], payload: T) -> Accelerated<T, N> {
         let equations = self.mechanics.equations(&placed.pose, &placed.rates, payload);

@@ -1,6 +1,6 @@
 //! The crane as a system of ordinary differential equations x' = f(x, u) with outputs and an energy ledger.
 //!
-//! Slices of joints, cylinders and states have the lengths that the layout tells; SI units throughout.
+//! Slices of joints, cylinders and states have the lengths of the layout; SI units throughout.
 
 use crate::crane::{array, Crane};
 use crate::equilibrium::EquilibriumMode;
@@ -44,7 +44,7 @@ pub trait StateSpace: Send + Sync {
     fn admissible(&self, x: &[f64]) -> bool;
     fn output_info(&self) -> &[OutputInfo];
     fn outputs(&self, x: &[f64], payload: f64, out: &mut [f64]);
-    /// The same with NaN for `energy.oil`, whose tables take longer to make than a run of a few seconds.
+    /// The same with NaN for `energy.oil`, whose tables take longer to build than a run of a few seconds.
     fn outputs_without_oil(&self, x: &[f64], payload: f64, out: &mut [f64]);
     fn equilibrium(&self, q: &[f64], mode: EquilibriumMode, payload: f64) -> Result<Vec<f64>, PoseError>;
 }

@@ -1,4 +1,4 @@
-//! The static friction map of parameters that are still sought, with its derivatives: what identification fits.
+//! The static friction map as a function of its parameters, with derivatives, for identification.
 
 use hydrocrane_num::Dual;
 use hydrocrane_physics::friction::{static_map, StaticParameters};
@@ -7,7 +7,7 @@ use hydrocrane_physics::friction::{static_map, StaticParameters};
 pub const MAP_PARAMETERS: usize = 12;
 const VARIABLES: usize = MAP_PARAMETERS + 1;
 
-/// Velocity over which the sign changes, m/s: far below what a piston can be measured to move at.
+/// Velocity over which the sign changes, m/s: far below any measurable piston velocity.
 const SIGN_WIDTH: f64 = 1e-9;
 
 /// Friction force and its derivatives at one velocity.
