@@ -2,7 +2,7 @@
 
 Each case is one run of :func:`hydrocrane.simulate`: a task of :mod:`hydrocrane.benchmark.tasks` under a
 :class:`Condition`. The tip starts at rest in ``START``. Payload and changed friction are unknown to the controller,
-which takes its nominal model from the machine as its file has it. The errors of the sensors depend on the seed,
+whose controller model is the machine of the file. The errors of the sensors depend on the seed,
 everything else is the same in every run.
 """
 

@@ -47,7 +47,7 @@ class Task:
     velocity : (k, 2) array
         Velocity asked for, x and z, m/s; zero at the end, where the tip has time to come to rest.
     carries : (float, float) or None
-        When the payload is taken up and let go, s; ``None``: it hangs on the tip all the time.
+        When the payload is picked up and let go, s; ``None``: it hangs on the tip all the time.
     """
 
     name: str

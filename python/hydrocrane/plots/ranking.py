@@ -48,7 +48,7 @@ def ranking(slopes: Sensitivities, signals: str | Sequence[str], *, most: int = 
 
 def _check(slopes: Sensitivities, names: Sequence[str], most: int) -> None:
     if not slopes.relative:
-        raise InputError("a ranking needs slopes that can be compared: sensitivities(..., relative=True)")
+        raise InputError("a ranking needs relative sensitivities: sensitivities(..., relative=True)")
     if not names or most < 1:
         raise InputError("a ranking needs at least one signal, and `most` at least 1")
     for name in names:

@@ -45,7 +45,7 @@ def tip_charts(run: Record) -> Figure:
 
 
 def mark_payload_changes(axes: Axes, run: Record) -> None:
-    """A line at each time at which a load is taken up or let go."""
+    """A line at each time at which a load is picked up or let go."""
     for change in run.payload_changes:
         axes.axvline(change.time, color=ACCENT if change.after > change.before else MUTED, lw=0.9, ls=":", zorder=1.5)
 

@@ -55,7 +55,7 @@ class Record:
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """What happened on the way, in order of time: trouble of a controller, loads taken up and let go, warnings."""
+        """What happened on the way, in order of time: trouble of a controller, loads picked up and let go, warnings."""
         own = [Event(float(time), str(text)) for time, text in json.loads(self.data.attrs.get("events", "[]"))]
         doubts = [Event(warning.time, f"warning: {warning}", warning.kind) for warning in self.warnings]
         return tuple(sorted([*own, *doubts], key=lambda event: event.time))
@@ -73,7 +73,7 @@ class Record:
 
     @property
     def payload_changes(self) -> tuple[PayloadChange, ...]:
-        """Loads taken up and let go, in order of time; rows at such a time have the state before it."""
+        """Loads picked up and let go, in order of time; rows at such a time have the state before it."""
         return tuple(PayloadChange.of(entry) for entry in json.loads(self.data.attrs.get("payload_changes", "[]")))
 
     @property

@@ -118,7 +118,7 @@ class EnergyBalance:
     pump : float
         Work of the pump, with the elastic energy that its oil carries.
     loads : float
-        Energy that loads brought as they were taken up, less what they took away as they were let go.
+        Energy that loads brought that are picked up, minus the energy of loads that are let go.
     stored : float
         Gain of kinetic, potential and elastic energy.
     lost : dict

@@ -14,7 +14,7 @@ from hydrocrane.errors import InputError
 
 @dataclass(frozen=True)
 class PayloadChange:
-    """A load taken up, or let go, by the tip.
+    """A load picked up, or let go, by the tip.
 
     Attributes
     ----------
@@ -23,7 +23,7 @@ class PayloadChange:
     before, after : float
         Payload, kg.
     velocity_before, velocity_after : (x, z)
-        Of the tip, m/s. A load that is taken up lies still and brakes the tip at once; letting one go changes nothing.
+        Of the tip, m/s. A load that is picked up lies still and brakes the tip at once; letting one go changes nothing.
     loss : float
         Kinetic energy that the impact turned into heat, J.
     """

@@ -77,11 +77,11 @@ class Scenario:
         What the controller sees: the truth, or what the machine's sensors read, drawn by `seed`.
     sensor_faults : sequence of SensorFault
     payload_changes : mapping
-        Time, s, to the payload, kg, from then on: loads that lie still and are taken up, and loads let go. What lies
+        Time, s, to the payload, kg, from then on: loads that lie still and are picked up, and loads let go. What lies
         beyond the duration does not happen.
     believed : mapping or Machine, optional
-        What a controller takes its nominal model from, while the crane stays what it is: overrides of the machine, or
-        another machine with as many joints of the same kinds. By default it knows the truth. Own controllers are
+        Controller model, without a change of the crane: overrides of the machine, or
+        another machine with as many joints of the same kinds. By default it equals the crane. Own controllers are
         handed this machine in ``reset``.
     monitor : bool, optional
         Whether sensors that cannot be right close the valves until they can; default is yes for ``tip`` and
@@ -196,7 +196,7 @@ class Scenario:
             raise InputError(f"joystick must be a Joystick, got {self.joystick!r}")
         if self.believed is not None:
             if not self.closed_loop:
-                raise InputError("`believed` is what a controller takes the crane for; this scenario has no controller")
+                raise InputError("`believed` changes the controller model; this scenario has no controller")
             if not isinstance(self.believed, Machine):
                 object.__setattr__(self, "believed", plain_overrides(self.believed))
         if isinstance(self.driver, str) and (self.driver == "lever") != (self.stick_mode == "lever"):
@@ -251,7 +251,7 @@ class Scenario:
             kinds = [", ".join(f"{j} ({unit})" for j, unit in zip(m.joint_names, m.joint_units, strict=True))
                      for m in (machine, believed)]  # fmt: skip
             raise InputError(
-                f"the believed machine must have the joints of {machine.name}, {kinds[0]}; "
+                f"the machine of the controller model must have the joints of {machine.name}, {kinds[0]}; "
                 f"{believed.name} has {kinds[1]}"
             )
         return believed

@@ -1,4 +1,4 @@
-"""Errors of means and slopes of samples that hang together in time."""
+"""Errors of means and slopes of samples that are correlated in time."""
 
 from __future__ import annotations
 

@@ -189,7 +189,7 @@ class BatchSimulator:
     def set_payload(self, mass: ArrayLike, *, cranes: ArrayLike | None = None) -> None:
         """From here on the tips carry `mass`, kg, one for each of `cranes` or one for all.
 
-        A load that is taken up lies still and brakes the tip at once; one that is let go leaves the state as it is.
+        A load that is picked up lies still and brakes the tip at once; one that is let go leaves the state as it is.
         """
         chosen = self._chosen(cranes)
         if not self._started[chosen].all():

@@ -120,9 +120,9 @@ class Simulator:
         return self._warnings
 
     def set_payload(self, mass: float) -> PayloadChange:
-        """From here on the tip carries `mass`, kg: takes up a load that lies still, or lets one go.
+        """From here on the tip carries `mass`, kg: picks up a load that lies still, or lets one go.
 
-        A load that is taken up brakes the tip at once: ``state`` has it, sensors read it at the next step. A reset goes
+        A load that is picked up brakes the tip at once: ``state`` has it, sensors read it at the next step. A reset goes
         back to the payload of the start.
 
         Raises

@@ -64,9 +64,9 @@ def _named_key(table: str, name: str, values: Sequence[object], plan: Scenario, 
     known = [key for key in _examples(plan, machine) if key.startswith(f"{table}.")]
     if table == "controller.believed":
         if not plan.closed_loop:
-            raise InputError(f"key `{name}`: this scenario has no controller that could believe something")
+            raise InputError(f"key `{name}`: this scenario has no controller, so no controller model")
         if not (plan.believed is None or isinstance(plan.believed, Mapping)):
-            raise InputError(f"key `{name}`: what the controller believes is a machine here; give it as overrides")
+            raise InputError(f"key `{name}`: the controller model is another machine here; state it as overrides")
         return dataclasses.replace(_machine_key(rest, values, plan), name=name)
     if name not in known:
         raise InputError(f"unknown key `{name}`{nearest(name, known)}")
