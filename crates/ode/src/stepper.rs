@@ -296,8 +296,8 @@ impl Stepper {
         self.restart = Some(Restart::None);
     }
 
-    /// A first step from the size of the state, its derivative and the change of this derivative (Hairer, Norsett, Wanner: Solving Ordinary
-    /// Differential Equations I, section II.4).
+    /// A first step from the size of the state, its derivative and the change of this derivative (Hairer, Norsett, Wanner:
+    /// Solving Ordinary Differential Equations I, section II.4).
     fn first_step(&mut self, system: &dyn System) -> f64 {
         let n = self.x.len();
         let (mut f0, mut f1) = (vec![0.0; n], vec![0.0; n]);

@@ -25,7 +25,8 @@ pub struct Evaluator<T, L, const N: usize> {
     pub ground: Option<Ground<Dual<T, 4>>>,
 }
 
-/// Positions and velocities at one state. Pistons by cylinder: position (m), lever arm d(position)/d(joint coordinate), velocity (m/s).
+/// Positions and velocities at one state. Pistons by cylinder: position (m), lever arm d(position)/d(joint coordinate),
+/// velocity (m/s).
 #[derive(Debug, Clone, Copy)]
 pub struct Placed<T, const N: usize> {
     pub pose: ChainPose<T, N>,

@@ -122,8 +122,8 @@ class Simulator:
     def set_payload(self, mass: float) -> PayloadChange:
         """From here on the tip carries `mass`, kg: picks up a load that lies still, or lets one go.
 
-        A load that is picked up brakes the tip at once: ``state`` has it, sensors read it at the next step. A reset goes
-        back to the payload of the start.
+        A load that is picked up brakes the tip at once: ``state`` has it, sensors read it at the next step. A reset
+        goes back to the payload of the start.
 
         Raises
         ------
