@@ -11,8 +11,13 @@
 //! So (s I - J) k = r is solved axis by axis, spool first, then pressures, then bristles, each as a linear function of its
 //! coordinate's rate; coordinates follow from rates by q' = q'; the Schur complement of the rates is left (`schur.rs`).
 
-use crate::schur::ScalarOver;
 use hydrocrane_num::{Field, Pack, Real};
+use std::ops::{Add, Mul, Sub};
+
+/// Numbers that can be multiplied with derivatives of type `S`.
+pub trait ScalarOver<S>: Field + Add<S, Output = Self> + Sub<S, Output = Self> + Mul<S, Output = Self> {}
+
+impl<S, T: Field + Add<S, Output = T> + Sub<S, Output = T> + Mul<S, Output = T>> ScalarOver<S> for T {}
 
 /// Most coordinates of a border.
 pub const MAX_BORDER: usize = if cfg!(feature = "chains") { 6 } else { 3 };

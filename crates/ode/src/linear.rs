@@ -1,10 +1,10 @@
 //! A system linearised at one state, and the linear systems of implicit steps there.
 
-use crate::block_arrow::{AxisStates, BlockArrow};
-use crate::schur::{ScalarOver, SchurFactors};
+use crate::block_arrow::{AxisStates, BlockArrow, ScalarOver};
+use crate::schur::SchurFactors;
 use hydrocrane_num::dense::Inverse;
 
-/// What a [`System`](crate::System) says of itself at one state: rates, and their slopes either as a dense matrix
+/// What a [`System`](crate::system::System) says of itself at one state: rates, and their slopes either as a dense matrix
 /// or as a block arrow.
 pub struct Linearisation {
     /// f

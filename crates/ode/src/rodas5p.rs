@@ -11,9 +11,10 @@
 //! Tangents of the state are carried along by the derivative of the very step: W k_i' = r' + J' k_i, where r' is the
 //! right-hand side of the stage with tangents in place of states. One factorisation serves all of them.
 
+use crate::linear::{Factored, Linearisation};
+use crate::method::{Effort, Method, Restart, Target};
 use crate::rows::{add_sum, set_sum, sum, wide, write_wide, Block, Shape};
-use crate::System;
-use crate::{Effort, Factored, Linearisation, Method, Restart, Target};
+use crate::system::System;
 
 const STAGES: usize = 8;
 const GAMMA: f64 = 0.211_937_563_194_290_14;

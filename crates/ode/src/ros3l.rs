@@ -7,9 +7,10 @@
 //! first increment h gamma G F_1 enters as it is. The increments also give a solution of order two that damps what is
 //! stiff: its distance is the error estimate.
 
+use crate::linear::{Factored, Linearisation};
+use crate::method::{Effort, Method, Restart, Target};
 use crate::rows::wide;
-use crate::System;
-use crate::{Effort, Factored, Linearisation, Method, Restart, Target};
+use crate::system::System;
 
 const STAGES: usize = 4;
 /// L-stable from 0.22365 on; near it a swing is followed best.

@@ -10,9 +10,10 @@
 //! A step costs one right-hand side, a linearisation, a factorisation and three solves for four complex numbers side by side.
 //! Products with J are not formed on the way: of y = (theta/h I - J)^-1 f it is J y = theta/h y - f.
 
+use crate::linear::Linearisation;
+use crate::method::{flush, Effort, Method, Restart, Target};
 use crate::poles::{at_infinity, phi, plus, scaled, series, times_poles, Increments, Poles, Spread, Weights, TERMS};
-use crate::System;
-use crate::{flush, Effort, Linearisation, Method, Restart, Target};
+use crate::system::System;
 use hydrocrane_num::register::{Handy, Register};
 
 /// Where the second right-hand side is, as a share of the step: c.

@@ -1,6 +1,6 @@
 //! What an integrator may know of the thing it integrates.
 
-use crate::Linearisation;
+use crate::linear::Linearisation;
 
 /// A system x' = f(t, x) with quadratures w' = g(x) that nothing depends on.
 pub trait System {

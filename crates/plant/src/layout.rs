@@ -4,6 +4,9 @@
 
 use hydrocrane_ode::AxisStates;
 
+/// Most joints a chain can have here.
+pub const MAX_JOINTS: usize = hydrocrane_ode::MAX_BORDER;
+
 /// Where each state lives, what it is called and how large it is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layout {

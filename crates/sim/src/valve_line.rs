@@ -1,8 +1,8 @@
 //! From a controller's command to the spools: signal chain, limits, delays.
 
-use crate::model::MAX_JOINTS;
 use hydrocrane_machine::model::{SignalChain, Valve};
 use hydrocrane_machine::Machine;
+use hydrocrane_plant::layout::MAX_JOINTS;
 use std::collections::VecDeque;
 
 /// The way of each cylinder's command.

@@ -1,10 +1,10 @@
 //! The spool commands of a batch on their way: signal chain, limits, delays.
 
 use super::kernel::{Group, WIDTH};
-use crate::model::MAX_JOINTS;
 use crate::valve_line::{delay, through};
 use hydrocrane_machine::model::Valve;
 use hydrocrane_machine::Machine;
+use hydrocrane_plant::layout::MAX_JOINTS;
 use std::collections::VecDeque;
 
 /// Rounding allowed between a time of arrival and the time at hand.
