@@ -1,6 +1,6 @@
 //! What every controller is: something that, once per period, turns measurements and a stick into spool commands.
 //!
-//! A controller knows the crane's geometry and nominal parameters, never the plant's state.
+//! A controller knows the crane's geometry and the parameters of its model, never the plant's state.
 
 /// Measurements at one sample, as the sensors deliver them. SI units; pressures gauge.
 #[derive(Debug, Clone, Copy)]

@@ -8,12 +8,12 @@
 //!
 //! Near a dead centre, where a joint swings slowly, the corrections k_p (x_ref - x^) - d^ and the learning of d^ shrink with the
 //! square of its frequency.
-//! The valve stays closed towards a sense in which the mains cannot move the load: opening it would let the load push the
+//! The valve stays closed towards a sense in which the supply pressure cannot move the load: opening it would let the load push the
 //! piston back.
 
-use crate::feed_forward::{Capacity, Mains, Moment, Steady};
+use crate::controller_model::CylinderModel;
+use crate::feed_forward::{Capacity, Moment, Steady, SupplyPressures};
 use crate::holding::{Hold, Oil};
-use crate::nominal::NominalCylinder;
 use crate::observer::{self, Observer};
 use hydrocrane_num::portable;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
@@ -54,9 +54,9 @@ pub struct Demand {
 
 #[derive(Debug, Clone, Copy)]
 pub struct Drive {
-    cylinder: NominalCylinder,
+    cylinder: CylinderModel,
     fluid: Fluid<f64>,
-    mains: Mains,
+    supply_pressures: SupplyPressures,
     steady: Steady,
     gains: DriveGains,
     period: f64,
@@ -91,9 +91,9 @@ const MOST_EXCESS: f64 = 3.0;
 impl Drive {
     /// At rest, with nothing yet known of the load but the measured force.
     pub fn at(
-        cylinder: NominalCylinder,
+        cylinder: CylinderModel,
         fluid: Fluid<f64>,
-        mains: Mains,
+        supply_pressures: SupplyPressures,
         gains: DriveGains,
         period: f64,
         moment: Moment,
@@ -104,8 +104,8 @@ impl Drive {
         Drive {
             cylinder,
             fluid,
-            mains,
-            steady: Steady::new(&cylinder, &mains),
+            supply_pressures,
+            steady: Steady::new(&cylinder, &supply_pressures),
             gains,
             period,
             observer: Observer::at(moment.stroke),
@@ -114,7 +114,7 @@ impl Drive {
             damping_shares: gains.damping_band.map(share),
             starting_friction: [-FRICTION_SPEED, FRICTION_SPEED].map(|v| cylinder.steady_friction(v)),
             moment,
-            capacity: cylinder.capacity(&fluid, &mains, &moment),
+            capacity: cylinder.capacity(&fluid, &supply_pressures, &moment),
             force,
             lags: [force - load; 2],
             planned: load,
@@ -131,7 +131,7 @@ impl Drive {
             *slow += self.pressure_share * (p - *slow);
         }
         self.moment.stroke = now.stroke;
-        self.capacity = self.cylinder.capacity(&self.fluid, &self.mains, &self.moment);
+        self.capacity = self.cylinder.capacity(&self.fluid, &self.supply_pressures, &self.moment);
         self.observer.update(now.stroke, self.expected, &self.observing, self.bearable);
     }
 
@@ -140,12 +140,12 @@ impl Drive {
         self.observer.position
     }
 
-    /// Whether the mains can move the load towards `sense` (+1 or -1).
+    /// Whether the supply pressure can move the load towards `sense` (+1 or -1).
     pub fn able(&self, sense: f64) -> bool {
         self.steady_speed(sense) > 0.0
     }
 
-    /// Lowest and highest piston speed that the reference may plan with, m/s; zero where the mains cannot move the load.
+    /// Lowest and highest piston speed that the reference may plan with, m/s; zero where the supply pressure cannot move the load.
     pub fn range(&self) -> [f64; 2] {
         [-1.0, 1.0].map(|s| {
             // More than the steady speed would not last, and what the valve was seen to lack is not there either.
@@ -155,7 +155,7 @@ impl Drive {
         })
     }
 
-    /// Magnitude of the steady speed at full stroke under the load; zero where the mains cannot move it.
+    /// Magnitude of the steady speed at full stroke under the load; zero where the supply pressure cannot move it.
     fn steady_speed(&self, sense: f64) -> f64 {
         sense * self.steady.speed(self.true_load() + self.starting_friction[usize::from(sense > 0.0)], sense)
     }

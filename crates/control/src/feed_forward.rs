@@ -1,54 +1,55 @@
 //! Piston speed through the valve and back.                   theory: docs/theory/control/feed_forward.md
 //!
 //! Steady speed under a force F with the spool at x:   v = |x| sqrt(s),
-//!     s = (force of the connected mains - F) sense / (A_1^3/C_a^2 + A_2^3/C_b^2)
-//! because p_1 = p_a -+ (A_1/C_a)^2 s and p_2 = p_b +- (A_2/C_b)^2 s behind the mains p_a and p_b that the edges open to.
+//!     s = (force of the connected pressures - F) sense / (A_1^3/C_a^2 + A_2^3/C_b^2)
+//! because p_1 = p_a -+ (A_1/C_a)^2 s and p_2 = p_b +- (A_2/C_b)^2 s behind the pressures p_a and p_b (supply or tank) that the edges open to.
 //!
 //! Speed at given pressures, not yet steady, with the load's force changing at F':
 //!     v (A_1^2 E_1/V_1 + A_2^2 E_2/V_2) = A_1 E_1/V_1 (q_1 - q_int) + A_2 E_2/V_2 (q_2 - q_int + q_ext) - F'
 //! from A_1 p_1' - A_2 p_2' = F' with (94), (95): both metering edges act, each with the stiffness of its chamber. After
 //! opening a valve the two pressures take some tenths of a second to reach their steady level; this law holds meanwhile.
 
-use crate::nominal::NominalCylinder;
+use crate::controller_model::CylinderModel;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::spool_valve::{EdgeFlows, PortPressures};
 
 /// Supply and tank pressure, Pa.
 #[derive(Debug, Clone, Copy)]
-pub struct Mains {
+pub struct SupplyPressures {
     pub supply: f64,
     pub tank: f64,
 }
 
 /// Signed piston speed at full stroke towards `sense` (+1 or -1) in steady motion under `force` (N, positive where
 /// the cylinder pushes outward); zero where the supply cannot move it.
-pub fn steady_speed(c: &NominalCylinder, mains: &Mains, force: f64, sense: f64) -> f64 {
-    Steady::new(c, mains).speed(force, sense)
+pub fn steady_speed(c: &CylinderModel, supply_pressures: &SupplyPressures, force: f64, sense: f64) -> f64 {
+    Steady::new(c, supply_pressures).speed(force, sense)
 }
 
-/// What the steady speed of a cylinder needs of valve and mains.
+/// What the steady speed of a cylinder needs to know of valve and supply.
 #[derive(Debug, Clone, Copy)]
 pub struct Steady {
-    /// Forces of the mains towards either sense, retracting and extending, N.
-    mains: [f64; 2],
+    /// Forces of the supply pressures towards either sense, retracting and extending, N.
+    supply_pressures: [f64; 2],
     /// Speed per root of the force that is left, m/(s sqrt(N)).
     per_root: f64,
 }
 
 impl Steady {
-    pub fn new(c: &NominalCylinder, mains: &Mains) -> Self {
+    pub fn new(c: &CylinderModel, supply_pressures: &SupplyPressures) -> Self {
         let a = [c.chambers.area_1, c.chambers.area_2];
         let coefficients = [c.valve.edge_a.coefficient, c.valve.edge_b.coefficient];
         let resistance: f64 = (0..2).map(|i| a[i].powi(3) / coefficients[i].powi(2)).sum();
         // Pressures that chamber 1 and chamber 2 would have without any drop over their edges.
-        let behind = if c.valve.regenerative > 0.0 { mains.supply } else { mains.tank };
-        let forces = [(mains.tank, mains.supply), (mains.supply, behind)].map(|(p1, p2)| p1 * a[0] - p2 * a[1]);
-        Steady { mains: forces, per_root: (c.stroke - c.valve.overlap) / resistance.sqrt() }
+        let behind = if c.valve.regenerative > 0.0 { supply_pressures.supply } else { supply_pressures.tank };
+        let forces = [(supply_pressures.tank, supply_pressures.supply), (supply_pressures.supply, behind)]
+            .map(|(p1, p2)| p1 * a[0] - p2 * a[1]);
+        Steady { supply_pressures: forces, per_root: (c.stroke - c.valve.overlap) / resistance.sqrt() }
     }
 
     /// As [`steady_speed`].
     pub fn speed(&self, force: f64, sense: f64) -> f64 {
-        let drive = (self.mains[usize::from(sense > 0.0)] - force) * sense;
+        let drive = (self.supply_pressures[usize::from(sense > 0.0)] - force) * sense;
         sense * self.per_root * drive.max(0.0).sqrt()
     }
 }
@@ -71,7 +72,7 @@ pub struct Capacity {
     pub full: [f64; 2],
 }
 
-impl NominalCylinder {
+impl CylinderModel {
     /// A_1 E_1/V_1 and A_2 E_2/V_2, Pa/m. Volumes are kept positive for measurements beyond the stroke.
     fn chamber_rates(&self, fluid: &Fluid<f64>, m: &Moment) -> [f64; 2] {
         let (v1, v2) = self.chambers.volumes(m.stroke);
@@ -83,11 +84,12 @@ impl NominalCylinder {
     }
 
     /// At these pressures and constant force.
-    pub fn capacity(&self, fluid: &Fluid<f64>, mains: &Mains, m: &Moment) -> Capacity {
+    pub fn capacity(&self, fluid: &Fluid<f64>, supply_pressures: &SupplyPressures, m: &Moment) -> Capacity {
         let [r1, r2] = self.chamber_rates(fluid, m);
         let stiffness = r1 * self.chambers.area_1 + r2 * self.chambers.area_2;
-        let ports = PortPressures { supply: mains.supply, tank: mains.tank, a: m.p[0], b: m.p[1] };
-        let (internal, external) = self.leakage.flows(m.p[0], m.p[1], mains.tank);
+        let ports =
+            PortPressures { supply: supply_pressures.supply, tank: supply_pressures.tank, a: m.p[0], b: m.p[1] };
+        let (internal, external) = self.leakage.flows(m.p[0], m.p[1], supply_pressures.tank);
         let per_stiffness = 1.0 / stiffness;
         let speed = |edges: EdgeFlows<f64>| {
             let (q1, q2) = (edges.port_a() - internal, edges.port_b() - internal + external);

@@ -8,8 +8,8 @@
 //! [working area](crate::working_area) and the [penalty](crate::penalty).
 
 use crate::controller::{Controller, Fault, Measurement, Stick};
+use crate::controller_model::ControllerModel;
 use crate::inverse_kinematics::{branches, Printed, TooFewRevolute};
-use crate::nominal::Nominal;
 use crate::penalty::{self, Weights};
 use crate::pid::{Gains, Pid};
 use crate::slow_down::{checked, checked_stick};
@@ -48,7 +48,7 @@ pub fn printed_gains<const N: usize>() -> [Gains; N] {
 }
 
 pub struct HeinzePid<const N: usize> {
-    nominal: Nominal<N>,
+    model: ControllerModel<N>,
     settings: Settings<N>,
     pids: [Pid; N],
     target: [f64; N],
@@ -58,24 +58,24 @@ pub struct HeinzePid<const N: usize> {
 }
 
 impl<const N: usize> HeinzePid<N> {
-    pub fn new(nominal: Nominal<N>, settings: Settings<N>) -> Self {
+    pub fn new(model: ControllerModel<N>, settings: Settings<N>) -> Self {
         let pids = std::array::from_fn(|i| {
-            let stroke = nominal.cylinders[i].stroke;
+            let stroke = model.cylinders[i].stroke;
             Pid::new(settings.gains[i], [-stroke, stroke])
         });
-        HeinzePid { nominal, settings, pids, target: [0.0; N], set_point: [0.0; 2], due: None }
+        HeinzePid { model, settings, pids, target: [0.0; N], set_point: [0.0; 2], due: None }
     }
 
     fn begin(&mut self, q: &[f64; N], t: f64) {
         self.pids.iter_mut().for_each(Pid::reset);
         self.target = *q;
-        self.set_point = self.nominal.tip(q);
+        self.set_point = self.model.tip(q);
         self.due = Some(t);
         let held = self.settings.extension == Extension::Zero;
         if held && self.settings.working_area.is_some() && self.posture_for(self.set_point, q) == Ok(None) {
             // With the telescope out the tip may lie where no posture reaches with the telescope at zero.
             self.target = self.at_zero(q);
-            self.set_point = self.nominal.tip(&self.target);
+            self.set_point = self.model.tip(&self.target);
         }
     }
 
@@ -104,8 +104,8 @@ impl<const N: usize> HeinzePid<N> {
         match &self.settings.working_area {
             Some(area) if area.limit_rate * interval < 1.0 => {
                 let searched = self.settings.extension != Extension::Zero;
-                let moves = self.nominal.mechanics.joints.map(|joint| joint.revolute || searched);
-                area.slowed(&self.nominal, &self.target, &moves, self.set_point, velocity)
+                let moves = self.model.mechanics.joints.map(|joint| joint.revolute || searched);
+                area.slowed(&self.model, &self.target, &moves, self.set_point, velocity)
             }
             _ => velocity,
         }
@@ -114,7 +114,7 @@ impl<const N: usize> HeinzePid<N> {
     fn posture_for(&self, tip: [f64; 2], q: &[f64; N]) -> Result<Option<[f64; N]>, TooFewRevolute> {
         match &self.settings.extension {
             Extension::Zero => self.nearest_branch(tip, q),
-            Extension::Penalty { weights, candidates } => penalty::search(&self.nominal, weights, tip, q, *candidates),
+            Extension::Penalty { weights, candidates } => penalty::search(&self.model, weights, tip, q, *candidates),
         }
     }
 
@@ -123,10 +123,10 @@ impl<const N: usize> HeinzePid<N> {
     fn nearest_branch(&self, tip: [f64; 2], q: &[f64; N]) -> Result<Option<[f64; N]>, TooFewRevolute> {
         let whole_turn = q.map(|q| [q.min(0.0) - PI, q.max(0.0) + PI]);
         let area = self.settings.working_area.as_ref();
-        let limits = area.map_or(whole_turn, |area| area.limits(&self.nominal, &self.target));
+        let limits = area.map_or(whole_turn, |area| area.limits(&self.model, &self.target));
         let printed =
             Printed { unreachable: self.settings.printed.unreachable && area.is_none(), ..self.settings.printed };
-        let found = branches(&self.nominal.mechanics, &limits, tip, &self.at_zero(q), printed)?;
+        let found = branches(&self.model.mechanics, &limits, tip, &self.at_zero(q), printed)?;
         let distance = |c: &[f64; N]| (0..N).map(|i| (c[i] - q[i]).powi(2)).sum::<f64>();
         Ok(found.into_iter().flatten().min_by(|a, b| distance(a).total_cmp(&distance(b))))
     }
@@ -135,9 +135,9 @@ impl<const N: usize> HeinzePid<N> {
     fn at_zero(&self, q: &[f64; N]) -> [f64; N] {
         let nearest =
             |[low, high]: [f64; 2]| if self.settings.working_area.is_some() { low.max(0.0).min(high) } else { 0.0 };
-        std::array::from_fn(|i| match self.nominal.mechanics.joints[i].revolute {
+        std::array::from_fn(|i| match self.model.mechanics.joints[i].revolute {
             true => q[i],
-            false => nearest(self.nominal.joint_limits[i]),
+            false => nearest(self.model.joint_limits[i]),
         })
     }
 }
@@ -165,9 +165,9 @@ impl<const N: usize> Controller for HeinzePid<N> {
             self.aim(&q, stick)?;
             self.due = Some(measured.t + self.settings.set_point_interval);
         }
-        let gain = self.nominal.posture(&q).gain;
+        let lever_arm = self.model.posture(&q).lever_arm;
         for (i, (pid, out)) in self.pids.iter_mut().zip(spool).enumerate() {
-            *out = gain[i].signum() * pid.step(self.target[i] - q[i]);
+            *out = lever_arm[i].signum() * pid.step(self.target[i] - q[i]);
         }
         Ok(())
     }

@@ -10,7 +10,7 @@
 //!
 //! and a drive must correct the more gently the slower the joint swings.
 
-use crate::nominal::Nominal;
+use crate::controller_model::ControllerModel;
 
 /// The oil of one cylinder.
 #[derive(Debug, Clone, Copy)]
@@ -53,22 +53,22 @@ impl Hold {
     }
 }
 
-impl<const N: usize> Nominal<N> {
+impl<const N: usize> ControllerModel<N> {
     /// How closed valves hold each joint.
     pub fn holding(&self, q: &[f64; N], oil: &[Oil; N]) -> [Hold; N] {
         let load = self.cylinder_force(q, &[0.0; N]);
         let mass = self.mechanics.mass_matrix(&self.mechanics.pose(q), self.payload);
         std::array::from_fn(|i| {
-            let gain = |q: &[f64; N]| self.actuations[i].stroke(&self.mechanics.joints[i].pose(q[i])).1;
+            let lever_arm = |q: &[f64; N]| self.actuations[i].stroke(&self.mechanics.joints[i].pose(q[i])).1;
             let mut beside = *q;
             beside[i] += STEP;
-            let slope = (self.cylinder_force(&beside, &[0.0; N])[i] - load[i]) * gain(&beside) / STEP;
-            let (spring, pull) = (oil[i].stiffness * gain(q).powi(2), oil[i].excess * slope);
-            let share = 1.0 + pull / spring;
+            let slope = (self.cylinder_force(&beside, &[0.0; N])[i] - load[i]) * lever_arm(&beside) / STEP;
+            let (spring, excess) = (oil[i].stiffness * lever_arm(q).powi(2), oil[i].excess * slope);
+            let share = 1.0 + excess / spring;
             Hold {
                 // At the dead centre itself nothing holds.
                 share: if share.is_finite() { share } else { f64::NEG_INFINITY },
-                frequency: (spring + pull) / (mass[i][i] * oil[i].excess),
+                frequency: (spring + excess) / (mass[i][i] * oil[i].excess),
             }
         })
     }

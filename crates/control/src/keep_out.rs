@@ -163,7 +163,7 @@ impl Edge {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hydrocrane_num::Draws;
+    use hydrocrane_num::RandomStream;
 
     /// Not convex: the notch opens upwards.
     const NOTCHED: [[f64; 2]; 8] =
@@ -213,10 +213,10 @@ mod tests {
     #[test]
     fn random_motion_never_comes_nearer_than_the_margin() {
         let keep = notched();
-        let mut dice = Draws::new(5, "motion");
+        let mut random = RandomStream::new(5, "motion");
         let (mut place, mut nearest) = ([0.0, 1.5], f64::INFINITY);
         for k in 0..20_000 {
-            let target = [2.5 * dice.symmetric(), 1.6 * dice.symmetric()];
+            let target = [2.5 * random.symmetric(), 1.6 * random.symmetric()];
             let rate = if k % 2 == 0 { 0.1 } else { 2.0 };
             for _ in 0..5 {
                 let v = [rate * (target[0] - place[0]), rate * (target[1] - place[1])];

@@ -3,7 +3,7 @@
 //! x^ += T (v + d^ + 2 w (y - x^)),     d^ += T w^2 (y - x^)
 //!
 //! v is the speed that the commands should produce, y the measured position, d^ the speed that is missing: leakage, a wrong
-//! load, a valve that gives more or less than believed. One count of the encoder per period is more than the boom's
+//! load, a valve that gives more or less than the controller model says. One count of the encoder per period is more than the boom's
 //! full speed, so a difference of positions tells nothing; the model supplies the motion, the sensor its slow correction.
 
 use hydrocrane_num::portable;

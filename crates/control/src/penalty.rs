@@ -7,8 +7,8 @@
 //! Candidates outside the limits do not enter, which is the thesis's first term with an infinite w_0. Departs from
 //! the source: (131) measures the distance to mid-range from the actual coordinate, which no candidate changes (E36).
 
+use crate::controller_model::ControllerModel;
 use crate::inverse_kinematics::{branches, Printed, TooFewRevolute};
-use crate::nominal::Nominal;
 
 /// Weights per joint, 1/rad^2 or 1/m^2.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,7 +34,7 @@ impl<const N: usize> Weights<N> {
 /// their present ones, then between the neighbours of the best. The present ones are among them, so that the telescope stands
 /// still where moving does not pay, and the target moves with the set-point rather than from sample to sample.
 pub fn search<const N: usize>(
-    nominal: &Nominal<N>,
+    model: &ControllerModel<N>,
     weights: &Weights<N>,
     target: [f64; 2],
     now: &[f64; N],
@@ -42,9 +42,9 @@ pub fn search<const N: usize>(
 ) -> Result<Option<[f64; N]>, TooFewRevolute> {
     let mut best: Option<Candidate<N>> = None;
     let mut consider = |share: f64| {
-        let limits = &nominal.joint_limits;
+        let limits = &model.joint_limits;
         let held = held_at(limits, now, share);
-        for q in branches(&nominal.mechanics, limits, target, &held, Printed::default())?.into_iter().flatten() {
+        for q in branches(&model.mechanics, limits, target, &held, Printed::default())?.into_iter().flatten() {
             let penalty = weights.penalty(limits, now, &q);
             if best.is_none_or(|least| penalty < least.penalty) {
                 best = Some(Candidate { penalty, q, share });

@@ -1,12 +1,13 @@
 //! Which sensor cannot be right.                              theory: docs/theory/control/plausibility.md
 //!
-//! Three witnesses of one displacement: the position sensor and the oil of both chambers ([`witness`](crate::witness)).
-//! Two that agree outvote the third. Beside that every reading must be a number, and one that the machine can have.
+//! A piston's displacement is estimated three times: by the position sensor and by the oil of either chamber
+//! ([`oil_displacement`](crate::oil_displacement)). A residual is the gap between two of these intervals; two estimates that
+//! agree outvote the third. Every reading must also be a number, and one that the machine can give.
 
 use crate::controller::Measurement;
-use crate::feed_forward::{Mains, Moment};
-use crate::nominal::Nominal;
-use crate::witness::{testimonies, Interval, Testimony, Trust};
+use crate::controller_model::ControllerModel;
+use crate::feed_forward::{Moment, SupplyPressures};
+use crate::oil_displacement::{oil_displacements, Interval, OilDisplacement, Trust};
 use std::collections::VecDeque;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,13 +39,13 @@ pub enum Kind {
 /// Thresholds, SI.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings<const N: usize> {
-    /// Piston displacement between two samples that no other witness shares, m.
+    /// Piston displacement between two samples that no other estimate confirms, m.
     pub jump: f64,
     /// Piston displacement that an unchanged position reading must have missed, m.
     pub frozen: f64,
     /// Measured piston displacement over which no pressure stays the same to the last digit, m.
     pub frozen_pressure: f64,
-    /// Time for which doubted sensors must read plausibly before they are believed again, s.
+    /// Time for which suspect sensors must read plausibly before they are trusted again, s.
     pub recovery_time: f64,
     /// Joint coordinates (rad or m) and piston positions (m) between which a reading must lie.
     pub joints: [[f64; 2]; N],
@@ -58,13 +59,13 @@ pub struct Settings<const N: usize> {
     pub memory: [f64; N],
 }
 
-/// A sensor in doubt.
+/// A suspect sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Suspect {
     signal: Signal,
     kind: Kind,
-    /// Where the piston is believed to be (m), or the pressure that stands still (Pa).
-    belief: f64,
+    /// Expected piston position (m), or the pressure that does not change (Pa).
+    expected: f64,
     /// Since when it reads plausibly again, s.
     plausible: Option<f64>,
 }
@@ -75,8 +76,8 @@ struct Track {
     t: f64,
     moment: Moment,
     reading: f64,
-    /// What the oil moved while the position reading stayed the same.
-    missed: [Testimony; 2],
+    /// Displacement by the oil while the position reading stayed the same.
+    missed: [OilDisplacement; 2],
     /// Piston position where each pressure last changed, m.
     changed: [f64; 2],
 }
@@ -86,7 +87,7 @@ struct Track {
 struct Passage {
     before: Track,
     now: Track,
-    /// Displacements that position sensor and chambers tell, m.
+    /// Displacements by the position sensor and by the oil of the chambers, m.
     measured: Interval,
     oil: [Interval; 2],
 }
@@ -95,7 +96,7 @@ struct Passage {
 const INTERVAL: f64 = 0.01;
 
 pub struct Monitor<const N: usize> {
-    nominal: Nominal<N>,
+    model: ControllerModel<N>,
     settings: Settings<N>,
     tracks: [Option<Track>; N],
     /// (time, spool positions asked for), oldest first.
@@ -104,8 +105,8 @@ pub struct Monitor<const N: usize> {
 }
 
 impl<const N: usize> Monitor<N> {
-    pub fn new(nominal: Nominal<N>, settings: Settings<N>) -> Self {
-        Monitor { nominal, settings, tracks: [None; N], sent: VecDeque::new(), suspects: Vec::new() }
+    pub fn new(model: ControllerModel<N>, settings: Settings<N>) -> Self {
+        Monitor { model, settings, tracks: [None; N], sent: VecDeque::new(), suspects: Vec::new() }
     }
 
     pub fn recovery_time(&self) -> f64 {
@@ -114,12 +115,12 @@ impl<const N: usize> Monitor<N> {
 
     /// Forgets everything.
     pub fn reset(&mut self) {
-        self.acquit();
+        self.clear();
         self.sent.clear();
     }
 
-    /// Believes all sensors again.
-    pub fn acquit(&mut self) {
+    /// Trusts all sensors again.
+    pub fn clear(&mut self) {
         self.suspects.clear();
         self.tracks = [None; N];
     }
@@ -133,38 +134,38 @@ impl<const N: usize> Monitor<N> {
         }
     }
 
-    /// Whether any sensor is in doubt, or was until less than the recovery time ago.
-    pub fn doubts(&self, t: f64) -> bool {
+    /// Whether any sensor is suspect, or was less than the recovery time ago.
+    pub fn has_suspects(&self, t: f64) -> bool {
         let restored = |s: &Suspect| s.plausible.is_some_and(|since| t >= since + self.settings.recovery_time);
         !self.suspects.iter().all(restored)
     }
 
-    /// Takes in a sample and tells which sensors come into doubt.
+    /// Checks a sample; gives the sensors that become suspect.
     pub fn check(&mut self, m: &Measurement) -> Vec<(Signal, Kind)> {
         let q: [f64; N] = std::array::from_fn(|i| m.q.get(i).copied().unwrap_or(f64::NAN));
         // One unreadable joint must not hide the strokes of the others.
-        let strokes = self.nominal.strokes(&q.map(|q| if q.is_finite() { q } else { 0.0 }));
+        let strokes = self.model.strokes(&q.map(|q| if q.is_finite() { q } else { 0.0 }));
         let mut found = Vec::new();
         for c in 0..N {
-            let (stroke, gain) = strokes[c];
+            let (stroke, lever_arm) = strokes[c];
             let moment = Moment { stroke, p: m.p.get(c).copied().unwrap_or([f64::NAN; 2]) };
-            let scatter = self.settings.scatter[c] * gain.abs();
+            let scatter = self.settings.scatter[c] * lever_arm.abs();
             let mut wrong = self.beyond(c, q[c], &moment);
             let passage = if wrong.is_empty() { self.advance(m.t, c, q[c], moment, scatter) } else { None };
             if !wrong.is_empty() {
                 self.tracks[c] = None;
             }
             self.reconsider(m.t, c, &moment, &wrong, passage.as_ref(), scatter);
-            // A vote takes three sound witnesses.
+            // A vote takes three sound estimates.
             if !self.suspects.iter().any(|s| s.signal.cylinder() == c) {
-                wrong.extend(passage.iter().flat_map(|passage| self.verdicts(c, passage, scatter)));
+                wrong.extend(passage.iter().flat_map(|passage| self.faults(c, passage, scatter)));
             }
             for (signal, kind) in wrong {
                 if !self.suspects.iter().any(|s| s.signal == signal) {
                     self.suspects.push(Suspect {
                         signal,
                         kind,
-                        belief: belief(kind, signal, &moment, passage.as_ref()),
+                        expected: expected(kind, signal, &moment, passage.as_ref()),
                         plausible: None,
                     });
                     found.push((signal, kind));
@@ -174,7 +175,7 @@ impl<const N: usize> Monitor<N> {
         found
     }
 
-    /// Readings that no machine in order can give.
+    /// Readings that no machine in good order can give.
     fn beyond(&self, c: usize, q: f64, now: &Moment) -> Vec<(Signal, Kind)> {
         let judge = |signal, reading: f64, possible: bool| {
             let kind = if reading.is_finite() { Kind::OutOfRange } else { Kind::NoReading };
@@ -189,22 +190,29 @@ impl<const N: usize> Monitor<N> {
         wrong
     }
 
-    /// Goes on to a sample; nothing where it is the first or follows too soon.
+    /// Advances to a sample; `None` where it is the first or follows too soon.
     fn advance(&mut self, t: f64, c: usize, reading: f64, moment: Moment, scatter: f64) -> Option<Passage> {
-        let first = Track { t, moment, reading, missed: [Testimony::NOTHING; 2], changed: [moment.stroke; 2] };
+        let first = Track { t, moment, reading, missed: [OilDisplacement::NOTHING; 2], changed: [moment.stroke; 2] };
         let before = *self.tracks[c].get_or_insert(first);
         if t - before.t < INTERVAL * (1.0 - 1e-6) {
             return None;
         }
-        let n = &self.nominal;
-        let mains = Mains { supply: n.supply, tank: n.tank };
+        let n = &self.model;
+        let supply_pressures = SupplyPressures { supply: n.supply, tank: n.tank };
         let spool = self.spools(c, before.t);
         let moments = [&before.moment, &moment];
-        let told =
-            testimonies(&n.cylinders[c], &n.fluid, &mains, moments, t - before.t, spool, &self.settings.trust[c]);
+        let estimates = oil_displacements(
+            &n.cylinders[c],
+            &n.fluid,
+            &supply_pressures,
+            moments,
+            t - before.t,
+            spool,
+            &self.settings.trust[c],
+        );
         let now = Track {
             missed: if reading == before.reading {
-                [0, 1].map(|i| before.missed[i].then(told[i]))
+                [0, 1].map(|i| before.missed[i].then(estimates[i]))
             } else {
                 first.missed
             },
@@ -213,7 +221,7 @@ impl<const N: usize> Monitor<N> {
         };
         self.tracks[c] = Some(now);
         let measured = Interval::around(moment.stroke - before.moment.stroke, scatter);
-        Some(Passage { before, now, measured, oil: told.map(|t| t.displacement()) })
+        Some(Passage { before, now, measured, oil: estimates.map(|estimate| estimate.displacement()) })
     }
 
     /// All positions that a spool can have had since `from`.
@@ -227,8 +235,8 @@ impl<const N: usize> Monitor<N> {
         Interval::hull(self.sent.iter().skip(later).map(|(_, spools)| spools[c]).chain([acting]))
     }
 
-    /// Who of the three witnesses is outvoted, and which reading stands still while the piston moves.
-    fn verdicts(&self, c: usize, passage: &Passage, scatter: f64) -> Vec<(Signal, Kind)> {
+    /// Which of the three estimates is outvoted, and which reading does not change while the piston moves.
+    fn faults(&self, c: usize, passage: &Passage, scatter: f64) -> Vec<(Signal, Kind)> {
         let jump = self.jump(c, passage);
         let frozen = || self.frozen_joint(c, &passage.now, scatter);
         let stuck = || (0..2).filter_map(|side| self.frozen_pressure(c, side, &passage.now, scatter));
@@ -289,22 +297,22 @@ impl<const N: usize> Monitor<N> {
             let fits = match (suspect.kind, suspect.signal) {
                 (Kind::NoReading | Kind::OutOfRange, _) => true,
                 (Kind::Jump(_) | Kind::Frozen(_), Signal::Joint(_)) => {
-                    suspect.belief += passage.map_or(0.0, |p| narrow(&p.oil, near));
-                    (now.stroke - suspect.belief).abs() <= near
+                    suspect.expected += passage.map_or(0.0, |p| narrow(&p.oil, near));
+                    (now.stroke - suspect.expected).abs() <= near
                 }
                 (Kind::Jump(size), Signal::Pressure(_, side)) => {
                     let change = passage.map_or(0.0, |p| p.now.moment.p[side] - p.before.moment.p[side]);
                     suspect.plausible.is_some() || returned(change, size)
                 }
-                (Kind::Frozen(_), Signal::Pressure(_, side)) => now.p[side] != suspect.belief,
+                (Kind::Frozen(_), Signal::Pressure(_, side)) => now.p[side] != suspect.expected,
             };
             suspect.plausible = if readable && fits { suspect.plausible.or(Some(t)) } else { None };
         }
     }
 }
 
-/// What must be true of a piston or pressure, as the other witnesses have it, when its sensor comes into doubt.
-fn belief(kind: Kind, signal: Signal, now: &Moment, passage: Option<&Passage>) -> f64 {
+/// Piston position or pressure by the other estimates, when a sensor becomes suspect.
+fn expected(kind: Kind, signal: Signal, now: &Moment, passage: Option<&Passage>) -> f64 {
     match (signal, kind, passage) {
         (Signal::Joint(_), Kind::Jump(_), Some(p)) => p.before.moment.stroke + p.oil[0].between(&p.oil[1]).middle(),
         (Signal::Joint(_), Kind::Frozen(missed), _) => now.stroke + missed,

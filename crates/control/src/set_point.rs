@@ -5,9 +5,9 @@
 //! the next step, so no inverse kinematics is needed and any chain will do. Joints beyond the first two revolute ones
 //! follow their measured positions: where the telescope lags, boom and jib make up for it.
 
+use crate::controller_model::{ControllerModel, Posture};
 use crate::holding::{Leave, Oil};
 use crate::keep_out::KeepOut;
-use crate::nominal::{Nominal, Posture};
 use crate::redundancy::{resolve, Motion, Preference, Task};
 use crate::slow_down::joint_rates;
 use hydrocrane_num::{portable, Vec2};
@@ -63,9 +63,9 @@ pub struct Reference<const N: usize> {
 
 impl<const N: usize> Reference<N> {
     /// At rest at `q`, to be moved on once per `period` (s).
-    pub fn at(nominal: &Nominal<N>, shape: &Shape<N>, period: f64, q: [f64; N]) -> Self {
-        let posture = nominal.posture(&q);
-        let revolute = nominal.mechanics.joints.map(|j| j.revolute);
+    pub fn at(model: &ControllerModel<N>, shape: &Shape<N>, period: f64, q: [f64; N]) -> Self {
+        let posture = model.posture(&q);
+        let revolute = model.mechanics.joints.map(|j| j.revolute);
         let rank = |i: usize| revolute[..i].iter().filter(|&&r| r).count();
         // Without two revolute joints every joint leads.
         let few = rank(N) < 2;
@@ -96,20 +96,20 @@ impl<const N: usize> Reference<N> {
     }
 
     /// Moves on by one period towards the velocity `wish` (m/s).
-    pub fn advance(&mut self, nominal: &Nominal<N>, shape: &Shape<N>, wish: [f64; 2], now: &Means<N>) {
+    pub fn advance(&mut self, model: &ControllerModel<N>, shape: &Shape<N>, wish: [f64; 2], now: &Means<N>) {
         // The stick as well as its lags: lags wound up at a border would hold the tip there after the stick has turned away.
         self.shape_stick(shape.keep_out.slowed(self.set_point, wish));
         for i in (0..N).filter(|&i| !self.leaders[i]) {
             self.q[i] = now.observed[i];
         }
-        let posture = nominal.posture(&self.q);
+        let posture = model.posture(&self.q);
         let correction = std::array::from_fn(|r| shape.path_rate * (self.set_point[r] - posture.tip[r]));
         let velocity = shape.keep_out.slowed(self.set_point, self.lags[1]);
         let speed = Vec2::<f64>::c(velocity).norm();
-        let prefer = self.preference(nominal, shape, &posture, &now.piston, speed);
+        let prefer = self.preference(model, shape, &posture, &now.piston, speed);
         let Motion { rates, scale } = resolve(&posture.jacobian, &Task { velocity, correction }, &prefer);
         let next = std::array::from_fn(|i| self.q[i] + rates[i] * self.period);
-        self.leave = nominal.leave(&self.q, &next, &now.oil);
+        self.leave = model.leave(&self.q, &next, &now.oil);
         let (rates, scale) = (rates.map(|rate| rate * self.leave.share), scale * self.leave.share);
         for r in 0..2 {
             self.set_point[r] += scale * velocity[r] * self.period;
@@ -122,7 +122,7 @@ impl<const N: usize> Reference<N> {
 
     fn preference(
         &self,
-        nominal: &Nominal<N>,
+        model: &ControllerModel<N>,
         shape: &Shape<N>,
         posture: &Posture<N>,
         piston: &[[f64; 2]; N],
@@ -130,14 +130,14 @@ impl<const N: usize> Reference<N> {
     ) -> Preference<N> {
         Preference {
             weights: std::array::from_fn(|i| {
-                let capacity = (piston[i][1] - piston[i][0]) / posture.gain[i].abs().max(LEAST_GAIN);
+                let capacity = (piston[i][1] - piston[i][0]) / posture.lever_arm[i].abs().max(LEAST_GAIN);
                 (shape.effort[i] / capacity.max(LEAST_CAPACITY)).powi(2)
             }),
             rates: std::array::from_fn(|i| {
-                let middle = 0.5 * (nominal.joint_limits[i][0] + nominal.joint_limits[i][1]);
+                let middle = 0.5 * (model.joint_limits[i][0] + model.joint_limits[i][1]);
                 shape.centring[i] * speed * (middle - self.q[i])
             }),
-            bounds: joint_rates(nominal, posture, &self.q, piston, shape.limit_rate),
+            bounds: joint_rates(model, posture, &self.q, piston, shape.limit_rate),
         }
     }
 
@@ -145,13 +145,13 @@ impl<const N: usize> Reference<N> {
     /// would have without; zero for all others. Less than the share `least` of the velocity counts as standing.
     pub fn obstacles(
         &self,
-        nominal: &Nominal<N>,
+        model: &ControllerModel<N>,
         shape: &Shape<N>,
         velocity: [f64; 2],
         piston: &[[f64; 2]; N],
         least: f64,
     ) -> [f64; N] {
-        let prefer = self.preference(nominal, shape, &self.posture, piston, 0.0);
+        let prefer = self.preference(model, shape, &self.posture, piston, 0.0);
         let task = Task { velocity, correction: [0.0; 2] };
         let motion = |bounds| resolve(&self.posture.jacobian, &task, &Preference { bounds, ..prefer });
         if motion(prefer.bounds).scale >= least {

@@ -7,7 +7,7 @@
 //! way back is open.
 
 use crate::controller::{Fault, Measurement, Stick};
-use crate::nominal::{Nominal, Posture};
+use crate::controller_model::{ControllerModel, Posture};
 
 /// Lowest and highest velocity allowed at `x` between the limits, both including zero.
 pub fn allowed(x: f64, [lower, upper]: [f64; 2], rate: f64) -> [f64; 2] {
@@ -16,19 +16,20 @@ pub fn allowed(x: f64, [lower, upper]: [f64; 2], rate: f64) -> [f64; 2] {
 
 /// Joint rates allowed by joint limits, end stop zones and the pistons' own limits of speed (m/s).
 pub fn joint_rates<const N: usize>(
-    nominal: &Nominal<N>,
+    model: &ControllerModel<N>,
     posture: &Posture<N>,
     q: &[f64; N],
     piston: &[[f64; 2]; N],
     rate: f64,
 ) -> [[f64; 2]; N] {
     std::array::from_fn(|i| {
-        let [stop_low, stop_high] = allowed(posture.stroke[i], nominal.cylinders[i].free, rate);
+        let [stop_low, stop_high] = allowed(posture.stroke[i], model.cylinders[i].free, rate);
         let (low, high) = (piston[i][0].max(stop_low), piston[i][1].min(stop_high));
-        let gain = posture.gain[i];
-        let [from, to] = if gain > 0.0 { [low / gain, high / gain] } else { [high / gain, low / gain] };
-        let [joint_low, joint_high] = allowed(q[i], nominal.joint_limits[i], rate);
-        // At a dead centre the gain is zero and the quotient not a number: max and min then take the other bound.
+        let lever_arm = posture.lever_arm[i];
+        let [from, to] =
+            if lever_arm > 0.0 { [low / lever_arm, high / lever_arm] } else { [high / lever_arm, low / lever_arm] };
+        let [joint_low, joint_high] = allowed(q[i], model.joint_limits[i], rate);
+        // At a dead centre the lever arm is zero and the quotient not a number: max and min then take the other bound.
         [joint_low.max(from), joint_high.min(to)]
     })
 }

@@ -3,12 +3,12 @@
 //! The set-point may slow down, not turn, so that a straight path can end where the tip could well go on another way. Whoever
 //! holds the stick is told once, and again only after the tip has moved.
 
-use crate::guard::Names;
+use crate::safe_state::Names;
 
 /// Why the set-point of the tip stands; joints and cylinders by index.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Cause {
-    /// The mains cannot move the load of these cylinders the way that the stick asks for.
+    /// The supply pressure cannot move the load of these cylinders where the stick asks to go.
     Load(Vec<usize>),
     /// The tip is too far behind.
     Lag,

@@ -1,14 +1,14 @@
 //! Control of the crane tip: one stick, all cylinders, a straight path.  theory: docs/theory/control/tip.md
 //!
 //! Per sample: pressures and positions -> [`Drive`] (observer, speeds the valves can give now) -> [`Reference`]
-//! (set-point, redundancy, scaling that keeps the direction) -> nominal load forces -> spool commands.
+//! (set-point, redundancy, scaling that keeps the direction) -> modelled load forces -> spool commands.
 
 use crate::controller::{Controller, Fault, Measurement, Stick};
+use crate::controller_model::{ControllerModel, Posture};
 use crate::drive::{Demand, Drive, DriveGains};
-use crate::feed_forward::{Mains, Moment};
-use crate::guard::Names;
+use crate::feed_forward::{Moment, SupplyPressures};
 use crate::holding::Hold;
-use crate::nominal::{Nominal, Posture};
+use crate::safe_state::Names;
 use crate::set_point::{Means, Reference, Shape};
 use crate::slow_down::{checked, checked_stick};
 use crate::standstill::{runaway, Cause, Standstill};
@@ -31,7 +31,7 @@ pub struct Settings<const N: usize> {
 }
 
 pub struct Tip<const N: usize> {
-    nominal: Nominal<N>,
+    model: ControllerModel<N>,
     settings: Settings<N>,
     state: Option<State<N>>,
 }
@@ -56,20 +56,20 @@ const BLOCKED: f64 = 0.1;
 const LED_BACK: f64 = 1.5;
 
 impl<const N: usize> Tip<N> {
-    pub fn new(nominal: Nominal<N>, settings: Settings<N>) -> Self {
-        Tip { nominal, settings, state: None }
+    pub fn new(model: ControllerModel<N>, settings: Settings<N>) -> Self {
+        Tip { model, settings, state: None }
     }
 }
 
 impl<const N: usize> State<N> {
     /// At rest, as first measured.
-    fn at(n: &Nominal<N>, s: &Settings<N>, q: [f64; N], p: &[[f64; 2]; N]) -> Self {
+    fn at(n: &ControllerModel<N>, s: &Settings<N>, q: [f64; N], p: &[[f64; 2]; N]) -> Self {
         let reference = Reference::at(n, &s.shape, s.period, q);
         let load = n.cylinder_force(&q, &[0.0; N]);
-        let mains = Mains { supply: n.supply, tank: n.tank };
+        let supply_pressures = SupplyPressures { supply: n.supply, tank: n.tank };
         let drives = std::array::from_fn(|c| {
             let moment = Moment { stroke: reference.posture.stroke[c], p: p[c] };
-            Drive::at(n.cylinders[c], n.fluid, mains, s.drive, s.period, moment, load[c])
+            Drive::at(n.cylinders[c], n.fluid, supply_pressures, s.drive, s.period, moment, load[c])
         });
         State {
             reference,
@@ -85,7 +85,7 @@ impl<const N: usize> State<N> {
     /// Joint coordinates as observed.
     fn observed(&self, q: &[f64; N], measured: &Posture<N>) -> [f64; N] {
         std::array::from_fn(|i| {
-            let turned = (self.drives[i].position() - measured.stroke[i]) / measured.gain[i];
+            let turned = (self.drives[i].position() - measured.stroke[i]) / measured.lever_arm[i];
             if turned.is_finite() {
                 q[i] + turned
             } else {
@@ -106,7 +106,7 @@ impl<const N: usize> State<N> {
     /// Starts the set-point anew where the stick has long led back to a tip that does not come: the ground holds it.
     fn follow_the_stick_back(
         &mut self,
-        nominal: &Nominal<N>,
+        model: &ControllerModel<N>,
         s: &Settings<N>,
         wish: [f64; 2],
         lag: Vec2<f64>,
@@ -117,14 +117,14 @@ impl<const N: usize> State<N> {
         self.led_back = if led_back { self.led_back + s.period } else { 0.0 };
         if self.led_back >= LED_BACK {
             self.led_back = 0.0;
-            self.reference = Reference::at(nominal, &s.shape, s.period, now.observed);
+            self.reference = Reference::at(model, &s.shape, s.period, now.observed);
         }
     }
 
     /// Finds out why the tip stands though it is told to move at `wish`, m/s. `waiting`: share of it that is left.
     fn look_for_standstill(
         &mut self,
-        nominal: &Nominal<N>,
+        model: &ControllerModel<N>,
         s: &Settings<N>,
         wish: [f64; 2],
         now: &Means<N>,
@@ -135,12 +135,12 @@ impl<const N: usize> State<N> {
             return;
         }
         let open = s.shape.keep_out.slowed(self.reference.set_point, wish);
-        let obstacles = self.reference.obstacles(nominal, &s.shape, open, &now.piston, BLOCKED);
+        let obstacles = self.reference.obstacles(model, &s.shape, open, &now.piston, BLOCKED);
         let (overloaded, limited) = self.sorted(&obstacles);
         let cause = if !overloaded.is_empty() {
             if waiting < BLOCKED {
                 // Where the tip cannot be lifted back to is no place to wait for: the other ways must stay open.
-                self.reference = Reference::at(nominal, &s.shape, s.period, now.observed);
+                self.reference = Reference::at(model, &s.shape, s.period, now.observed);
             }
             Cause::Load(overloaded)
         } else if self.reference.leave.share < BLOCKED {
@@ -166,32 +166,33 @@ impl<const N: usize> State<N> {
         }
     }
 
-    /// Cylinders that the mains cannot move as they would have to, and joints that something else holds.
+    /// Cylinders that the supply pressure cannot move as they would have to, and joints that something else holds.
     fn sorted(&self, obstacles: &[f64; N]) -> (Vec<usize>, Vec<usize>) {
-        let overloaded = |i: &usize| !self.drives[*i].able((obstacles[*i] * self.reference.posture.gain[*i]).signum());
+        let overloaded =
+            |i: &usize| !self.drives[*i].able((obstacles[*i] * self.reference.posture.lever_arm[*i]).signum());
         (0..N).filter(|&i| obstacles[i] != 0.0).partition(overloaded)
     }
 
     fn step(
         &mut self,
-        nominal: &Nominal<N>,
+        model: &ControllerModel<N>,
         s: &Settings<N>,
         q: &[f64; N],
         p: &[[f64; 2]; N],
         wish: [f64; 2],
     ) -> [f64; N] {
-        let measured = nominal.posture(q);
+        let measured = model.posture(q);
         for c in 0..N {
             self.drives[c].measure(&Moment { stroke: measured.stroke[c], p: p[c] });
         }
         let oil = self.drives.map(|drive| drive.oil());
-        let holding = nominal.holding(q, &oil);
+        let holding = model.holding(q, &oil);
         self.look_for_runaways(s, &holding);
         self.still = if self.reference.moving(wish) { 0.0 } else { self.still + s.period };
         let rest = self.still >= s.settling;
         let target: [f64; N];
         if rest {
-            target = nominal.strokes(&self.reference.q).map(|(stroke, _)| stroke);
+            target = model.strokes(&self.reference.q).map(|(stroke, _)| stroke);
             self.reference.stand();
         } else {
             let observed = self.observed(q, &measured);
@@ -199,15 +200,15 @@ impl<const N: usize> State<N> {
             // 1 with the tip at its set-point, 0 with the tip too far behind.
             let waiting = (2.0 - 2.0 * lag.norm() / s.lag_limit).clamp(0.0, 1.0);
             let now = Means { observed, piston: self.drives.map(|drive| drive.range()), oil };
-            self.reference.advance(nominal, &s.shape, wish.map(|w| w * waiting), &now);
-            self.look_for_standstill(nominal, s, wish, &now, waiting);
-            self.follow_the_stick_back(nominal, s, wish, lag, &now, waiting);
+            self.reference.advance(model, &s.shape, wish.map(|w| w * waiting), &now);
+            self.look_for_standstill(model, s, wish, &now, waiting);
+            self.follow_the_stick_back(model, s, wish, lag, &now, waiting);
             target = self.reference.posture.stroke;
         }
         let rates = self.reference.rates;
-        let load = nominal.cylinder_force(&self.reference.q, &rates);
+        let load = model.cylinder_force(&self.reference.q, &rates);
         std::array::from_fn(|c| {
-            let speed = self.reference.posture.gain[c] * rates[c];
+            let speed = self.reference.posture.lever_arm[c] * rates[c];
             self.drives[c].command(&Demand { stroke: target[c], speed, load: load[c], rest, hold: holding[c] })
         })
     }
@@ -219,14 +220,14 @@ impl<const N: usize> Controller for Tip<N> {
     }
 
     fn reset(&mut self, first: &Measurement) {
-        self.state = checked::<N>(first).ok().map(|(q, p)| State::at(&self.nominal, &self.settings, q, &p));
+        self.state = checked::<N>(first).ok().map(|(q, p)| State::at(&self.model, &self.settings, q, &p));
     }
 
     fn step(&mut self, measured: &Measurement, stick: Stick, spool: &mut [f64]) -> Result<(), Fault> {
         let (q, p) = checked::<N>(measured)?;
         let wish = checked_stick(stick)?.map(|s| s * self.settings.full_speed);
-        let state = self.state.get_or_insert_with(|| State::at(&self.nominal, &self.settings, q, &p));
-        let command = state.step(&self.nominal, &self.settings, &q, &p, wish);
+        let state = self.state.get_or_insert_with(|| State::at(&self.model, &self.settings, q, &p));
+        let command = state.step(&self.model, &self.settings, &q, &p, wish);
         if command.iter().any(|u| !u.is_finite()) {
             self.state = None;
             return Err(Fault::Failed("the spool command is not a finite number; tip control starts anew".to_string()));

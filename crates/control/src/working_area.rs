@@ -3,8 +3,8 @@
 //! A set-point that moves at every sample slows down before the regions to keep out of and before the limits of the
 //! joints; one that leaps is accepted or not.
 
+use crate::controller_model::ControllerModel;
 use crate::keep_out::KeepOut;
-use crate::nominal::Nominal;
 use crate::redundancy::{resolve, Preference, Task};
 use crate::slow_down::joint_rates;
 
@@ -23,16 +23,16 @@ impl WorkingArea {
     /// that the controller chooses freely.
     pub fn slowed<const N: usize>(
         &self,
-        nominal: &Nominal<N>,
+        model: &ControllerModel<N>,
         q: &[f64; N],
         moves: &[bool; N],
         place: [f64; 2],
         velocity: [f64; 2],
     ) -> [f64; 2] {
         let velocity = self.keep_out.slowed(place, velocity);
-        let posture = nominal.posture(q);
+        let posture = model.posture(q);
         let any_speed = [[f64::NEG_INFINITY, f64::INFINITY]; N];
-        let mut bounds = joint_rates(nominal, &posture, q, &any_speed, self.limit_rate);
+        let mut bounds = joint_rates(model, &posture, q, &any_speed, self.limit_rate);
         for i in (0..N).filter(|&i| !moves[i]) {
             bounds[i] = [0.0; 2];
         }
@@ -48,9 +48,9 @@ impl WorkingArea {
     }
 
     /// Joint limits, widened to a target that lies beyond them already, so that there is a way back.
-    pub fn limits<const N: usize>(&self, nominal: &Nominal<N>, q: &[f64; N]) -> [[f64; 2]; N] {
+    pub fn limits<const N: usize>(&self, model: &ControllerModel<N>, q: &[f64; N]) -> [[f64; 2]; N] {
         std::array::from_fn(|i| {
-            let [low, high] = nominal.joint_limits[i];
+            let [low, high] = model.joint_limits[i];
             [low.min(q[i]), high.max(q[i])]
         })
     }

@@ -42,12 +42,12 @@ impl<'a> Bounds<'a> {
         let limits = model.joint_limits();
         let n = limits.len();
         let mut least_gain = vec![0.0f64; n];
-        let (mut x, mut gain) = (vec![0.0; n], vec![0.0; n]);
+        let (mut x, mut lever_arm) = (vec![0.0; n], vec![0.0; n]);
         for i in 0..=SAMPLES {
             let share = i as f64 / SAMPLES as f64;
             let q: Vec<f64> = limits.iter().map(|l| l.lower + share * (l.upper - l.lower)).collect();
-            model.strokes(&q, &mut x, &mut gain);
-            for (least, g) in least_gain.iter_mut().zip(&gain) {
+            model.strokes(&q, &mut x, &mut lever_arm);
+            for (least, g) in least_gain.iter_mut().zip(&lever_arm) {
                 *least = least.max(LEAST_GAIN * g.abs());
             }
         }
@@ -58,10 +58,10 @@ impl<'a> Bounds<'a> {
     pub fn at(&self, q: &[f64]) -> Vec<Bound> {
         let machine = self.model.machine();
         let n = q.len();
-        let (mut x, mut gain, mut load) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-        self.model.strokes(q, &mut x, &mut gain);
+        let (mut x, mut lever_arm, mut load) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+        self.model.strokes(q, &mut x, &mut lever_arm);
         self.model.static_force(q, self.payload, &mut load);
-        let energy = self.kinetic_energy(q, &gain);
+        let energy = self.kinetic_energy(q, &lever_arm);
         let supply = machine.supply.pressure;
         let mut bounds = Vec::with_capacity(2 * n);
         for (c, cylinder) in machine.cylinders.iter().enumerate() {
@@ -84,14 +84,14 @@ impl<'a> Bounds<'a> {
     }
 
     /// The most that the pistons can give the crane in the pose `q` at steady speeds, J.
-    fn kinetic_energy(&self, q: &[f64], gain: &[f64]) -> f64 {
+    fn kinetic_energy(&self, q: &[f64], lever_arm: &[f64]) -> f64 {
         let n = q.len();
         let (mut speeds, mut mass, mut bias) = (vec![0.0; 2 * n], vec![0.0; n * n], vec![0.0; n]);
         self.model.piston_speeds(q, self.payload, &mut speeds);
         self.model.equations(q, &vec![0.0; n], self.payload, &mut mass, &mut bias);
         let rate = |i: usize, way: usize| {
             let v = speeds[2 * i + way];
-            gain[i].signum() * v / gain[i].abs().max(self.least_gain[i])
+            lever_arm[i].signum() * v / lever_arm[i].abs().max(self.least_gain[i])
         };
         let energy = |ways: usize| {
             let qd: Vec<f64> = (0..n).map(|i| rate(i, ways >> i & 1)).collect();

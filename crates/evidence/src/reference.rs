@@ -30,7 +30,7 @@ pub fn tip(saved: &str, model: &dyn Model, interval: f64, moved: f64) -> Result<
     let x0 = start(&scenario, model, moved)?;
     let mut controller = model.controller(&choice.name)?;
     if choice.name != "lever" {
-        controller = model.monitored(controller, choice.delay);
+        controller = model.with_sensor_monitor(controller, choice.delay);
     }
     let plan = SampledPlan {
         sticks: sticks(stick, model),

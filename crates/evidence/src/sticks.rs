@@ -1,6 +1,6 @@
 //! What random hands do with the sticks: full deflections held for random times, sweeps in between.
 
-use hydrocrane_num::Draws;
+use hydrocrane_num::RandomStream;
 use serde::{Deserialize, Serialize};
 
 /// Sticks held for so many ticks of 1 ms.
@@ -23,8 +23,9 @@ const SWEPT: f64 = 0.2;
 /// `axes` sticks for `ticks` of 1 ms; drive `number` under `seed`. The same numbers give the same sticks everywhere.
 pub fn moves(seed: u64, number: u64, axes: usize, ticks: u32) -> Vec<Move> {
     let samples = ticks.div_ceil(SAMPLE) as usize;
-    let sticks: Vec<Vec<f64>> =
-        (0..axes).map(|axis| stick(&mut Draws::new(seed, &format!("drive {number} axis {axis}")), samples)).collect();
+    let sticks: Vec<Vec<f64>> = (0..axes)
+        .map(|axis| stick(&mut RandomStream::new(seed, &format!("drive {number} axis {axis}")), samples))
+        .collect();
     let mut moves: Vec<Move> = Vec::new();
     for sample in 0..samples {
         let deflections: Vec<f64> = sticks.iter().map(|stick| stick[sample]).collect();
@@ -38,12 +39,12 @@ pub fn moves(seed: u64, number: u64, axes: usize, ticks: u32) -> Vec<Move> {
 }
 
 /// One stick, sample by sample.
-fn stick(draws: &mut Draws, samples: usize) -> Vec<f64> {
+fn stick(random: &mut RandomStream, samples: usize) -> Vec<f64> {
     let (mut path, mut held) = (Vec::with_capacity(samples), 0.0);
     while path.len() < samples {
-        let long = draws.uniform();
+        let long = random.uniform();
         let length = (HELD[0] + (HELD[1] - HELD[0]) * long * long) as usize;
-        let (kind, level, swept) = (draws.uniform(), draws.symmetric(), draws.uniform() < SWEPT);
+        let (kind, level, swept) = (random.uniform(), random.symmetric(), random.uniform() < SWEPT);
         let wanted = if kind < FULL {
             level.signum()
         } else if kind < FULL + CENTRED {

@@ -188,8 +188,8 @@ impl<S: Real, const N: usize> Real for Dual<S, N> {
         Self::constant(self.value.look_up(f))
     }
     #[inline(always)]
-    fn apart<O>(f: impl FnMut() -> O) -> O {
-        S::apart(f)
+    fn outlined<O>(f: impl FnMut() -> O) -> O {
+        S::outlined(f)
     }
     #[inline(always)]
     fn sqrt(self) -> Self {

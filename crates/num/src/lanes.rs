@@ -2,7 +2,7 @@
 //!
 //! A lane of every result has the bits that `f64` would give for that lane of the arguments, whatever the other lanes
 //! hold. Everything is inlined, so that the instruction set is that of the function around it, a law set
-//! [apart](Real::apart).
+//! outlined ([`Real::outlined`]).
 
 use crate::register::{Register, WIDEST};
 use crate::{elementary, Field, Real};
@@ -113,7 +113,7 @@ impl<R: Register> Real for Lanes<R> {
         self.one_by_one(f)
     }
     #[inline(always)]
-    fn apart<O>(f: impl FnMut() -> O) -> O {
+    fn outlined<O>(f: impl FnMut() -> O) -> O {
         R::run(f)
     }
     #[inline(always)]

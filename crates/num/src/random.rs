@@ -8,16 +8,16 @@ const STRIDE: u64 = 0x9E37_79B9_7F4A_7C15;
 
 /// A stream of random numbers.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Draws {
+pub struct RandomStream {
     key: u64,
     counter: u64,
 }
 
-impl Draws {
+impl RandomStream {
     /// The stream of `name` under `seed`. Streams of other names do not change when one is added.
     pub fn new(seed: u64, name: &str) -> Self {
         let key = name.bytes().fold(mix(seed.wrapping_add(STRIDE)), |key, byte| mix(key ^ u64::from(byte)));
-        Draws { key, counter: 0 }
+        RandomStream { key, counter: 0 }
     }
 
     fn next(&mut self) -> u64 {
@@ -62,7 +62,7 @@ mod tests {
     #[test]
     fn a_seed_repeats_and_another_differs() {
         let three = |seed, name| {
-            let mut d = Draws::new(seed, name);
+            let mut d = RandomStream::new(seed, name);
             [d.uniform(), d.uniform(), d.uniform()]
         };
         assert_eq!(three(1, "boom"), three(1, "boom"));
@@ -72,7 +72,7 @@ mod tests {
 
     #[test]
     fn moments_are_those_of_the_distributions() {
-        let mut d = Draws::new(7, "moments");
+        let mut d = RandomStream::new(7, "moments");
         let n = 100_000;
         let uniform: Vec<f64> = (0..n).map(|_| d.symmetric()).collect();
         let normal: Vec<f64> = (0..n).map(|_| d.normal()).collect();

@@ -50,7 +50,7 @@ pub trait Real: Field + Add<f64, Output = Self> + Sub<f64, Output = Self> + Div<
     /// Runs `f` where its code is not copied into every caller, if that matters for this number type: in lanes a law
     /// becomes long code and must know its instruction set. `f` is to be marked as always inlined.
     #[inline(always)]
-    fn apart<O>(mut f: impl FnMut() -> O) -> O {
+    fn outlined<O>(mut f: impl FnMut() -> O) -> O {
         f()
     }
 
@@ -110,7 +110,7 @@ impl Field for f64 {
 
 impl Real for f64 {
     #[inline(always)]
-    fn apart<O>(f: impl FnMut() -> O) -> O {
+    fn outlined<O>(f: impl FnMut() -> O) -> O {
         <f64 as Register>::run(f)
     }
     #[inline(always)]

@@ -64,7 +64,7 @@ pub fn signed_three_halves<T: Real>(x: T, scale: f64) -> T {
 
 /// `exp(-x)` for `x >= 0`, held where it becomes subnormal: those numbers count for nothing and are slow.
 #[inline(always)]
-pub fn decay<T: Real>(x: T) -> T {
+pub fn exp_neg<T: Real>(x: T) -> T {
     (-(x.min(T::c(MOST_DECAY)))).exp()
 }
 
@@ -122,7 +122,7 @@ mod tests {
                 soft_sign(v, D::c(1e-3)),
                 signed_root(v, D::c(3e5), D::c(root_curvature(3e5))),
                 signed_three_halves(v, 1e-9),
-                decay(v.abs()),
+                exp_neg(v.abs()),
                 rounded_positive_part(v, 1e-3),
                 rounded_positive_integral(v, 1e-3),
                 step(v).0,
@@ -169,7 +169,7 @@ mod tests {
 
     #[test]
     fn a_decay_ends_above_the_subnormal_numbers() {
-        assert_eq!(decay(3.0), (-3.0f64).exp());
-        assert!(decay(1e9f64).is_normal() && decay(1e9f64) < 1e-300);
+        assert_eq!(exp_neg(3.0), (-3.0f64).exp());
+        assert!(exp_neg(1e9f64).is_normal() && exp_neg(1e9f64) < 1e-300);
     }
 }

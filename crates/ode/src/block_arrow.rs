@@ -65,7 +65,7 @@ pub struct AxisDerivatives<T> {
 pub struct BlockArrow<T> {
     pub joints: usize,
     /// Static friction enters by its secant F/v in place of its tangent: what fixed steps need where it changes its sign
-    /// within a step. Not the exact slopes then.
+    /// within a step. Not the exact derivatives then.
     pub secants: bool,
     /// Joint accelerations by coordinates and by rates, `[row][column]`, what comes through forces included.
     pub by_q: [[T; MAX_BORDER]; MAX_BORDER],
@@ -192,14 +192,14 @@ impl<T: Real> BlockArrow<T> {
         }
         for (c, own) in self.cylinders().iter().enumerate() {
             let at = &own.at;
-            for (row, slopes) in [(Some(at.p1), &own.p1), (Some(at.p2), &own.p2), (at.z, &own.z)] {
+            for (row, derivatives) in [(Some(at.p1), &own.p1), (Some(at.p2), &own.p2), (at.z, &own.z)] {
                 if let Some(row) = row {
-                    slopes.write(joints, c, at, &mut jacobian[row * n..][..n]);
+                    derivatives.write(joints, c, at, &mut jacobian[row * n..][..n]);
                 }
             }
-            for (row, slopes) in [(at.xs, own.spool[0]), (at.vs, own.spool[1])] {
-                jacobian[row * n + at.xs] = slopes[0];
-                jacobian[row * n + at.vs] = slopes[1];
+            for (row, derivatives) in [(at.xs, own.spool[0]), (at.vs, own.spool[1])] {
+                jacobian[row * n + at.xs] = derivatives[0];
+                jacobian[row * n + at.vs] = derivatives[1];
             }
         }
     }

@@ -122,12 +122,12 @@ mod tests {
         let (a, beta) = (applied(&alpha, ones), applied(&both, ones));
         let sum = |v: [f64; STAGES]| (0..STAGES).map(|i| b[i] * v[i]).sum::<f64>();
         let each = |f: &dyn Fn(usize) -> f64| -> [f64; STAGES] { std::array::from_fn(f) };
-        let (squares, slopes) = (each(&|i| a[i] * a[i]), applied(&alpha, beta));
+        let (squares, derivatives) = (each(&|i| a[i] * a[i]), applied(&alpha, beta));
         (
             [sum(ones) - 1.0, sum(beta) - 1.0 / 2.0, sum(squares) - 1.0 / 3.0, sum(applied(&both, beta)) - 1.0 / 6.0],
             [
                 sum(each(&|i| a[i].powi(3))) - 1.0 / 4.0,
-                sum(each(&|i| a[i] * slopes[i])) - 1.0 / 8.0,
+                sum(each(&|i| a[i] * derivatives[i])) - 1.0 / 8.0,
                 sum(applied(&both, squares)) - 1.0 / 12.0,
                 sum(applied(&both, applied(&both, beta))) - 1.0 / 24.0,
             ],

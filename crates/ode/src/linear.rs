@@ -11,9 +11,9 @@ pub struct Linearisation {
     pub rate: Vec<f64>,
     /// Without tangents.
     states: usize,
-    /// df/dx, then its derivative along each tangent, where the slopes are dense.
+    /// df/dx, then its derivative along each tangent, where the derivatives are dense.
     dfdx: Vec<f64>,
-    /// The same in blocks; empty where the slopes are dense.
+    /// The same in blocks; empty where the derivatives are dense.
     blocks: Vec<BlockArrow<f64>>,
     secants: bool,
 }
@@ -47,7 +47,7 @@ impl Linearisation {
         (&mut self.rate, &mut self.blocks)
     }
 
-    /// Moves on by `d`, tangents behind the state: rates to first order, slopes as they are.
+    /// Moves on by `d`, tangents behind the state: rates to first order, derivatives as they are.
     pub fn shift(&mut self, d: &[f64]) {
         let n = self.states;
         let mut rate = std::mem::take(&mut self.rate);
@@ -65,12 +65,12 @@ impl Linearisation {
     fn add_product<T: ScalarOver<f64>>(&self, k: usize, x: &[T], y: &mut [T]) {
         let n = self.states;
         match self.blocks.get(k) {
-            Some(slopes) => {
-                slopes.add_product(x, y);
+            Some(derivatives) => {
+                derivatives.add_product(x, y);
                 // q' = q' has no slope of its own in the blocks, and none that changes.
                 if k == 0 {
-                    for j in 0..slopes.joints {
-                        y[j] += x[slopes.joints + j];
+                    for j in 0..derivatives.joints {
+                        y[j] += x[derivatives.joints + j];
                     }
                 }
             }

@@ -13,7 +13,7 @@
 
 use crate::linear::{Factored, Linearisation};
 use crate::method::{Effort, Method, Restart, Target};
-use crate::rows::{add_sum, set_sum, sum, wide, write_wide, Block, Shape};
+use crate::rows::{add_sum, set_sum, sum, with_avx2, write_with_avx2, Block, Shape};
 use crate::system::System;
 
 const STAGES: usize = 8;
@@ -206,7 +206,7 @@ impl Method for Rodas5p {
             return false;
         }
         self.shape.states_mut(&mut self.start).copy_from_slice(x);
-        wide(
+        with_avx2(
             #[inline(always)]
             || {
                 self.stages(system, t, h);
@@ -225,7 +225,7 @@ impl Method for Rodas5p {
         let rest = 1.0 - theta;
         let weights: [f64; STAGES] = std::array::from_fn(|i| H[0][i] + theta * (H[1][i] + theta * H[2][i]));
         let increments = self.shape.all::<STAGES>(&self.k);
-        write_wide(
+        write_with_avx2(
             x,
             #[inline(always)]
             |i| {

@@ -9,7 +9,7 @@
 
 use crate::linear::{Factored, Linearisation};
 use crate::method::{Effort, Method, Restart, Target};
-use crate::rows::wide;
+use crate::rows::with_avx2;
 use crate::system::System;
 
 const STAGES: usize = 4;
@@ -137,7 +137,7 @@ impl Method for Ros3l {
         }
         self.start.copy_from_slice(x);
         self.k[0].copy_from_slice(&self.linearisation.rate);
-        wide(
+        with_avx2(
             #[inline(always)]
             || self.stages(system, t, h, x),
         );

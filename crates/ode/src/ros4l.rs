@@ -1,7 +1,7 @@
 //! ROS4L: linearly implicit method of order four, L-stable, with few right-hand sides.   theory: docs/theory/integration.md
 //!
 //! An exponential Rosenbrock method whose phi-functions are sums over the [poles](super::poles) of a Padé approximant. With
-//! N(u) = h F(x + u) - h F_1 - hJ u, by which the right-hand side bends off the slope at the start,
+//! N(u) = h F(x + u) - h F_1 - hJ u, by which the right-hand side bends off the product at the start,
 //!     u = c phi_1(c hJ) h F_1,   v = phi_1(hJ) h F_1 + 2/c^2 phi_3(hJ) N(u),   x_new = x + v + d,
 //!     d = (6 phi_4(hJ) - 2 c phi_3(hJ)) (N(v) - N(u)/c^2)/(1 - c).
 //! That integrates s^2 and s^3 of a bend N(s) exactly, and with c = 3/5 most of s^4; what is linear is followed to the
@@ -14,7 +14,8 @@ use crate::linear::Linearisation;
 use crate::method::{flush, Effort, Method, Restart, Target};
 use crate::poles::{at_infinity, phi, plus, scaled, series, times_poles, Increments, Poles, Spread, Weights, TERMS};
 use crate::system::System;
-use hydrocrane_num::register::{Handy, Register};
+use hydrocrane_num::native::NativeSimd;
+use hydrocrane_num::register::Register;
 
 /// Where the second right-hand side is, as a share of the step: c.
 const NODE: f64 = 0.6;
@@ -25,8 +26,8 @@ const POWER: f64 = 1e-8;
 
 /// The method for `n` equations, with registers for the poles where the processor has them.
 pub fn method(n: usize) -> Box<dyn Method> {
-    if Handy::is_available() {
-        Box::new(Ros4l::<Handy>::new(n))
+    if NativeSimd::is_available() {
+        Box::new(Ros4l::<NativeSimd>::new(n))
     } else {
         Box::new(Ros4l::<f64>::new(n))
     }
@@ -93,7 +94,7 @@ struct Ros4l<R> {
     /// x + u
     argument: Vec<f64>,
     /// h J u + h F_1, then h J v + h F_1, over h.
-    slope: Vec<f64>,
+    product: Vec<f64>,
     /// N(u)/h, then (N(v) - N(u)/c^2)/h.
     bend: Vec<f64>,
     /// d
@@ -102,23 +103,23 @@ struct Ros4l<R> {
 }
 
 /// A sum over the poles, and hJ times it.
-struct Sloped<R> {
+struct SumAndProduct<R> {
     sum: Spread<R>,
-    slope: Spread<R>,
+    product: Spread<R>,
 }
 
 /// Weights of the increments in a step.
 struct StepWeights<R> {
-    on_the_way: Sloped<R>,
-    of_rate: Sloped<R>,
-    of_bend: Sloped<R>,
+    on_the_way: SumAndProduct<R>,
+    of_rate: SumAndProduct<R>,
+    of_bend: SumAndProduct<R>,
     of_rest: Spread<R>,
     last_power: Spread<R>,
 }
 
-impl<R: Register> Sloped<R> {
+impl<R: Register> SumAndProduct<R> {
     fn new(weights: Weights) -> Self {
-        Sloped { sum: Spread::new(&weights), slope: Spread::new(&times_poles(weights)) }
+        SumAndProduct { sum: Spread::new(&weights), product: Spread::new(&times_poles(weights)) }
     }
 }
 
@@ -132,9 +133,9 @@ impl<R: Register> Ros4l<R> {
             time_derivative: room(),
             driven: false,
             weights: StepWeights {
-                on_the_way: Sloped::new(on_the_way()),
-                of_rate: Sloped::new(phi(1)),
-                of_bend: Sloped::new(of_bend()),
+                on_the_way: SumAndProduct::new(on_the_way()),
+                of_rate: SumAndProduct::new(phi(1)),
+                of_bend: SumAndProduct::new(of_bend()),
                 of_rest: Spread::new(&of_rest()),
                 last_power: Spread::new(&scaled(last_power(), POWER)),
             },
@@ -144,7 +145,7 @@ impl<R: Register> Ros4l<R> {
             poles,
             start: room(),
             argument: room(),
-            slope: room(),
+            product: room(),
             bend: room(),
             correction: room(),
             effort: Effort::default(),
@@ -180,24 +181,26 @@ impl<R: Register> Method for Ros4l<R> {
         if !self.poles.factor(&self.here, h) {
             return false;
         }
-        let Ros4l { here, ahead, weights, poles, rates, bends, rests, argument, slope, bend, correction, .. } = self;
+        let Ros4l { here, ahead, weights, poles, rates, bends, rests, argument, product, bend, correction, .. } = self;
         self.start.copy_from_slice(x);
         poles.solve(here, &here.rate, self.driven.then_some((h, &self.time_derivative)), rates);
         let way = &weights.on_the_way;
-        poles.sums([rates], [[&way.sum], [&way.slope]], [argument, slope]);
+        poles.sums([rates], [[&way.sum], [&way.product]], [argument, product]);
         argument.iter_mut().zip(x).for_each(|(argument, x)| *argument += x);
         system.derivative(t + NODE * h, argument, bend);
-        bend.iter_mut().zip(&*slope).for_each(|(bend, slope)| *bend -= slope / h);
+        bend.iter_mut().zip(&*product).for_each(|(bend, product)| *bend -= product / h);
         poles.solve(here, bend, None, bends);
         let ([rate, bent], end) = ([&weights.of_rate, &weights.of_bend], &mut to.x);
-        poles.sums([rates, bends], [[&rate.sum, &bent.sum], [&rate.slope, &bent.slope]], [end, slope]);
+        poles.sums([rates, bends], [[&rate.sum, &bent.sum], [&rate.product, &bent.product]], [end, product]);
         end.iter_mut().zip(x).for_each(|(end, x)| *end += x);
         // The next step goes on from rates at this state.
         flush(end);
         system.linearise(t + h, end, ahead);
         self.effort.derivatives += 1;
         self.effort.jacobians += 1;
-        bend.iter_mut().zip(ahead.rate.iter().zip(&*slope)).for_each(|(rest, (rate, slope))| *rest = rate - slope / h);
+        bend.iter_mut()
+            .zip(ahead.rate.iter().zip(&*product))
+            .for_each(|(rest, (rate, product))| *rest = rate - product / h);
         poles.solve(here, bend, None, rests);
         poles.sums([rests], [[&weights.of_rest]], [correction]);
         flush(correction);
@@ -230,7 +233,7 @@ mod tests {
     use crate::poles::value;
     use hydrocrane_num::Complex;
 
-    /// (6 phi_4 - 2 c phi_3)/(1 - c) and so on at z = 0, where phi_k = 1/k!: what is left of a bend s^2 or s^3 with slope J = 0.
+    /// (6 phi_4 - 2 c phi_3)/(1 - c) and so on at z = 0, where phi_k = 1/k!: what is left of a bend s^2 or s^3 with product J = 0.
     #[test]
     fn a_step_integrates_the_square_and_the_cube_of_a_bend() {
         let (first, rest) = (value(of_bend(), Complex::new(0.0, 0.0)).re, value(of_rest(), Complex::new(0.0, 0.0)).re);

@@ -65,10 +65,10 @@ pub fn write(x: &mut [f64], of: impl Fn(usize) -> Block) {
     }
 }
 
-/// [`write`] with a register for each block: see [`wide`].
+/// [`write`] with a register for each block: see [`with_avx2`].
 #[inline(always)]
-pub fn write_wide(x: &mut [f64], of: impl Fn(usize) -> Block) {
-    wide(
+pub fn write_with_avx2(x: &mut [f64], of: impl Fn(usize) -> Block) {
+    with_avx2(
         #[inline(always)]
         || write(x, &of),
     );
@@ -112,7 +112,7 @@ pub fn add_sum<const J: usize>(row: &mut [Block], scale: f64, weights: &[f64], r
 /// Runs `f`, which is to be inlined, with a register for each block where the processor has such. The bits are the same
 /// either way.
 #[inline(always)]
-pub fn wide<O>(mut f: impl FnMut() -> O) -> O {
+pub fn with_avx2<O>(mut f: impl FnMut() -> O) -> O {
     #[cfg(target_arch = "x86_64")]
     if Avx2::is_available() {
         return Avx2::run(f);

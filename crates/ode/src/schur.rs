@@ -1,7 +1,7 @@
 //! (s I - J) k = r for a block arrow J, by the Schur complement of its border. `s` is the inverse of a time.
 //!
 //! With k_q = (r_q + k_q')/s every own state of an axis is a linear function of its coordinate's rate,
-//! k_own = own(r) + slope k_q', by a 2 x 2 inverse for the spool, one for the pressures and a number for the bristles.
+//! k_own = own(r) + by_rate k_q', by a 2 x 2 inverse for the spool, one for the pressures and a number for the bristles.
 //! The Schur complement, a system of the rates, is left; its matrix is inverted: one product per right-hand side.
 
 use crate::block_arrow::{AxisDerivatives, BlockArrow, Row, ScalarOver, MAX_BORDER};
@@ -27,8 +27,8 @@ struct Own<T> {
     pressures: Square<T>,
     bristles: T,
     /// Change of p1, p2, z and of the net force with the coordinate's rate.
-    slope: [T; 3],
-    force_slope: T,
+    by_rate: [T; 3],
+    force_derivative: T,
 }
 
 /// Calls a method with the size of the border as a constant.
@@ -82,10 +82,10 @@ impl<T: Field> SchurFactors<T> {
             }
         }
         for c in 0..N {
-            let slopes = &jacobian.cylinders[c];
-            let own = Own::new(slopes, shift, self.time);
+            let derivatives = &jacobian.cylinders[c];
+            let own = Own::new(derivatives, shift, self.time);
             for j in 0..N {
-                matrix[j][c] -= own.force_slope * slopes.response[j];
+                matrix[j][c] -= own.force_derivative * derivatives.response[j];
             }
             matrix[c][c] += shift;
             self.own[c] = own;
@@ -119,10 +119,10 @@ impl<T: Field> SchurFactors<T> {
             }
         }
         for c in 0..N {
-            let slopes = &jacobian.cylinders[c];
-            let force = self.own[c].solve(slopes, still[c], r);
+            let derivatives = &jacobian.cylinders[c];
+            let force = self.own[c].solve(derivatives, still[c], r);
             for j in 0..N {
-                driving[j] += force * slopes.response[j];
+                driving[j] += force * derivatives.response[j];
             }
         }
         for j in 0..N {
@@ -132,11 +132,11 @@ impl<T: Field> SchurFactors<T> {
             }
             r[N + j] = rate;
             r[j] = still[j] + self.time * rate;
-            let (at, slope) = (&jacobian.cylinders[j].at, &self.own[j].slope);
-            r[at.p1] += slope[0] * rate;
-            r[at.p2] += slope[1] * rate;
+            let (at, by_rate) = (&jacobian.cylinders[j].at, &self.own[j].by_rate);
+            r[at.p1] += by_rate[0] * rate;
+            r[at.p2] += by_rate[1] * rate;
             if let Some(z) = at.z {
-                r[z] += slope[2] * rate;
+                r[z] += by_rate[2] * rate;
             }
         }
     }
@@ -155,8 +155,8 @@ impl<T: Field> Own<T> {
         let bristles = T::c(1.0) / (shift - s.z.z);
         let [p1, p2] = product(&pressures, time * s.p1.q + s.p1.qd, time * s.p2.q + s.p2.qd);
         let z = bristles * (time * s.z.q + s.z.qd + p1 * s.z.p1 + p2 * s.z.p2);
-        let force_slope = p1 * s.force.p1 + p2 * s.force.p2 + z * s.force.z;
-        Own { spool, pressures, bristles, slope: [p1, p2, z], force_slope }
+        let force_derivative = p1 * s.force.p1 + p2 * s.force.p2 + z * s.force.z;
+        Own { spool, pressures, bristles, by_rate: [p1, p2, z], force_derivative }
     }
 
     /// Solves for the own states with the coordinate's rate at zero and the coordinate at `still`; gives the force.

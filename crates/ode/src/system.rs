@@ -13,7 +13,7 @@ pub trait System {
     fn tangents(&self) -> usize {
         0
     }
-    /// Writes f and df/dx. With tangents these slopes are of the state alone, followed, tangent by tangent, by their
+    /// Writes f and df/dx. With tangents these derivatives are of the state alone, followed, tangent by tangent, by their
     /// derivative along it: what couples the tangent's equations to the state.
     fn linearise(&self, t: f64, x: &[f64], at: &mut Linearisation);
     /// Brings a linearisation at this state up to commands that have changed since.

@@ -6,7 +6,7 @@
 #![allow(clippy::excessive_precision)] // coefficients as published
 
 use crate::method::{Effort, Method, Restart, Target};
-use crate::rows::{set_sum, sum, wide, write, write_wide, Block, Shape};
+use crate::rows::{set_sum, sum, with_avx2, write, write_with_avx2, Block, Shape};
 use crate::system::System;
 
 const STAGES: usize = 7;
@@ -48,7 +48,7 @@ const ERROR: [f64; STAGES] = [
 
 pub struct Tsit5 {
     shape: Shape,
-    /// Slopes, stage by stage.
+    /// Derivatives, stage by stage.
     k: Vec<Block>,
     start: Vec<Block>,
     argument: Vec<Block>,
@@ -92,7 +92,7 @@ impl Method for Tsit5 {
 
     fn attempt(&mut self, system: &dyn System, t: f64, h: f64, x: &[f64], to: &mut Target) -> bool {
         self.shape.states_mut(&mut self.start).copy_from_slice(x);
-        wide(
+        with_avx2(
             #[inline(always)]
             || {
                 self.stage::<1>(system, t, h);
@@ -106,18 +106,18 @@ impl Method for Tsit5 {
         self.effort.derivatives += STAGES as u64 - 1;
         self.step = h;
         to.x.copy_from_slice(self.shape.states(&self.argument));
-        let slopes = self.shape.all::<STAGES>(&self.k);
-        write(&mut to.error, |i| sum(&ERROR, &slopes, i).map(|error| h * error));
+        let derivatives = self.shape.all::<STAGES>(&self.k);
+        write(&mut to.error, |i| sum(&ERROR, &derivatives, i).map(|error| h * error));
         true
     }
 
     fn interpolate(&self, theta: f64, x: &mut [f64]) {
-        let (b, slopes) = (interpolant(theta), self.shape.all::<STAGES>(&self.k));
-        write_wide(
+        let (b, derivatives) = (interpolant(theta), self.shape.all::<STAGES>(&self.k));
+        write_with_avx2(
             x,
             #[inline(always)]
             |i| {
-                let (sum, start) = (sum(&b, &slopes, i), &self.start[i]);
+                let (sum, start) = (sum(&b, &derivatives, i), &self.start[i]);
                 std::array::from_fn(|lane| start[lane] + self.step * sum[lane])
             },
         );
@@ -128,7 +128,7 @@ impl Method for Tsit5 {
     }
 }
 
-/// Weights of the slopes at the fraction `t` of a step.
+/// Weights of the derivatives at the fraction `t` of a step.
 fn interpolant(t: f64) -> [f64; STAGES] {
     let t2 = t * t;
     [

@@ -1,8 +1,8 @@
-//! A cylinder's laws with their slopes, by narrow duals: each law is differentiated by those local numbers alone that it
+//! A cylinder's laws with their derivatives, by narrow duals: each law is differentiated by those local numbers alone that it
 //! sees, and the results are joined among all six.
 
 use crate::hydraulic_axis::{
-    FrictionLaw, FrictionOutput, HydraulicAxis, LocalRates, LocalState, Parts, Port, SupplyPressures,
+    FrictionLaw, FrictionOutput, HydraulicAxis, LawOutputs, LocalRates, LocalState, Port, SupplyPressures,
 };
 use hydrocrane_num::{Dual, Real};
 use hydrocrane_ode::Row;
@@ -10,8 +10,8 @@ use hydrocrane_physics::hydraulics::end_stop::EndStop;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::spool::Spool;
 
-/// A number with its slopes by the local numbers of a cylinder, in the order of [`LocalState`].
-pub type Sloped<L> = Dual<L, 6>;
+/// A number with its derivatives by the local numbers of a cylinder, in the order of [`LocalState`].
+pub type WithDerivatives<L> = Dual<L, 6>;
 const X: usize = 0;
 const V: usize = 1;
 const P1: usize = 2;
@@ -30,25 +30,25 @@ pub struct Lifted<L> {
     end_stop: EndStop<Dual<L, 2>>,
     spool: Spool<Dual<L, 2>>,
     ports: (HydraulicAxis<Dual<L, 3>>, SupplyPressures<Dual<L, 3>>),
-    whole: (HydraulicAxis<Sloped<L>>, SupplyPressures<Sloped<L>>),
+    whole: (HydraulicAxis<WithDerivatives<L>>, SupplyPressures<WithDerivatives<L>>),
 }
 
 /// How a piston follows its joint: g, dg/dq and the joint's rate.
 #[derive(Debug, Clone, Copy)]
 pub struct Piston<T> {
-    pub gain: T,
-    pub gain_slope: T,
+    pub lever_arm: T,
+    pub lever_arm_derivative: T,
     pub rate: T,
 }
 
 impl<T: Real> Piston<T> {
     /// The chain rule from local numbers to states.
     #[inline(always)]
-    pub fn row(&self, number: &Sloped<T>) -> Row<T> {
+    pub fn row(&self, number: &WithDerivatives<T>) -> Row<T> {
         let d = &number.derivative;
         Row {
-            q: d[X] * self.gain + d[V] * self.gain_slope * self.rate,
-            qd: d[V] * self.gain,
+            q: d[X] * self.lever_arm + d[V] * self.lever_arm_derivative * self.rate,
+            qd: d[V] * self.lever_arm,
             p1: d[P1],
             p2: d[P2],
             xs: d[SPOOL],
@@ -57,9 +57,9 @@ impl<T: Real> Piston<T> {
     }
 }
 
-/// What the laws say, and its slopes by states.
+/// What the laws say, and its derivatives by states.
 #[derive(Debug, Clone, Copy)]
-pub struct RateSlopes<L> {
+pub struct RateDerivatives<L> {
     pub rates: LocalRates<L>,
     pub p1: Row<L>,
     pub p2: Row<L>,
@@ -68,26 +68,26 @@ pub struct RateSlopes<L> {
 }
 
 impl<L: Real> Lifted<L> {
-    pub fn new(unit: &HydraulicAxis<L>, fluid: &Fluid<L>, mains: &SupplyPressures<L>) -> Self {
+    pub fn new(unit: &HydraulicAxis<L>, fluid: &Fluid<L>, supply_pressures: &SupplyPressures<L>) -> Self {
         Lifted {
             bulk: fluid.map(&mut Dual::constant),
             friction: unit.friction.map(&mut Dual::constant),
             end_stop: unit.end_stop.map(&mut Dual::constant),
             spool: unit.spool.map(&mut Dual::constant),
-            ports: (unit.map(&mut Dual::constant), mains.map(&mut Dual::constant)),
-            whole: (unit.map(&mut Dual::constant), mains.map(&mut Dual::constant)),
+            ports: (unit.map(&mut Dual::constant), supply_pressures.map(&mut Dual::constant)),
+            whole: (unit.map(&mut Dual::constant), supply_pressures.map(&mut Dual::constant)),
         }
     }
 
     #[inline(always)]
-    pub fn slopes(&self, s: &LocalState<L>, piston: &Piston<L>) -> RateSlopes<L> {
-        let sloped = self.sloped(s);
-        RateSlopes {
-            rates: sloped.map(|number| number.value),
-            p1: piston.row(&sloped.p1_rate),
-            p2: piston.row(&sloped.p2_rate),
-            z: piston.row(&sloped.z_rate),
-            force: piston.row(&sloped.force),
+    pub fn derivatives(&self, s: &LocalState<L>, piston: &Piston<L>) -> RateDerivatives<L> {
+        let linearised = self.linearised(s);
+        RateDerivatives {
+            rates: linearised.map(|number| number.value),
+            p1: piston.row(&linearised.p1_rate),
+            p2: piston.row(&linearised.p2_rate),
+            z: piston.row(&linearised.z_rate),
+            force: piston.row(&linearised.force),
         }
     }
 
@@ -97,7 +97,7 @@ impl<L: Real> Lifted<L> {
         if self.friction.has_bristle() {
             return L::c(0.0);
         }
-        L::apart(
+        L::outlined(
             #[inline(always)]
             || self.tangent_less_secant_of_static(v),
         )
@@ -110,7 +110,7 @@ impl<L: Real> Lifted<L> {
         friction.derivative[0] - friction.value / at
     }
 
-    /// (xs', vs') with their slopes by (xs, vs).
+    /// (xs', vs') with their derivatives by (xs, vs).
     #[inline(always)]
     pub fn spool_rates(&self, position: L, velocity: L, command: L) -> [Dual<L, 2>; 2] {
         let (position, velocity) = (Dual::variable(position, 0), Dual::variable(velocity, 1));
@@ -118,9 +118,9 @@ impl<L: Real> Lifted<L> {
         [position_rate, velocity_rate]
     }
 
-    /// The rates with their slopes by the local numbers.
+    /// The rates with their derivatives by the local numbers.
     #[inline(always)]
-    fn sloped(&self, s: &LocalState<L>) -> LocalRates<Sloped<L>> {
+    fn linearised(&self, s: &LocalState<L>) -> LocalRates<WithDerivatives<L>> {
         let local = LocalState {
             x: Dual::variable(s.x, X),
             v: Dual::variable(s.v, V),
@@ -129,15 +129,15 @@ impl<L: Real> Lifted<L> {
             spool: Dual::variable(s.spool, SPOOL),
             z: Dual::variable(s.z, Z),
         };
-        let parts = Parts {
+        let outputs = LawOutputs {
             port_a: self.port_a(s),
             port_b: self.port_b(s),
             bulk: (self.bulk_modulus(s.p1).among([P1]), self.bulk_modulus(s.p2).among([P2])),
-            rubbing: self.rubbing(s),
+            friction: self.friction(s),
             stops: self.stops(s),
         };
-        let (unit, mains) = &self.whole;
-        unit.join(mains, &local, &parts)
+        let (unit, supply_pressures) = &self.whole;
+        unit.assemble(supply_pressures, &local, &outputs)
     }
 
     #[inline(always)]
@@ -146,27 +146,29 @@ impl<L: Real> Lifted<L> {
     }
 
     #[inline(always)]
-    fn port_a(&self, s: &LocalState<L>) -> Port<Sloped<L>> {
-        let (unit, mains) = &self.ports;
-        let port = unit.port_a(mains, Dual::variable(s.v, 0), Dual::variable(s.p1, 1), Dual::variable(s.spool, 2));
+    fn port_a(&self, s: &LocalState<L>) -> Port<WithDerivatives<L>> {
+        let (unit, supply_pressures) = &self.ports;
+        let port =
+            unit.port_a(supply_pressures, Dual::variable(s.v, 0), Dual::variable(s.p1, 1), Dual::variable(s.spool, 2));
         port.map(|number| number.among([V, P1, SPOOL]))
     }
 
     #[inline(always)]
-    fn port_b(&self, s: &LocalState<L>) -> Port<Sloped<L>> {
-        let (unit, mains) = &self.ports;
-        let port = unit.port_b(mains, Dual::variable(s.v, 0), Dual::variable(s.p2, 1), Dual::variable(s.spool, 2));
+    fn port_b(&self, s: &LocalState<L>) -> Port<WithDerivatives<L>> {
+        let (unit, supply_pressures) = &self.ports;
+        let port =
+            unit.port_b(supply_pressures, Dual::variable(s.v, 0), Dual::variable(s.p2, 1), Dual::variable(s.spool, 2));
         port.map(|number| number.among([V, P2, SPOOL]))
     }
 
     #[inline(always)]
-    fn rubbing(&self, s: &LocalState<L>) -> FrictionOutput<Sloped<L>> {
-        let rubbing = self.friction.evaluate(Dual::variable(s.v, 0), Dual::variable(s.z, 1));
-        rubbing.map(|number| number.among([V, Z]))
+    fn friction(&self, s: &LocalState<L>) -> FrictionOutput<WithDerivatives<L>> {
+        let friction = self.friction.evaluate(Dual::variable(s.v, 0), Dual::variable(s.z, 1));
+        friction.map(|number| number.among([V, Z]))
     }
 
     #[inline(always)]
-    fn stops(&self, s: &LocalState<L>) -> (Sloped<L>, Sloped<L>) {
+    fn stops(&self, s: &LocalState<L>) -> (WithDerivatives<L>, WithDerivatives<L>) {
         let (spring, damping) = self.end_stop.force(Dual::variable(s.x, 0), Dual::variable(s.v, 1));
         (spring.among([X, V]), damping.among([X, V]))
     }

@@ -1,6 +1,6 @@
 //! Cylinders that obey the same laws, side by side: the numbers of one cylinder in one lane.
 
-use crate::axis_derivatives::{Lifted, Piston, RateSlopes};
+use crate::axis_derivatives::{Lifted, Piston, RateDerivatives};
 use crate::hydraulic_axis::{HydraulicAxis, LocalRates, LocalState, SupplyPressures};
 use crate::layout::Layout;
 use crate::ledger::{powers, LEDGER_PER_CYLINDER};
@@ -16,7 +16,7 @@ pub struct AxisGroup<L> {
     count: usize,
     pub unit: HydraulicAxis<L>,
     pub fluid: Fluid<L>,
-    pub mains: SupplyPressures<L>,
+    pub supply_pressures: SupplyPressures<L>,
     pub lifted: Lifted<L>,
 }
 
@@ -35,7 +35,7 @@ impl<L: Real> AxisGroup<L> {
     {
         let mut kinds: Vec<Vec<usize>> = Vec::new();
         for c in 0..N {
-            match kinds.iter_mut().find(|kind| plant.cylinders[kind[0]].resembles(&plant.cylinders[c])) {
+            match kinds.iter_mut().find(|kind| plant.cylinders[kind[0]].same_laws(&plant.cylinders[c])) {
                 Some(kind) => kind.push(c),
                 None => kinds.push(vec![c]),
             }
@@ -61,14 +61,14 @@ impl<L: Real> AxisGroup<L> {
             L::gather(|lane| numbers[lane][next - 1])
         });
         let everywhere = &mut |number| L::gather(|_| number);
-        let (fluid, mains) = (plant.fluid.map(everywhere), plant.mains.map(everywhere));
+        let (fluid, supply_pressures) = (plant.fluid.map(everywhere), plant.supply_pressures.map(everywhere));
         AxisGroup {
             members: std::array::from_fn(|lane| Member { cylinder: in_lane(lane), at: layout.own(in_lane(lane)) }),
             count,
             unit,
             fluid,
-            mains,
-            lifted: Lifted::new(&unit, &fluid, &mains),
+            supply_pressures,
+            lifted: Lifted::new(&unit, &fluid, &supply_pressures),
         }
     }
 
@@ -110,18 +110,18 @@ impl<L: Real> AxisGroup<L> {
     /// What the laws say.
     #[inline(always)]
     pub fn rates(&self, s: &LocalState<L>) -> LocalRates<L> {
-        L::apart(
+        L::outlined(
             #[inline(always)]
-            || self.unit.rates(&self.fluid, &self.mains, s),
+            || self.unit.rates(&self.fluid, &self.supply_pressures, s),
         )
     }
 
-    /// The same with its slopes by states.
+    /// The same with its derivatives by states.
     #[inline(always)]
-    pub fn sloped(&self, s: &LocalState<L>, piston: &Piston<L>) -> RateSlopes<L> {
-        L::apart(
+    pub fn linearised(&self, s: &LocalState<L>, piston: &Piston<L>) -> RateDerivatives<L> {
+        L::outlined(
             #[inline(always)]
-            || self.lifted.slopes(s, piston),
+            || self.lifted.derivatives(s, piston),
         )
     }
 
@@ -129,7 +129,7 @@ impl<L: Real> AxisGroup<L> {
     #[inline(always)]
     pub fn powers(&self, oil: &OilTables, s: &LocalState<L>) -> [L; LEDGER_PER_CYLINDER] {
         let rates = self.rates(s);
-        L::apart(
+        L::outlined(
             #[inline(always)]
             || powers([oil.energy_density(s.p1), oil.energy_density(s.p2)], s, &rates),
         )
@@ -182,10 +182,10 @@ mod tests {
             assert_eq!(groups.len(), 2);
             let s = moving();
             for group in &groups {
-                let (rates, plain) = (group.rates(&s), group.unit.rates(&group.fluid, &group.mains, &s));
+                let (rates, plain) = (group.rates(&s), group.unit.rates(&group.fluid, &group.supply_pressures, &s));
                 for i in 0..2 {
                     let Some(Member { cylinder, .. }) = group.member(i) else { break };
-                    let alone = plant.cylinders[*cylinder].rates(&plant.fluid, &plant.mains, &lane(&s, i));
+                    let alone = plant.cylinders[*cylinder].rates(&plant.fluid, &plant.supply_pressures, &lane(&s, i));
                     let here = rates.map(|number| one(number, i));
                     assert_eq!(format!("{here:?}"), format!("{alone:?}"));
                     assert_eq!(format!("{here:?}"), format!("{:?}", plain.map(|number| one(number, i))));
@@ -198,10 +198,10 @@ mod tests {
     fn rates_with_slopes_are_the_rates_and_every_instruction_set_gives_the_same_slopes() {
         let (_, groups) = groups(false);
         let s = moving();
-        let piston = Piston { gain: Side::c(0.3), gain_slope: Side::c(0.1), rate: Side::c(0.2) };
-        let (sloped, plain) = (groups[0].sloped(&s, &piston), groups[0].lifted.slopes(&s, &piston));
-        assert_eq!(format!("{sloped:?}"), format!("{plain:?}"));
-        let (with, without) = (sloped.rates, groups[0].rates(&s));
+        let piston = Piston { lever_arm: Side::c(0.3), lever_arm_derivative: Side::c(0.1), rate: Side::c(0.2) };
+        let (linearised, plain) = (groups[0].linearised(&s, &piston), groups[0].lifted.derivatives(&s, &piston));
+        assert_eq!(format!("{linearised:?}"), format!("{plain:?}"));
+        let (with, without) = (linearised.rates, groups[0].rates(&s));
         for (a, b) in [(with.force, without.force), (with.p1_rate, without.p1_rate), (with.z_rate, without.z_rate)] {
             for i in 0..2 {
                 assert!((one(a, i) - one(b, i)).abs() <= 1e-14 * one(b, i).abs());

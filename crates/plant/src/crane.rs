@@ -83,8 +83,8 @@ impl<const N: usize> Crane<N> {
         let mut x = vec![0.0; self.layout.len()];
         for (i, limits) in self.limits.iter().enumerate() {
             x[self.layout.q(i)] = 0.5 * (limits.lower + limits.upper);
-            x[self.layout.p1(i)] = 0.5 * self.plant().mains.supply;
-            x[self.layout.p2(i)] = 0.4 * self.plant().mains.supply;
+            x[self.layout.p1(i)] = 0.5 * self.plant().supply_pressures.supply;
+            x[self.layout.p2(i)] = 0.4 * self.plant().supply_pressures.supply;
         }
         let mut dx = vec![0.0; x.len()];
         let at = Moment { layout: &self.layout, x: &x, u: &[0.0; N], payload: self.machine.payload.mass };
@@ -140,7 +140,7 @@ impl<const N: usize> Crane<N> {
         for c in 0..N {
             let load = plant.static_force(&q, payload)[c];
             let (position, _) = plant.strokes(&plant.mechanics.pose(&q))[c];
-            let rest = resting_position(&plant.cylinders[c], position, load, back, plant.mains.supply);
+            let rest = resting_position(&plant.cylinders[c], position, load, back, plant.supply_pressures.supply);
             if rest != position {
                 q[c] = self.actuation_of(c).joint_from_stroke(&self.limits[c], rest);
             }

@@ -29,8 +29,8 @@ impl<const N: usize> Dynamics for Crane<N> {
     fn forward_dynamics(&self, q: &[f64], qd: &[f64], force: &[f64], payload: f64, qdd: &mut [f64]) {
         let pose = self.plant().mechanics.pose(&array::<N>(q));
         let e = self.plant().mechanics.equations(&pose, &array::<N>(qd), payload);
-        let gains = self.plant().strokes(&pose);
-        let mut driving = std::array::from_fn(|j| gains[j].1 * force[j] - e.bias[j]);
+        let lever_arms = self.plant().strokes(&pose);
+        let mut driving = std::array::from_fn(|j| lever_arms[j].1 * force[j] - e.bias[j]);
         self.plant().add_contact(&pose, &array::<N>(qd), payload, &mut driving);
         qdd.copy_from_slice(&small::solve_spd(&e.mass_matrix, &driving));
     }

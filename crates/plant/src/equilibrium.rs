@@ -37,7 +37,13 @@ impl<const N: usize> Plant<f64, N> {
             let forces = self.standing_force(q, payload);
             for c in 0..N {
                 let (unit, force) = (&self.cylinders[c], forces[c]);
-                let balance = Balance { unit, fluid: &self.fluid, mains: &self.mains, position: strokes[c].0, force };
+                let balance = Balance {
+                    unit,
+                    fluid: &self.fluid,
+                    supply_pressures: &self.supply_pressures,
+                    position: strokes[c].0,
+                    force,
+                };
                 if balance.rates(x[layout.p1(c)], x[layout.p2(c)], 0.0) != (0.0, 0.0) {
                     let cylinder = machine.cylinders[c].name.clone();
                     let (p1, p2, spool) = balance.solve().ok_or(PoseError::NotSteady { cylinder, force })?;
@@ -126,7 +132,7 @@ fn hold_pressures<T: Real>(unit: &HydraulicAxis<T>, force: T, back: T) -> (T, T)
 struct Balance<'a> {
     unit: &'a HydraulicAxis<f64>,
     fluid: &'a Fluid<f64>,
-    mains: &'a SupplyPressures<f64>,
+    supply_pressures: &'a SupplyPressures<f64>,
     position: f64,
     force: f64,
 }
@@ -135,7 +141,7 @@ impl Balance<'_> {
     /// (p1, p2, spool), or `None` where no opening balances the leakage.
     fn solve(&self) -> Option<(f64, f64, f64)> {
         const SAMPLES: usize = 400;
-        let (low, high) = (self.mains.tank, self.mains.supply);
+        let (low, high) = (self.supply_pressures.tank, self.supply_pressures.supply);
         // Crowded at both ends: light loads balance within a fraction of a bar of the tank.
         let at = |i: usize| {
             let share = 0.5 - 0.5 * portable::cos(PI * (i as f64 + 0.5) / SAMPLES as f64);
@@ -195,7 +201,7 @@ impl Balance<'_> {
 
     fn rates(&self, p1: f64, p2: f64, spool: f64) -> (f64, f64) {
         let s = LocalState { x: self.position, v: 0.0, p1, p2, spool, z: 0.0 };
-        let rates = self.unit.rates(self.fluid, self.mains, &s);
+        let rates = self.unit.rates(self.fluid, self.supply_pressures, &s);
         (rates.p1_rate, rates.p2_rate)
     }
 }

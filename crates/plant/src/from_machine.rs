@@ -12,7 +12,7 @@ use hydrocrane_physics::geometry::four_bar::FourBar;
 use hydrocrane_physics::geometry::frames::Joint;
 use hydrocrane_physics::geometry::stroke::{Actuation, Drive};
 use hydrocrane_physics::hydraulics::chamber::Chambers;
-use hydrocrane_physics::hydraulics::connector::{rise_coefficient, Connector};
+use hydrocrane_physics::hydraulics::connector::{dynamic_pressure_coefficient, Connector};
 use hydrocrane_physics::hydraulics::end_stop::EndStop;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::leakage::{annular_gap_conductance, Leakage};
@@ -43,7 +43,7 @@ pub fn plant<const N: usize>(m: &file::Machine) -> Result<Plant<f64, N>, BuildEr
         actuations: std::array::from_fn(|i| actuations[i]),
         cylinders: std::array::from_fn(|i| cylinder(m, &m.cylinders[i])),
         fluid: fluid(&m.fluid),
-        mains: SupplyPressures { supply: m.supply.pressure, tank: m.supply.tank_pressure },
+        supply_pressures: SupplyPressures { supply: m.supply.pressure, tank: m.supply.tank_pressure },
         ground: m.ground.as_ref().map(|g| ground(g, &m.payload)),
     })
 }
@@ -129,7 +129,9 @@ fn cylinder(m: &file::Machine, c: &file::Cylinder) -> HydraulicAxis<f64> {
         Some(printed) if !m.errata.extension_dead_volume => printed,
         _ => c.dead_volume,
     };
-    let rise = |area: f64| c.port_diameter.map_or(0.0, |d| rise_coefficient(m.fluid.density, area, FRAC_PI_4 * d * d));
+    let dynamic = |area: f64| {
+        c.port_diameter.map_or(0.0, |d| dynamic_pressure_coefficient(m.fluid.density, area, FRAC_PI_4 * d * d))
+    };
     HydraulicAxis {
         chambers: Chambers {
             area_1,
@@ -145,7 +147,7 @@ fn cylinder(m: &file::Machine, c: &file::Cylinder) -> HydraulicAxis<f64> {
             acceleration_limit: c.valve.acceleration_limit.unwrap_or(f64::INFINITY),
         },
         leakage: leakage(m, c),
-        connector: Connector { piston_side: rise(area_1), rod_side: rise(area_2) },
+        connector: Connector { piston_side: dynamic(area_1), rod_side: dynamic(area_2) },
         end_stop: end_stop(m, c),
         friction: friction(m, &c.friction),
     }
@@ -239,7 +241,7 @@ fn friction(m: &file::Machine, f: &file::Friction) -> FrictionLaw<f64> {
 }
 
 fn fluid(f: &file::Fluid) -> Fluid<f64> {
-    let (vacuum, of_magnitude) = match f.cavitation {
+    let (vacuum, ignore_cavitation) = match f.cavitation {
         file::Cavitation::FreeGas { vacuum } => (vacuum, false),
         file::Cavitation::None => (-1e5, true),
     };
@@ -249,6 +251,6 @@ fn fluid(f: &file::Fluid) -> Fluid<f64> {
         rise: f.bulk_c1 / f.bulk_reference_pressure,
         c2: f.bulk_c2,
         vacuum,
-        of_magnitude,
+        ignore_cavitation,
     }
 }

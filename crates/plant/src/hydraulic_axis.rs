@@ -143,7 +143,7 @@ impl<T: Real> FrictionLaw<T> {
     }
 
     /// Whether the same law acts, with the same short cuts.
-    fn resembles(&self, other: &Self) -> bool {
+    fn same_laws(&self, other: &Self) -> bool {
         let choices = |law: &Self| match law {
             FrictionLaw::Printed { map, width } => (map.gaussian, map.three_halves, width.is_some()),
             FrictionLaw::Static { map, .. } | FrictionLaw::LuGre { map, .. } => (map.gaussian, map.three_halves, true),
@@ -154,12 +154,12 @@ impl<T: Real> FrictionLaw<T> {
 
 /// What the laws say of a cylinder that is no sum or product of the rest. Each law sees few of the local numbers.
 #[derive(Debug, Clone, Copy)]
-pub struct Parts<T> {
+pub struct LawOutputs<T> {
     pub port_a: Port<T>,
     pub port_b: Port<T>,
     /// Bulk moduli of the oil in both chambers, Pa.
     pub bulk: (T, T),
-    pub rubbing: FrictionOutput<T>,
+    pub friction: FrictionOutput<T>,
     /// Forces of the end stops' springs and dampers, N, positive outward.
     pub stops: (T, T),
 }
@@ -205,64 +205,74 @@ impl<T: Copy> FrictionOutput<T> {
 
 impl<T: Real> HydraulicAxis<T> {
     #[inline(always)]
-    pub fn rates(&self, fluid: &Fluid<T>, mains: &SupplyPressures<T>, s: &LocalState<T>) -> LocalRates<T> {
-        let parts = Parts {
-            port_a: self.port_a(mains, s.v, s.p1, s.spool),
-            port_b: self.port_b(mains, s.v, s.p2, s.spool),
+    pub fn rates(&self, fluid: &Fluid<T>, supply_pressures: &SupplyPressures<T>, s: &LocalState<T>) -> LocalRates<T> {
+        let outputs = LawOutputs {
+            port_a: self.port_a(supply_pressures, s.v, s.p1, s.spool),
+            port_b: self.port_b(supply_pressures, s.v, s.p2, s.spool),
             bulk: (fluid.bulk_modulus(s.p1), fluid.bulk_modulus(s.p2)),
-            rubbing: self.friction.evaluate(s.v, s.z),
+            friction: self.friction.evaluate(s.v, s.z),
             stops: self.end_stop.force(s.x, s.v),
         };
-        self.join(mains, s, &parts)
+        self.assemble(supply_pressures, s, &outputs)
     }
 
     #[inline(always)]
-    pub fn port_a(&self, mains: &SupplyPressures<T>, v: T, p1: T, spool: T) -> Port<T> {
-        let pressure = p1 - self.connector.rises(v).0;
-        let (fed, drained) = self.valve.flows_at_a(spool, mains.supply, mains.tank, pressure);
+    pub fn port_a(&self, supply_pressures: &SupplyPressures<T>, v: T, p1: T, spool: T) -> Port<T> {
+        let pressure = p1 - self.connector.dynamic_pressures(v).0;
+        let (fed, drained) = self.valve.flows_at_a(spool, supply_pressures.supply, supply_pressures.tank, pressure);
         Port { pressure, fed, drained }
     }
 
     #[inline(always)]
-    pub fn port_b(&self, mains: &SupplyPressures<T>, v: T, p2: T, spool: T) -> Port<T> {
-        let pressure = p2 - self.connector.rises(v).1;
-        let (fed, drained) = self.valve.flows_at_b(spool, mains.supply, mains.tank, pressure);
+    pub fn port_b(&self, supply_pressures: &SupplyPressures<T>, v: T, p2: T, spool: T) -> Port<T> {
+        let pressure = p2 - self.connector.dynamic_pressures(v).1;
+        let (fed, drained) = self.valve.flows_at_b(spool, supply_pressures.supply, supply_pressures.tank, pressure);
         Port { pressure, fed, drained }
     }
 
-    /// The sums and products that lead from the parts to force and rates.
+    /// The sums and products that lead from the outputs to force and rates.
     #[inline(always)]
-    pub fn join(&self, mains: &SupplyPressures<T>, s: &LocalState<T>, parts: &Parts<T>) -> LocalRates<T> {
-        let Parts { port_a, port_b, rubbing, stops, .. } = parts;
+    pub fn assemble(
+        &self,
+        supply_pressures: &SupplyPressures<T>,
+        s: &LocalState<T>,
+        outputs: &LawOutputs<T>,
+    ) -> LocalRates<T> {
+        let LawOutputs { port_a, port_b, friction, stops, .. } = outputs;
         let edges = EdgeFlows {
             supply_to_a: port_a.fed,
             a_to_tank: port_a.drained,
             supply_to_b: port_b.fed,
             b_to_tank: port_b.drained,
         };
-        let (internal_leakage, external_leakage) = self.leakage.flows(s.p1, s.p2, mains.tank);
+        let (internal_leakage, external_leakage) = self.leakage.flows(s.p1, s.p2, supply_pressures.tank);
         let inflow = (edges.port_a() - internal_leakage, internal_leakage - external_leakage - edges.port_b());
-        let (p1_rate, p2_rate) = self.chambers.pressure_rates(parts.bulk, s.x, s.v, inflow);
+        let (p1_rate, p2_rate) = self.chambers.pressure_rates(outputs.bulk, s.x, s.v, inflow);
         LocalRates {
-            force: self.chambers.force(s.p1, s.p2) + stops.0 + stops.1 - rubbing.force,
-            friction: rubbing.force,
+            force: self.chambers.force(s.p1, s.p2) + stops.0 + stops.1 - friction.force,
+            friction: friction.force,
             p1_rate,
             p2_rate,
-            z_rate: rubbing.deflection_rate,
+            z_rate: friction.deflection_rate,
             edges,
             internal_leakage,
             external_leakage,
-            ports: PortPressures { supply: mains.supply, tank: mains.tank, a: port_a.pressure, b: port_b.pressure },
+            ports: PortPressures {
+                supply: supply_pressures.supply,
+                tank: supply_pressures.tank,
+                a: port_a.pressure,
+                b: port_b.pressure,
+            },
             stop_damping: stops.1,
-            bristle_power: rubbing.bristle_power,
+            bristle_power: friction.bristle_power,
         }
     }
 
     /// Whether this cylinder obeys the same laws as another one, with other numbers in them.
-    pub fn resembles(&self, other: &Self) -> bool {
+    pub fn same_laws(&self, other: &Self) -> bool {
         let edges = |unit: &Self| [unit.valve.edge_a.law, unit.valve.edge_b.law];
         let switches = |unit: &Self| (unit.leakage.external_from_piston_side, unit.end_stop.printed);
-        edges(self) == edges(other) && switches(self) == switches(other) && self.friction.resembles(&other.friction)
+        edges(self) == edges(other) && switches(self) == switches(other) && self.friction.same_laws(&other.friction)
     }
 }
 

@@ -15,10 +15,10 @@ pub trait Kinematics {
     /// Piston positions at the joint limits, ascending.
     fn stroke_limits(&self) -> Vec<[f64; 2]>;
     /// Piston positions and their derivatives with respect to the own joint.
-    fn strokes(&self, q: &[f64], x: &mut [f64], gain: &mut [f64]);
+    fn strokes(&self, q: &[f64], x: &mut [f64], lever_arm: &mut [f64]);
     fn joints_from_strokes(&self, x: &[f64], q: &mut [f64]) -> Result<(), StrokeError>;
     /// Direction of each cylinder from its barrel pin to its rod pin, rad from x towards z in the inertial frame.
-    fn cylinder_slopes(&self, q: &[f64], slopes: &mut [f64]);
+    fn cylinder_angles(&self, q: &[f64], angles: &mut [f64]);
     fn tip(&self, q: &[f64]) -> [f64; 2];
     /// Row-major `2 x n`.
     fn tip_jacobian(&self, q: &[f64], jacobian: &mut [f64]);
@@ -40,11 +40,11 @@ impl<const N: usize> Kinematics for Crane<N> {
         (0..N).map(|i| self.actuation_of(i).stroke_range(&self.limits[i])).collect()
     }
 
-    fn strokes(&self, q: &[f64], x: &mut [f64], gain: &mut [f64]) {
+    fn strokes(&self, q: &[f64], x: &mut [f64], lever_arm: &mut [f64]) {
         let pose = self.plant().mechanics.pose(&array::<N>(q));
         for (c, (position, slope)) in self.plant().strokes(&pose).into_iter().enumerate() {
             x[c] = position;
-            gain[c] = slope;
+            lever_arm[c] = slope;
         }
     }
 
@@ -55,13 +55,13 @@ impl<const N: usize> Kinematics for Crane<N> {
         Ok(())
     }
 
-    fn cylinder_slopes(&self, q: &[f64], slopes: &mut [f64]) {
+    fn cylinder_angles(&self, q: &[f64], angles: &mut [f64]) {
         let pose = self.plant().mechanics.pose(&array::<N>(q));
         for c in 0..N {
             let parent = pose.link(c);
             let turned = portable::atan2(parent.sin, parent.cos) + self.plant().actuations[c].slope(&pose.joints[c]);
             let (sin, cos) = portable::sin_cos(turned);
-            slopes[c] = portable::atan2(sin, cos);
+            angles[c] = portable::atan2(sin, cos);
         }
     }
 

@@ -5,14 +5,14 @@ use crate::plant::Plant;
 use crate::rhs::Evaluator;
 #[cfg(target_arch = "x86_64")]
 use hydrocrane_num::register::Register;
-use hydrocrane_num::{register::Handy, Lanes, Pack};
+use hydrocrane_num::{native::NativeSimd, Lanes, Pack};
 use hydrocrane_ode::BlockArrow;
 use hydrocrane_physics::hydraulics::fluid::OilTables;
 
 /// How the cylinders are arranged.
 pub enum Laws<const N: usize> {
     /// As many side by side as the register has room for.
-    Wide(Evaluator<f64, Lanes<Handy>, N>),
+    Simd(Evaluator<f64, Lanes<NativeSimd>, N>),
     /// One after the other.
     #[cfg(target_arch = "x86_64")]
     Single(Evaluator<f64, f64, N>),
@@ -32,15 +32,15 @@ pub struct Moment<'a> {
 impl<const N: usize> Laws<N> {
     pub fn new(plant: &Plant<f64, N>, layout: &Layout) -> Self {
         #[cfg(target_arch = "x86_64")]
-        if !Handy::is_available() {
+        if !NativeSimd::is_available() {
             return Laws::Single(Evaluator::new(plant, layout));
         }
-        Laws::Wide(Evaluator::new(plant, layout))
+        Laws::Simd(Evaluator::new(plant, layout))
     }
 
     pub fn plant(&self) -> &Plant<f64, N> {
         match self {
-            Laws::Wide(evaluator) => &evaluator.plant,
+            Laws::Simd(evaluator) => &evaluator.plant,
             #[cfg(target_arch = "x86_64")]
             Laws::Single(evaluator) => &evaluator.plant,
         }
@@ -49,34 +49,34 @@ impl<const N: usize> Laws<N> {
     /// Writes the state derivative.
     pub fn derivative(&self, at: Moment, dx: &mut [f64]) {
         match self {
-            Laws::Wide(evaluator) => derivative(evaluator, at, dx),
+            Laws::Simd(evaluator) => derivative(evaluator, at, dx),
             #[cfg(target_arch = "x86_64")]
             Laws::Single(evaluator) => derivative(evaluator, at, dx),
         }
     }
 
-    /// Writes the state derivative with its slopes.
-    pub fn linearise(&self, at: Moment, dx: &mut [f64], slopes: &mut BlockArrow<f64>) {
+    /// Writes the state derivative with its Jacobian.
+    pub fn linearise(&self, at: Moment, dx: &mut [f64], jacobian: &mut BlockArrow<f64>) {
         match self {
-            Laws::Wide(evaluator) => linearise(evaluator, at, dx, slopes),
+            Laws::Simd(evaluator) => linearise(evaluator, at, dx, jacobian),
             #[cfg(target_arch = "x86_64")]
-            Laws::Single(evaluator) => linearise(evaluator, at, dx, slopes),
+            Laws::Single(evaluator) => linearise(evaluator, at, dx, jacobian),
         }
     }
 
-    /// Brings the state derivative and its slopes up to other spool commands.
-    pub fn update_input(&self, x: &[f64], u: &[f64], dx: &mut [f64], slopes: &mut BlockArrow<f64>) {
+    /// Updates the state derivative and its Jacobian to other spool commands.
+    pub fn update_input(&self, x: &[f64], u: &[f64], dx: &mut [f64], jacobian: &mut BlockArrow<f64>) {
         match self {
-            Laws::Wide(evaluator) => update_input(evaluator, x, u, dx, slopes),
+            Laws::Simd(evaluator) => update_input(evaluator, x, u, dx, jacobian),
             #[cfg(target_arch = "x86_64")]
-            Laws::Single(evaluator) => update_input(evaluator, x, u, dx, slopes),
+            Laws::Single(evaluator) => update_input(evaluator, x, u, dx, jacobian),
         }
     }
 
     /// Writes the powers of the ledger at the state `x`.
     pub fn powers(&self, layout: &Layout, oil: &OilTables, x: &[f64], payload: f64, out: &mut [f64]) {
         match self {
-            Laws::Wide(evaluator) => powers(evaluator, layout, oil, x, payload, out),
+            Laws::Simd(evaluator) => powers(evaluator, layout, oil, x, payload, out),
             #[cfg(target_arch = "x86_64")]
             Laws::Single(evaluator) => powers(evaluator, layout, oil, x, payload, out),
         }
@@ -84,7 +84,7 @@ impl<const N: usize> Laws<N> {
 }
 
 fn derivative<L: Pack<f64>, const N: usize>(evaluator: &Evaluator<f64, L, N>, at: Moment, dx: &mut [f64]) {
-    L::apart(
+    L::outlined(
         #[inline(always)]
         || evaluator.derivative(at.layout, at.x, at.u, at.payload, dx),
     );
@@ -94,11 +94,11 @@ fn linearise<L: Pack<f64>, const N: usize>(
     evaluator: &Evaluator<f64, L, N>,
     at: Moment,
     dx: &mut [f64],
-    slopes: &mut BlockArrow<f64>,
+    jacobian: &mut BlockArrow<f64>,
 ) {
-    L::apart(
+    L::outlined(
         #[inline(always)]
-        || evaluator.linearise(at.layout, at.x, at.u, at.payload, dx, slopes),
+        || evaluator.linearise(at.layout, at.x, at.u, at.payload, dx, jacobian),
     );
 }
 
@@ -107,11 +107,11 @@ fn update_input<L: Pack<f64>, const N: usize>(
     x: &[f64],
     u: &[f64],
     dx: &mut [f64],
-    slopes: &mut BlockArrow<f64>,
+    jacobian: &mut BlockArrow<f64>,
 ) {
-    L::apart(
+    L::outlined(
         #[inline(always)]
-        || evaluator.update_input(x, u, dx, slopes),
+        || evaluator.update_input(x, u, dx, jacobian),
     );
 }
 
@@ -123,7 +123,7 @@ fn powers<L: Pack<f64>, const N: usize>(
     payload: f64,
     out: &mut [f64],
 ) {
-    L::apart(
+    L::outlined(
         #[inline(always)]
         || evaluator.powers(layout, oil, x, payload, out),
     );

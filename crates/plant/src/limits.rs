@@ -101,9 +101,9 @@ impl JointActuation<'_> {
                 if x < low || x > high || slope.abs() < 1e-9 {
                     continue;
                 }
-                let misfit = (x - middle).abs() / (high - low) + aside;
-                if best.is_none_or(|(least, _)| misfit < least) {
-                    best = Some((misfit, q));
+                let residual = (x - middle).abs() / (high - low) + aside;
+                if best.is_none_or(|(least, _)| residual < least) {
+                    best = Some((residual, q));
                 }
             }
         }
@@ -148,9 +148,9 @@ impl JointActuation<'_> {
     fn require_one_branch(&self, limits: JointLimits) -> Result<JointLimits, BuildError> {
         const SAMPLES: usize = 400;
         let span = limits.upper - limits.lower;
-        let mut slopes = (0..=SAMPLES).map(|i| self.stroke(limits.lower + span * i as f64 / SAMPLES as f64));
-        let sign = slopes.next().flatten().map_or(0.0, |(_, slope)| slope.signum());
-        let monotone = sign != 0.0 && slopes.all(|s| s.is_some_and(|(_, slope)| slope * sign > 0.0));
+        let mut derivatives = (0..=SAMPLES).map(|i| self.stroke(limits.lower + span * i as f64 / SAMPLES as f64));
+        let sign = derivatives.next().flatten().map_or(0.0, |(_, slope)| slope.signum());
+        let monotone = sign != 0.0 && derivatives.all(|s| s.is_some_and(|(_, slope)| slope * sign > 0.0));
         if monotone {
             Ok(limits)
         } else {

@@ -73,7 +73,7 @@ pub fn evaluate<T: Real, const N: usize>(
     let e = plant.place(layout, x);
     let local: [LocalState<T>; N] = std::array::from_fn(|c| e.local(layout, x, c));
     let rates: [LocalRates<T>; N] =
-        std::array::from_fn(|c| plant.cylinders[c].rates(&plant.fluid, &plant.mains, &local[c]));
+        std::array::from_fn(|c| plant.cylinders[c].rates(&plant.fluid, &plant.supply_pressures, &local[c]));
     let tip = plant.mechanics.tip_position(&e.pose);
     let mut supply = T::c(0.0);
     rates.iter().for_each(|r| supply += r.edges.supply());
@@ -90,7 +90,7 @@ pub fn evaluate<T: Real, const N: usize>(
         tip.x,
         tip.z,
         supply,
-        supply * plant.mains.supply,
+        supply * plant.supply_pressures.supply,
         plant.mechanics.kinetic_energy(&e.pose, &e.rates, payload),
         plant.mechanics.potential_energy(&e.pose, payload),
         oil_energy,

@@ -15,7 +15,7 @@ pub struct Plant<T, const N: usize> {
     pub actuations: [Actuation<T>; N],
     pub cylinders: [HydraulicAxis<T>; N],
     pub fluid: Fluid<T>,
-    pub mains: SupplyPressures<T>,
+    pub supply_pressures: SupplyPressures<T>,
     /// `None`: nothing carries the tip from below.
     pub ground: Option<Ground<T>>,
 }
@@ -28,7 +28,7 @@ impl<T: Copy, const N: usize> Plant<T, N> {
             actuations: self.actuations.map(|a| a.map(f)),
             cylinders: self.cylinders.map(|c| c.map(f)),
             fluid: self.fluid.map(f),
-            mains: self.mains.map(f),
+            supply_pressures: self.supply_pressures.map(f),
             ground: self.ground.map(|g| g.map(f)),
         }
     }

@@ -59,8 +59,8 @@ fn push_of_ground(ground: &Ground, load: &Payload, at: V, v: V, payload: f64) ->
         r => r,
     };
     let normal = ground.stiffness * pressed * factor;
-    let rubbing = ground.friction * normal * ((v[0] + slope * v[1]) / 0.02).tanh();
-    add(scale([-slope, 1.0], normal), scale([1.0, slope], -rubbing))
+    let friction = ground.friction * normal * ((v[0] + slope * v[1]) / 0.02).tanh();
+    add(scale([-slope, 1.0], normal), scale([1.0, slope], -friction))
 }
 
 /// A smooth rise from 0 to 1 and its slope.
@@ -138,17 +138,17 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         };
         let rod = sub(pin, barrel);
         let length = dot(rod, rod).sqrt();
-        let gain = dot(rod, pin_velocity) / length;
-        let (position, v) = (length - c.mid_length, gain * qd[i]);
+        let lever_arm = dot(rod, pin_velocity) / length;
+        let (position, v) = (length - c.mid_length, lever_arm * qd[i]);
         let (p1, p2, xs, vs) = (x[s], x[s + 1], x[s + 2], x[s + 3]);
 
         let a1 = FRAC_PI_4 * c.bore.powi(2);
         let a2 = FRAC_PI_4 * (c.bore.powi(2) - c.rod_diameter.powi(2));
-        let rise = |area: f64| match c.port_diameter {
+        let dynamic = |area: f64| match c.port_diameter {
             Some(d) => m.fluid.density / 2.0 * ((area / (FRAC_PI_4 * d * d)).powi(2) - 1.0) * v * v,
             None => 0.0,
         };
-        let (pa, pb) = (p1 - rise(a1), p2 - rise(a2));
+        let (pa, pb) = (p1 - dynamic(a1), p2 - dynamic(a2));
 
         let valve = &c.valve;
         let edge = |opening: f64, dp: f64| {
@@ -232,7 +232,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         };
         let damping = stop.damping * (inner + outer).min(1.0) * v;
         let force = p1 * a1 - p2 * a2 + push(inner) - push(outer) - damping - friction;
-        torque[i] = gain * force;
+        torque[i] = lever_arm * force;
         s += if f.model == FrictionModel::LuGre { 5 } else { 4 };
     }
 

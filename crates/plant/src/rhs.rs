@@ -31,7 +31,7 @@ pub struct Placed<T, const N: usize> {
     pub pose: ChainPose<T, N>,
     pub rates: [T; N],
     pub positions: [T; N],
-    pub gains: [T; N],
+    pub lever_arms: [T; N],
     pub velocities: [T; N],
 }
 
@@ -70,12 +70,12 @@ impl<T: Real, const N: usize> Plant<T, N> {
 
     #[inline(always)]
     fn place_at(&self, pose: ChainPose<T, N>, rates: [T; N]) -> Placed<T, N> {
-        let (mut positions, mut gains, mut velocities) = ([T::c(0.0); N], [T::c(0.0); N], [T::c(0.0); N]);
+        let (mut positions, mut lever_arms, mut velocities) = ([T::c(0.0); N], [T::c(0.0); N], [T::c(0.0); N]);
         for c in 0..N {
-            (positions[c], gains[c]) = self.actuations[c].stroke(&pose.joints[c]);
-            velocities[c] = gains[c] * rates[c];
+            (positions[c], lever_arms[c]) = self.actuations[c].stroke(&pose.joints[c]);
+            velocities[c] = lever_arms[c] * rates[c];
         }
-        Placed { pose, rates, positions, gains, velocities }
+        Placed { pose, rates, positions, lever_arms, velocities }
     }
 
     /// The chain under net cylinder forces (N).
@@ -84,7 +84,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
         let equations = self.mechanics.equations(&placed.pose, &placed.rates, payload);
         let mut driving = [T::c(0.0); N];
         for c in 0..N {
-            driving[c] = placed.gains[c] * forces[c] - equations.bias[c];
+            driving[c] = placed.lever_arms[c] * forces[c] - equations.bias[c];
         }
         self.add_contact(&placed.pose, &placed.rates, payload, &mut driving);
         let mass = Spd::new(&equations.mass_matrix);

@@ -18,10 +18,10 @@ pub trait StateSpace: Send + Sync {
     fn layout(&self) -> &Layout;
     /// Writes the state derivative.
     fn derivative(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64]);
-    /// The derivative and its slopes.
-    fn linearise(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], slopes: &mut BlockArrow<f64>);
-    /// Brings the derivative and its slopes at the state `x` up to other commands `u`.
-    fn update_input(&self, x: &[f64], u: &[f64], dx: &mut [f64], slopes: &mut BlockArrow<f64>);
+    /// Writes the state derivative and its Jacobian.
+    fn linearise(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], jacobian: &mut BlockArrow<f64>);
+    /// Updates the derivative and its Jacobian at the state `x` to other commands `u`.
+    fn update_input(&self, x: &[f64], u: &[f64], dx: &mut [f64], jacobian: &mut BlockArrow<f64>);
     /// Energy in the spring of the ground, J.
     fn ground_energy(&self, q: &[f64], payload: f64) -> f64;
     /// Writes the powers of the ledger, W: cylinder by cylinder its [terms](crate::LEDGER_TERMS), then
@@ -29,14 +29,14 @@ pub trait StateSpace: Send + Sync {
     fn powers(&self, x: &[f64], payload: f64, powers: &mut [f64]);
     /// Row-major Jacobian.
     fn jacobian(&self, x: &[f64], u: &[f64], payload: f64, jacobian: &mut [f64]) {
-        let mut slopes = BlockArrow::new(self.layout().axes());
-        self.linearise(x, u, payload, &mut vec![0.0; x.len()], &mut slopes);
-        slopes.write_dense(x.len(), jacobian);
+        let mut blocks = BlockArrow::new(self.layout().axes());
+        self.linearise(x, u, payload, &mut vec![0.0; x.len()], &mut blocks);
+        blocks.write_dense(x.len(), jacobian);
     }
     /// The same derivative by the readable one-function model; `None` where a law is switched to as-printed.
     fn reference_derivative(&self, x: &[f64], u: &[f64], payload: f64) -> Option<Vec<f64>>;
     /// Derivative of the state derivative by time where the commands change at `rate` (m/s).
-    fn command_slope(&self, rate: &[f64], slope: &mut [f64]);
+    fn command_derivative(&self, rate: &[f64], dfdt: &mut [f64]);
     /// Size of the estimated `error` of a step that led to the state `reached`: one where each state errs by its scale, or
     /// the density of the oil by a thousandth.
     fn error_size(&self, reached: &[f64], error: &[f64]) -> f64;
@@ -62,12 +62,12 @@ impl<const N: usize> StateSpace for Crane<N> {
         self.laws.derivative(Moment { layout: &self.layout, x, u, payload }, dx);
     }
 
-    fn linearise(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], slopes: &mut BlockArrow<f64>) {
-        self.laws.linearise(Moment { layout: &self.layout, x, u, payload }, dx, slopes);
+    fn linearise(&self, x: &[f64], u: &[f64], payload: f64, dx: &mut [f64], jacobian: &mut BlockArrow<f64>) {
+        self.laws.linearise(Moment { layout: &self.layout, x, u, payload }, dx, jacobian);
     }
 
-    fn update_input(&self, x: &[f64], u: &[f64], dx: &mut [f64], slopes: &mut BlockArrow<f64>) {
-        self.laws.update_input(x, u, dx, slopes);
+    fn update_input(&self, x: &[f64], u: &[f64], dx: &mut [f64], jacobian: &mut BlockArrow<f64>) {
+        self.laws.update_input(x, u, dx, jacobian);
     }
 
     fn ground_energy(&self, q: &[f64], payload: f64) -> f64 {
@@ -84,11 +84,11 @@ impl<const N: usize> StateSpace for Crane<N> {
         reference::state_derivative(&self.machine, x, u, payload)
     }
 
-    fn command_slope(&self, rate: &[f64], slope: &mut [f64]) {
-        slope.fill(0.0);
+    fn command_derivative(&self, rate: &[f64], dfdt: &mut [f64]) {
+        dfdt.fill(0.0);
         for c in 0..N {
             let w = self.plant().cylinders[c].spool.natural_frequency;
-            slope[self.layout.vs(c)] = w * w * rate[c];
+            dfdt[self.layout.vs(c)] = w * w * rate[c];
         }
     }
 

@@ -1,4 +1,4 @@
-//! The static friction map of parameters that are still sought, with its slopes: what identification fits.
+//! The static friction map of parameters that are still sought, with its derivatives: what identification fits.
 
 use hydrocrane_num::Dual;
 use hydrocrane_physics::friction::{static_map, StaticParameters};
@@ -10,7 +10,7 @@ const VARIABLES: usize = MAP_PARAMETERS + 1;
 /// Velocity over which the sign changes, m/s: far below what a piston can be measured to move at.
 const SIGN_WIDTH: f64 = 1e-9;
 
-/// Friction force and its slopes at one velocity.
+/// Friction force and its derivatives at one velocity.
 #[derive(Debug, Clone, Copy)]
 pub struct MapPoint {
     /// N, against positive velocity

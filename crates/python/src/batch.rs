@@ -78,18 +78,18 @@ impl BatchSimulator {
 
     #[getter]
     fn time<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        vector(py, (0..self.inner.cranes()).map(|crane| self.inner.fate(crane).time).collect())
+        vector(py, (0..self.inner.cranes()).map(|crane| self.inner.status(crane).time).collect())
     }
 
     /// Outcome kinds.
     #[getter]
     fn outcomes(&self) -> Vec<&'static str> {
-        (0..self.inner.cranes()).map(|crane| self.inner.fate(crane).kind.name()).collect()
+        (0..self.inner.cranes()).map(|crane| self.inner.status(crane).kind.name()).collect()
     }
 
     #[getter]
     fn alive<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
-        let well = |crane| self.inner.fate(crane).kind.name() == "completed";
+        let well = |crane| self.inner.status(crane).kind.name() == "completed";
         PyArray1::from_iter(py, (0..self.inner.cranes()).map(well))
     }
 

@@ -134,8 +134,8 @@ impl Controller for PythonController {
 
 /// From a time on: a machine, a controller and what surrounds it.
 ///
-/// `controller` is a name or an object with the methods of [`PythonController`]; `believed` is the machine that one of
-/// that name takes its nominal model from.
+/// `controller` is a name or an object with the methods of [`PythonController`]; `believed` is the machine from which a
+/// controller by name takes its controller model.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct PhaseEntry<'py> {
@@ -156,7 +156,7 @@ impl PhaseEntry<'_> {
                 Box::new(PythonController { object, period: self.plan.period, failed: None })
             }
         };
-        Ok(if self.plan.monitor { believed.monitored(controller, self.plan.delay) } else { controller })
+        Ok(if self.plan.monitor { believed.with_sensor_monitor(controller, self.plan.delay) } else { controller })
     }
 
     fn surroundings(&self) -> PyResult<SampledPlan> {

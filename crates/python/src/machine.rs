@@ -246,7 +246,7 @@ impl Machine {
     }
     fn cylinder_slopes<'py>(&self, py: Python<'py>, q: Rows<'py>) -> Matrix<'py> {
         let n = self.n();
-        matrix(py, self.over_q(py, &q, n, |m, q, out| m.cylinder_slopes(q, out))?, n)
+        matrix(py, self.over_q(py, &q, n, |m, q, out| m.cylinder_angles(q, out))?, n)
     }
     fn centres_of_gravity<'py>(&self, py: Python<'py>, q: Rows<'py>) -> Tensor<'py> {
         let n = self.n();

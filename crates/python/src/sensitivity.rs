@@ -105,7 +105,7 @@ impl SensitivityExperiment {
         let (signals, parameters) = (done.signals.len(), done.parameters.len());
         out.set_item("t", vector(py, done.times))?;
         out.set_item("values", matrix(py, done.values, signals)?)?;
-        out.set_item("slopes", tensor(py, done.slopes, (signals, parameters))?)?;
+        out.set_item("slopes", tensor(py, done.sensitivities, (signals, parameters))?)?;
         out.set_item("commands", matrix(py, done.commands, self.cylinders)?)?;
         let names: Vec<_> = done.signals.into_iter().map(|s| (s.name, s.unit, s.long_name)).collect();
         out.set_item("signals", names)?;

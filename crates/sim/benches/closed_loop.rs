@@ -77,7 +77,7 @@ impl<'a> Loop<'a> {
     }
 
     fn controller(&self) -> Box<dyn Controller> {
-        self.model.monitored(self.model.controller(self.name).expect("a controller's name"), 0.0)
+        self.model.with_sensor_monitor(self.model.controller(self.name).expect("a controller's name"), 0.0)
     }
 
     fn run(&self, controller: &mut dyn Controller, method: &str, rtol: f64, step: f64) -> SampledRun {

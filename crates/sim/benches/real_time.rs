@@ -5,7 +5,7 @@
 //! reading of the clock is part of them.
 
 use hydrocrane_machine::load;
-use hydrocrane_num::Draws;
+use hydrocrane_num::RandomStream;
 use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::{build, EquilibriumMode, Model, OutcomeKind, RunOptions, Simulator};
 use std::sync::Arc;
@@ -63,11 +63,11 @@ fn simulator(model: &Arc<dyn Model>, method: &str, tolerance: f64, max_step: f64
 
 /// Time of every step that both could take (s), and the largest distance of the tips (m).
 fn compare(model: &dyn Model, seed: u64, fixed: &mut Simulator, exact: &mut Simulator) -> (Vec<f64>, f64) {
-    let mut draws = Draws::new(seed, "manoeuvre");
+    let mut random = RandomStream::new(seed, "manoeuvre");
     let (mut times, mut worst, mut spools) = (Vec::with_capacity(STEPS), 0.0f64, [0.0; 3]);
     for k in 0..STEPS {
         if k % 50 == 0 {
-            spools = std::array::from_fn(|c| (spools[c] + 0.01 * draws.symmetric()).clamp(-0.025, 0.025));
+            spools = std::array::from_fn(|c| (spools[c] + 0.01 * random.symmetric()).clamp(-0.025, 0.025));
         }
         let began = Instant::now();
         let outcome = fixed.step(&spools);

@@ -1,30 +1,30 @@
-//! The controller model: what a controller takes a crane for.
+//! The controller model of a crane.
 
-use hydrocrane_control::nominal::{Nominal, NominalCylinder};
+use hydrocrane_control::controller_model::{ControllerModel, CylinderModel};
 use hydrocrane_plant::hydraulic_axis::{FrictionLaw, HydraulicAxis};
 use hydrocrane_plant::{Crane, Hydraulics, Plant, StateSpace};
 
-/// What a controller believes of a crane: the truth but for the bristles of its friction and the ground.
-pub fn nominal<const N: usize>(crane: &Crane<N>) -> Nominal<N> {
-    let Plant { mechanics, actuations, cylinders, fluid, mains, .. } = *crane.plant();
+/// The crane as a controller models it: exact, but without the bristles of friction and without the ground.
+pub fn controller_model<const N: usize>(crane: &Crane<N>) -> ControllerModel<N> {
+    let Plant { mechanics, actuations, cylinders, fluid, supply_pressures, .. } = *crane.plant();
     let strokes = crane.spool_strokes();
-    Nominal {
+    ControllerModel {
         mechanics,
         actuations,
-        cylinders: std::array::from_fn(|c| nominal_cylinder(&cylinders[c], strokes[c])),
+        cylinders: std::array::from_fn(|c| cylinder_model(&cylinders[c], strokes[c])),
         fluid,
-        supply: mains.supply,
-        tank: mains.tank,
+        supply: supply_pressures.supply,
+        tank: supply_pressures.tank,
         payload: crane.machine().payload.mass,
         joint_limits: crane.limit_pairs(),
     }
 }
 
-pub(crate) fn nominal_cylinder(unit: &HydraulicAxis<f64>, stroke: f64) -> NominalCylinder {
+pub(crate) fn cylinder_model(unit: &HydraulicAxis<f64>, stroke: f64) -> CylinderModel {
     let stop = &unit.end_stop;
     let (FrictionLaw::Static { map, .. } | FrictionLaw::Printed { map, .. } | FrictionLaw::LuGre { map, .. }) =
         unit.friction;
-    NominalCylinder {
+    CylinderModel {
         chambers: unit.chambers,
         valve: unit.valve,
         leakage: unit.leakage,

@@ -1,15 +1,15 @@
-//! Controllers by name, each with a nominal model taken from a machine description.
+//! Controllers by name, each with a controller model taken from a machine description.
 
-use crate::controller_model::nominal;
-use crate::monitored::names;
+use crate::controller_model::controller_model;
+use crate::sensor_monitor::names;
 use hydrocrane_control::controller::Controller;
+use hydrocrane_control::controller_model::ControllerModel;
 use hydrocrane_control::drive::DriveGains;
-use hydrocrane_control::feed_forward::{steady_speed, Mains};
+use hydrocrane_control::feed_forward::{steady_speed, SupplyPressures};
 use hydrocrane_control::heinze_pid::{self, Extension, HeinzePid};
 use hydrocrane_control::inverse_kinematics::Printed;
 use hydrocrane_control::keep_out::{KeepOut, Region};
 use hydrocrane_control::lever::Lever;
-use hydrocrane_control::nominal::Nominal;
 use hydrocrane_control::penalty::Weights;
 use hydrocrane_control::set_point::Shape;
 use hydrocrane_control::tip::{self, Tip};
@@ -31,14 +31,14 @@ pub(crate) fn build<const N: usize>(crane: &Crane<N>, name: &str) -> Result<Box<
     match name {
         LEVER => Ok(Box::new(Lever::new(machine.control.period.unwrap_or(LEVER_PERIOD), crane.spool_strokes()))),
         "tip" => {
-            let nominal = nominal(crane);
-            let settings = tip_settings(machine, &nominal);
-            Ok(Box::new(Tip::new(nominal, settings)))
+            let controller_model = controller_model(crane);
+            let settings = tip_settings(machine, &controller_model);
+            Ok(Box::new(Tip::new(controller_model, settings)))
         }
         "heinze-pid" => {
-            let nominal = nominal(crane);
-            let settings = heinze_settings(machine, &nominal);
-            Ok(Box::new(HeinzePid::new(nominal, settings)))
+            let controller_model = controller_model(crane);
+            let settings = heinze_settings(machine, &controller_model);
+            Ok(Box::new(HeinzePid::new(controller_model, settings)))
         }
         _ => Err(format!("no controller `{name}`; there are {}, {LEVER}", CONTROLLERS.join(", "))),
     }
@@ -79,8 +79,8 @@ pub fn tip_gain_unit(key: &str) -> &'static str {
 }
 
 /// Settings of `tip` for a machine.
-pub fn tip_settings<const N: usize>(machine: &Machine, nominal: &Nominal<N>) -> tip::Settings<N> {
-    let telescope = nominal.mechanics.joints.map(|j| !j.revolute);
+pub fn tip_settings<const N: usize>(machine: &Machine, controller_model: &ControllerModel<N>) -> tip::Settings<N> {
+    let telescope = controller_model.mechanics.joints.map(|j| !j.revolute);
     let gain = |key: &str| tip_gain(machine, key);
     let centring = gain("telescope-centring");
     let period = machine.control.period.unwrap_or(0.01);
@@ -88,7 +88,7 @@ pub fn tip_settings<const N: usize>(machine: &Machine, nominal: &Nominal<N>) -> 
     let border_rate = gain("limit-rate").min(1.0 / period);
     tip::Settings {
         period,
-        full_speed: machine.control.gain("tip", "full-speed").unwrap_or_else(|| fastest_joint(nominal)),
+        full_speed: machine.control.gain("tip", "full-speed").unwrap_or_else(|| fastest_joint(controller_model)),
         shape: Shape {
             stick_bandwidth: gain("stick-bandwidth"),
             path_rate: gain("path-rate"),
@@ -108,7 +108,7 @@ pub fn tip_settings<const N: usize>(machine: &Machine, nominal: &Nominal<N>) -> 
         },
         lag_limit: gain("lag-limit"),
         settling: gain("settling-time"),
-        names: names(machine, nominal.mechanics.joints.map(|j| j.revolute).into()),
+        names: names(machine, controller_model.mechanics.joints.map(|j| j.revolute).into()),
     }
 }
 
@@ -118,12 +118,12 @@ fn keep_out(machine: &Machine, margin: f64, rate: f64) -> KeepOut {
 }
 
 /// Tip speed that the fastest joint alone gives in the middle of all ranges, unloaded, m/s.
-fn fastest_joint<const N: usize>(n: &Nominal<N>) -> f64 {
+fn fastest_joint<const N: usize>(n: &ControllerModel<N>) -> f64 {
     let posture = n.posture(&n.joint_limits.map(|[low, high]| 0.5 * (low + high)));
-    let mains = Mains { supply: n.supply, tank: n.tank };
+    let supply_pressures = SupplyPressures { supply: n.supply, tank: n.tank };
     let speed = |i: usize| {
-        let piston = steady_speed(&n.cylinders[i], &mains, 0.0, 1.0);
-        portable::hypot(posture.jacobian[0][i], posture.jacobian[1][i]) * (piston / posture.gain[i]).abs()
+        let piston = steady_speed(&n.cylinders[i], &supply_pressures, 0.0, 1.0);
+        portable::hypot(posture.jacobian[0][i], posture.jacobian[1][i]) * (piston / posture.lever_arm[i]).abs()
     };
     (0..N).map(speed).fold(0.0, f64::max)
 }
@@ -137,7 +137,10 @@ const PENALTY_WEIGHTS: [(&str, f64); 2] = [("motion-weight", 1.0), ("middle-weig
 
 /// Settings of `heinze-pid`: printed gains, 1 m/s at full stick, the set-point moved at every sample and kept in the
 /// working area, the telescope at zero, unless the machine says otherwise.
-pub fn heinze_settings<const N: usize>(machine: &Machine, nominal: &Nominal<N>) -> heinze_pid::Settings<N> {
+pub fn heinze_settings<const N: usize>(
+    machine: &Machine,
+    controller_model: &ControllerModel<N>,
+) -> heinze_pid::Settings<N> {
     let errata = &machine.errata;
     let gain = |key: &str, default: f64| machine.control.gain("heinze-pid", key).unwrap_or(default);
     let period = machine.control.period.unwrap_or(2e-4);
@@ -151,7 +154,10 @@ pub fn heinze_settings<const N: usize>(machine: &Machine, nominal: &Nominal<N>) 
         full_speed: gain("full-speed", 1.0),
         gains: heinze_pid::printed_gains(),
         extension: match steps.penalty {
-            true => Extension::Penalty { weights: penalty_weights(machine, nominal), candidates: EXTENSION_CANDIDATES },
+            true => Extension::Penalty {
+                weights: penalty_weights(machine, controller_model),
+                candidates: EXTENSION_CANDIDATES,
+            },
             false => Extension::Zero,
         },
         printed: Printed {
@@ -163,10 +169,10 @@ pub fn heinze_settings<const N: usize>(machine: &Machine, nominal: &Nominal<N>) 
     }
 }
 
-fn penalty_weights<const N: usize>(machine: &Machine, nominal: &Nominal<N>) -> Weights<N> {
+fn penalty_weights<const N: usize>(machine: &Machine, controller_model: &ControllerModel<N>) -> Weights<N> {
     let [motion, middle] = PENALTY_WEIGHTS.map(|(table, default)| {
         std::array::from_fn(|i| {
-            let [low, high] = nominal.joint_limits[i];
+            let [low, high] = controller_model.joint_limits[i];
             let key = format!("{table}.{}", machine.joints[i].name);
             machine.control.gain("heinze-pid", &key).unwrap_or(default) / (high - low).powi(2)
         })
@@ -209,8 +215,8 @@ mod tests {
             let searched = ("control.heinze-pid.extension".to_string(), OverrideValue::Text("penalty".into()));
             let gain = (format!("control.{name}.{key}"), OverrideValue::Number(value));
             let crane = crane(&[searched, gain]);
-            let (machine, nominal) = (crane.machine(), nominal(&crane));
-            format!("{:?} {:?}", tip_settings(machine, &nominal), heinze_settings(machine, &nominal))
+            let (machine, controller_model) = (crane.machine(), controller_model(&crane));
+            format!("{:?} {:?}", tip_settings(machine, &controller_model), heinze_settings(machine, &controller_model))
         };
         let weights = ["motion-weight.boom", "middle-weight.extension"].map(|key| ("heinze-pid", key));
         let gains = IN_FILES.iter().flat_map(|(name, keys)| keys.iter().map(move |(key, _)| (*name, *key)));

@@ -24,7 +24,7 @@ pub struct Scene<'a, T, const N: usize> {
 pub struct CraneStep<T> {
     k: [Vec<T>; STAGES],
     reached: Vec<T>,
-    slopes: BlockArrow<T>,
+    jacobian: BlockArrow<T>,
     schur: SchurFactors<T>,
 }
 
@@ -34,7 +34,7 @@ impl<T: Real> CraneStep<T> {
         CraneStep {
             k: std::array::from_fn(|_| room.clone()),
             reached: room,
-            slopes: BlockArrow { secants: true, ..BlockArrow::new(layout.axes()) },
+            jacobian: BlockArrow { secants: true, ..BlockArrow::new(layout.axes()) },
             schur: SchurFactors::default(),
         }
     }
@@ -44,16 +44,16 @@ impl<T: Real> CraneStep<T> {
     #[inline(always)]
     pub fn attempt<const N: usize>(&mut self, scene: &Scene<T, N>, h: T, x: &[T], precision: &Precision) -> T {
         let Scene { evaluator, layout, spools, payload } = *scene;
-        let CraneStep { k, reached, slopes, schur } = self;
-        T::apart(
+        let CraneStep { k, reached, jacobian, schur } = self;
+        T::outlined(
             #[inline(always)]
-            || evaluator.linearise(layout, x, spools, payload, &mut k[0], slopes),
+            || evaluator.linearise(layout, x, spools, payload, &mut k[0], jacobian),
         );
-        T::apart(
+        T::outlined(
             #[inline(always)]
-            || schur.factor_sized::<N, _>(slopes, T::c(1.0 / GAMMA) / h),
+            || schur.factor_sized::<N, _>(jacobian, T::c(1.0 / GAMMA) / h),
         );
-        stages(&mut Here { scene, slopes, schur }, h, x, k, reached);
+        stages(&mut Here { scene, jacobian, schur }, h, x, k, reached);
         for (i, reached) in reached.iter_mut().enumerate() {
             let new = end(x[i], k, i);
             *reached = T::select(new.abs().lt(T::c(FLUSH)), T::c(0.0), new);
@@ -78,7 +78,7 @@ impl<T: Real> CraneStep<T> {
 /// The crane where a step starts.
 struct Here<'a, T, const N: usize> {
     scene: &'a Scene<'a, T, N>,
-    slopes: &'a BlockArrow<T>,
+    jacobian: &'a BlockArrow<T>,
     schur: &'a SchurFactors<T>,
 }
 
@@ -86,7 +86,7 @@ impl<T: Real, const N: usize> Linearised<T> for Here<'_, T, N> {
     #[inline(always)]
     fn rate(&mut self, x: &[T], rate: &mut [T]) {
         let Scene { evaluator, layout, spools, payload, .. } = *self.scene;
-        T::apart(
+        T::outlined(
             #[inline(always)]
             || evaluator.derivative(layout, x, spools, payload, rate),
         );
@@ -94,9 +94,9 @@ impl<T: Real, const N: usize> Linearised<T> for Here<'_, T, N> {
 
     #[inline(always)]
     fn solve(&self, r: &mut [T]) {
-        T::apart(
+        T::outlined(
             #[inline(always)]
-            || self.schur.solve_sized::<N, _>(self.slopes, r),
+            || self.schur.solve_sized::<N, _>(self.jacobian, r),
         );
     }
 }

@@ -63,7 +63,7 @@ impl System for Driven<'_> {
     fn time_derivative(&self, _t: f64, _x: &[f64], dfdt: &mut [f64]) -> bool {
         let driven = self.slope != [0.0; MAX_JOINTS];
         if driven {
-            self.model.command_slope(&self.slope, dfdt);
+            self.model.command_derivative(&self.slope, dfdt);
         }
         driven
     }

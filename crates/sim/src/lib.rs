@@ -3,6 +3,7 @@
 #[cfg(feature = "batch")]
 pub mod batch;
 mod build;
+mod command_path;
 mod controller_model;
 pub mod controllers;
 mod crane_step;
@@ -10,7 +11,6 @@ mod driven;
 mod faults;
 mod live;
 mod model;
-mod monitored;
 mod options;
 mod outcome;
 mod payload;
@@ -22,16 +22,16 @@ mod sampled_run;
 mod schedule;
 mod sensing;
 pub mod sensitivity;
+mod sensor_monitor;
 mod simulator;
 mod stepping;
 mod stick;
 mod tip_rates;
-mod valve_line;
 mod warning;
 mod warnings;
 
 pub use build::build;
-pub use controller_model::nominal;
+pub use controller_model::controller_model;
 pub use crane_step::{CraneStep, Scene};
 pub use hydrocrane_control::controller;
 pub use hydrocrane_plant::{
@@ -41,7 +41,6 @@ pub use hydrocrane_plant::{
 };
 pub use live::Live;
 pub use model::Model;
-pub use monitored::PLAUSIBILITY;
 pub use options::{Commands, Run, RunOptions};
 pub use outcome::{Outcome, OutcomeKind};
 pub use payload::{PayloadChange, PayloadEvent, PAYLOAD_TERMS};
@@ -50,6 +49,7 @@ pub use run::simulate;
 pub use sampled::{Event, SampledPlan, Samples, FAILURES_IN_A_ROW};
 pub use sampled_run::{simulate_sampled, SampledRun};
 pub use sensing::{FaultKind, SensorFault, SensorMode, Sensors};
+pub use sensor_monitor::PLAUSIBILITY;
 pub use simulator::Simulator;
 pub use stick::{StickKind, Sticks};
 pub use tip_rates::{resolve_rates, RateWish};

@@ -153,7 +153,7 @@ impl Live {
         }
         let model = self.model.clone();
         let mut driven = Driven::new(model.as_ref(), &self.options, self.time());
-        driven.base = self.closed.lines.arrived;
+        driven.base = self.closed.paths.arrived;
         driven.payload = self.payload;
         driven.loads = std::mem::take(&mut self.loads);
         let mut going = Ok(());
@@ -213,7 +213,7 @@ impl Live {
 
     /// Spool commands that have arrived at the valves, m.
     pub fn commands(&self) -> &[f64] {
-        &self.closed.lines.arrived[..self.model.layout().joints()]
+        &self.closed.paths.arrived[..self.model.layout().joints()]
     }
 
     /// Where the controller wants the tip (x, z), m, where it has such a place.

@@ -5,12 +5,12 @@
 
 #[cfg(feature = "batch")]
 use crate::batch::kernel::{self, Kernel};
-use crate::controller_model::nominal_cylinder;
+use crate::controller_model::cylinder_model;
 use crate::controllers;
-use crate::monitored;
+use crate::sensor_monitor;
 use hydrocrane_control::controller::Controller;
 use hydrocrane_control::drive::FRICTION_SPEED;
-use hydrocrane_control::feed_forward::{steady_speed, Mains};
+use hydrocrane_control::feed_forward::{steady_speed, SupplyPressures};
 use hydrocrane_control::inverse_kinematics::{self, Printed, TooFewRevolute};
 use hydrocrane_control::keep_out::Region;
 use hydrocrane_plant::{Crane, Dynamics, Hydraulics, Kinematics, StateSpace};
@@ -29,10 +29,10 @@ pub trait Model: Kinematics + Dynamics + Hydraulics + StateSpace {
     /// The same machine for groups of cranes, in the widest instruction set of this processor or the one `wanted`.
     #[cfg(feature = "batch")]
     fn kernel(&self, wanted: Option<&str>) -> Box<dyn Kernel>;
-    /// The controller `name`, which believes this machine; the error says which there are.
+    /// The controller `name` with this machine as its controller model; the error lists the names.
     fn controller(&self, name: &str) -> Result<Box<dyn Controller>, String>;
     /// `controller` behind a monitor of the machine's sensors; its commands leave `delay` (s) after each sample.
-    fn monitored(&self, controller: Box<dyn Controller>, delay: f64) -> Box<dyn Controller>;
+    fn with_sensor_monitor(&self, controller: Box<dyn Controller>, delay: f64) -> Box<dyn Controller>;
 }
 
 impl<const N: usize> Model for Crane<N> {
@@ -52,11 +52,18 @@ impl<const N: usize> Model for Crane<N> {
         let load = self.plant().static_force(&std::array::from_fn(|i| q[i]), payload);
         let strokes = self.spool_strokes();
         for c in 0..N {
-            let cylinder = nominal_cylinder(&self.plant().cylinders[c], strokes[c]);
-            let mains = Mains { supply: self.plant().mains.supply, tank: self.plant().mains.tank };
+            let cylinder = cylinder_model(&self.plant().cylinders[c], strokes[c]);
+            let supply_pressures = SupplyPressures {
+                supply: self.plant().supply_pressures.supply,
+                tank: self.plant().supply_pressures.tank,
+            };
             for (speed, sense) in speeds[2 * c..2 * c + 2].iter_mut().zip([-1.0, 1.0]) {
-                *speed =
-                    steady_speed(&cylinder, &mains, load[c] + cylinder.steady_friction(sense * FRICTION_SPEED), sense);
+                *speed = steady_speed(
+                    &cylinder,
+                    &supply_pressures,
+                    load[c] + cylinder.steady_friction(sense * FRICTION_SPEED),
+                    sense,
+                );
             }
         }
     }
@@ -70,7 +77,7 @@ impl<const N: usize> Model for Crane<N> {
         controllers::build(self, name)
     }
 
-    fn monitored(&self, controller: Box<dyn Controller>, delay: f64) -> Box<dyn Controller> {
-        monitored::monitored(self, controller, delay)
+    fn with_sensor_monitor(&self, controller: Box<dyn Controller>, delay: f64) -> Box<dyn Controller> {
+        sensor_monitor::with_sensor_monitor(self, controller, delay)
     }
 }

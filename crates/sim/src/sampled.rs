@@ -4,6 +4,7 @@
 //! delay, the signal chain and the valve's delay, and is held. The controller never sees the state and never runs
 //! inside the right-hand side.
 
+use crate::command_path::CommandPaths;
 use crate::driven::Driven;
 use crate::model::Model;
 use crate::options::RunOptions;
@@ -12,7 +13,6 @@ use crate::recorder::Recorder;
 use crate::sensing::Sensors;
 use crate::stepping::{given_up, step};
 use crate::stick::{Hand, Sticks, ROUNDING};
-use crate::valve_line::ValveLines;
 use crate::warnings::Watch;
 use hydrocrane_control::controller::{Controller, Fault};
 use hydrocrane_ode::Stepper;
@@ -85,7 +85,7 @@ pub(crate) struct ClosedLoop {
     pub watch: Watch,
     pub sensors: Sensors,
     pub hand: Hand,
-    pub lines: ValveLines,
+    pub paths: CommandPaths,
     delay: f64,
     /// When the first sample of the phase at hand is due, s, and how many it has taken.
     began: f64,
@@ -114,7 +114,7 @@ impl ClosedLoop {
             stepper,
             sensors,
             hand: Hand::new(plan.sticks.clone()),
-            lines: ValveLines::new(machine),
+            paths: CommandPaths::new(machine),
             delay: plan.delay,
             began: 0.0,
             sample: 0,
@@ -138,7 +138,7 @@ impl ClosedLoop {
         self.sensors = plan.sensors.clone();
         self.sensors.settle(now, &self.stepper.x);
         self.hand.take(plan.sticks.clone(), now);
-        self.lines.follow(model.machine());
+        self.paths.follow(model.machine());
         self.delay = plan.delay;
         (self.began, self.sample, self.failing) = (now, 0, 0);
     }
@@ -210,15 +210,15 @@ impl ClosedLoop {
         driven.change_payload(&mut self.stepper);
         // The next sample counts its times anew, so that no rounding piles up.
         let next = self.next_sample(period).min(end);
-        let interruptions = self.lines.next_arrival().into_iter().chain(driven.loads.next_time());
+        let interruptions = self.paths.next_arrival().into_iter().chain(driven.loads.next_time());
         self.limit = interruptions.fold(next, f64::min);
         Ok(())
     }
 
     /// Delivers commands to the spools.
     fn receive(&mut self, driven: &mut Driven, now: f64) {
-        if self.lines.receive(now) {
-            driven.base = self.lines.arrived;
+        if self.paths.receive(now) {
+            driven.base = self.paths.arrived;
             driven.since = now;
             self.stepper.refresh();
         }
@@ -249,7 +249,7 @@ impl ClosedLoop {
         for (u, c) in command.iter_mut().zip(&driven.model.machine().cylinders) {
             *u = u.clamp(-c.valve.stroke, c.valve.stroke);
         }
-        self.lines.send(now + self.delay, &command);
+        self.paths.send(now + self.delay, &command);
         self.keep(now, controller.set_point(), &command);
         self.command = command;
     }

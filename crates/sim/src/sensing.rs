@@ -3,7 +3,7 @@
 use crate::model::Model;
 use hydrocrane_control::controller::Measurement;
 use hydrocrane_machine::model as file;
-use hydrocrane_num::Draws;
+use hydrocrane_num::RandomStream;
 use hydrocrane_ode::Stepper;
 use hydrocrane_physics::sensor::analogue::Quality;
 use hydrocrane_physics::sensor::pressure_transmitter::Scale;
@@ -266,19 +266,19 @@ fn device(sensor: &file::Sensor, seed: u64) -> Device {
         repeatability: share("repeatability"),
         noise: share("noise"),
     };
-    let mut draws = Draws::new(seed, &sensor.name);
+    let mut random = RandomStream::new(seed, &sensor.name);
     match sensor.kind.as_str() {
         "incremental-encoder" => {
             let of_step = |step: f64| std::f64::consts::TAU / (4.0 * step);
             let pulses = property("pulses").or_else(|| property("resolution").map(of_step)).unwrap_or(1.0);
-            Device::Encoder(Encoder::new(pulses, share("division-error").to_degrees(), &mut draws))
+            Device::Encoder(Encoder::new(pulses, share("division-error").to_degrees(), &mut random))
         }
         "pressure-transmitter" => {
             let scale = Scale { full: range, live_zero: share("live-zero") };
-            Device::Pressure(PressureTransmitter::new(scale, bits, share("rise-time"), quality, draws))
+            Device::Pressure(PressureTransmitter::new(scale, bits, share("rise-time"), quality, random))
         }
-        "load-cell" => Device::Force(LoadCell::new(range, bits, accuracy_of_cell(quality), draws)),
-        _ => Device::Wire(WirePotentiometer::new(range, bits, quality, draws)),
+        "load-cell" => Device::Force(LoadCell::new(range, bits, accuracy_of_cell(quality), random)),
+        _ => Device::Wire(WirePotentiometer::new(range, bits, quality, random)),
     }
 }
 

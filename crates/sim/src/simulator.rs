@@ -1,5 +1,6 @@
 //! Step by step simulation for people's own controllers: commands held over one sample time.
 
+use crate::command_path::CommandPaths;
 use crate::driven::{stepper, Driven};
 use crate::faults::start_fault;
 use crate::model::Model;
@@ -8,7 +9,6 @@ use crate::outcome::{Outcome, OutcomeKind};
 use crate::payload::{change_payload, PayloadEvent};
 use crate::sensing::Sensors;
 use crate::stepping::step;
-use crate::valve_line::ValveLines;
 use crate::warning::Warning;
 use crate::warnings::Watch;
 use hydrocrane_ode::Stepper;
@@ -21,7 +21,7 @@ pub struct Simulator {
     payload: f64,
     sample_time: f64,
     stepper: Option<(Stepper, Watch)>,
-    lines: ValveLines,
+    paths: CommandPaths,
     sensors: Sensors,
     /// The sensors before their first reading, whose noise a reset repeats.
     unread: Sensors,
@@ -29,9 +29,9 @@ pub struct Simulator {
 
 impl Simulator {
     pub fn new(model: Arc<dyn Model>, sample_time: f64, options: RunOptions) -> Self {
-        let (lines, sensors) = (ValveLines::new(model.machine()), Sensors::ideal(model.as_ref()));
+        let (paths, sensors) = (CommandPaths::new(model.machine()), Sensors::ideal(model.as_ref()));
         let payload = options.payload;
-        Simulator { model, options, payload, sample_time, stepper: None, lines, unread: sensors.clone(), sensors }
+        Simulator { model, options, payload, sample_time, stepper: None, paths, unread: sensors.clone(), sensors }
     }
 
     /// Reads through these sensors instead of ideal ones.
@@ -46,7 +46,7 @@ impl Simulator {
         if let Some(fault) = start_fault(self.model.as_ref(), x0, &self.options) {
             return Err(fault);
         }
-        self.lines.clear();
+        self.paths.clear();
         self.payload = self.options.payload;
         let driven = Driven::new(self.model.as_ref(), &self.options, 0.0);
         let stepper = stepper(x0, self.model.as_ref(), &self.options);
@@ -73,12 +73,12 @@ impl Simulator {
 
     fn advance(&mut self, stepper: &mut Stepper, watch: &mut Watch, u: &[f64]) -> Outcome {
         let end = stepper.t + self.sample_time;
-        self.lines.send(stepper.t, u);
+        self.paths.send(stepper.t, u);
         while stepper.t < end {
-            self.lines.receive(stepper.t);
-            let limit = self.lines.next_arrival().map_or(end, |t| t.min(end));
+            self.paths.receive(stepper.t);
+            let limit = self.paths.next_arrival().map_or(end, |t| t.min(end));
             let mut driven = Driven::new(self.model.as_ref(), &self.options, stepper.t);
-            driven.base = self.lines.arrived;
+            driven.base = self.paths.arrived;
             driven.payload = self.payload;
             stepper.refresh();
             while stepper.t < limit {

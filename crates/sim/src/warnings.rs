@@ -127,12 +127,12 @@ impl Watch {
     fn beyond(&mut self, model: &dyn Model, i: usize, x: &[f64], t: f64) {
         let n = model.layout().joints();
         let limits = &model.joint_limits()[i];
-        let (mut strokes, mut gains, mut middle) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+        let (mut strokes, mut lever_arms, mut middle) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
         let mut q = x[..n].to_vec();
-        model.strokes(&q, &mut strokes, &mut gains);
+        model.strokes(&q, &mut strokes, &mut lever_arms);
         q[i] = 0.5 * (limits.lower + limits.upper);
         model.strokes(&q, &mut strokes, &mut middle);
-        let turned = gains[i] * middle[i] <= 0.0;
+        let turned = lever_arms[i] * middle[i] <= 0.0;
         self.note(if turned { Finding::DeadCentre(i) } else { Finding::OutsideLimits(i) }, t, x[i]);
     }
 

@@ -30,9 +30,9 @@ impl Cockpit {
         if !goes_on {
             self.drive = Some(match replay {
                 Some(mut replay) => {
-                    let first = replay.stages.pop_front();
+                    let first = replay.phases.pop_front();
                     let request =
-                        first.as_ref().map_or(request, |stage| friction_level::settled(stage.request.clone()));
+                        first.as_ref().map_or(request, |phase| friction_level::settled(phase.request.clone()));
                     begin(request, first, Some(replay))?
                 }
                 None => begin(offered::comfortable(request)?, None, None)?,

@@ -3,7 +3,7 @@
 use crate::friction_level;
 use crate::offered;
 use crate::problem::Problem;
-use crate::replay::{Replay, Stage};
+use crate::replay::{Phase, Replay};
 use crate::request::Request;
 use hydrocrane_machine::{Machine, OverrideValue};
 use hydrocrane_ode::Tolerances;
@@ -55,13 +55,13 @@ impl Drive {
         self.live.take_over();
         self.live.end_phase_at(f64::INFINITY);
         if let Some(replay) = &mut self.replay {
-            replay.stages.clear();
+            replay.phases.clear();
         }
     }
 
     /// When the next phase of a replay begins, s.
     pub fn next_phase(&self) -> f64 {
-        self.replay.as_ref().and_then(|replay| replay.stages.front()).map_or(f64::INFINITY, |stage| stage.from)
+        self.replay.as_ref().and_then(|replay| replay.phases.front()).map_or(f64::INFINITY, |phase| phase.from)
     }
 
     /// Goes on to time `until` (s), from phase to phase of a replay; whether it goes on after that.
@@ -74,9 +74,9 @@ impl Drive {
 
     /// The next phase of a replay begins.
     fn next_stage(&mut self) -> Result<(), Problem> {
-        let Some(stage) = self.replay.as_mut().and_then(|replay| replay.stages.pop_front()) else { return Ok(()) };
-        let (setting, _) = setting(friction_level::settled(stage.request.clone()), &self.now.overrides)?;
-        self.go_on(Setting { from: stage.from, ..setting }, Some(&stage))?;
+        let Some(phase) = self.replay.as_mut().and_then(|replay| replay.phases.pop_front()) else { return Ok(()) };
+        let (setting, _) = setting(friction_level::settled(phase.request.clone()), &self.now.overrides)?;
+        self.go_on(Setting { from: phase.from, ..setting }, Some(&phase))?;
         self.live.end_phase_at(self.next_phase());
         self.changed = true;
         Ok(())
@@ -93,8 +93,8 @@ impl Drive {
         stuck.or_else(|| self.live.outcome().map(|o| (o.kind.name(), o.time, o.message.clone())))
     }
 
-    fn go_on(&mut self, setting: Setting, stage: Option<&Stage>) -> Result<(), Problem> {
-        let (controller, plan) = surroundings(&setting, stage)?;
+    fn go_on(&mut self, setting: Setting, phase: Option<&Phase>) -> Result<(), Problem> {
+        let (controller, plan) = surroundings(&setting, phase)?;
         let sticks = self.live.go_on(setting.model.clone(), controller, &plan).map_err(Problem::plain)?;
         self.earlier.push((std::mem::replace(&mut self.now, setting), sticks));
         Ok(())
@@ -121,7 +121,7 @@ impl Drive {
 }
 
 /// A drive from rest, moved by a replay where there is one.
-pub fn begin(request: Request, stage: Option<Stage>, replay: Option<Replay>) -> Result<Drive, Problem> {
+pub fn begin(request: Request, phase: Option<Phase>, replay: Option<Replay>) -> Result<Drive, Problem> {
     let (now, machine) = setting(request, &[])?;
     let payload = now.request.payload.unwrap_or(machine.payload.mass);
     let stated = now.request.pose(&machine)?;
@@ -131,7 +131,7 @@ pub fn begin(request: Request, stage: Option<Stage>, replay: Option<Replay>) -> 
     let at_rest = now.model.equilibrium(&pose, EquilibriumMode::Hold, payload);
     let x0 = at_rest.map_err(|error| Problem::plain(error.to_string()))?;
     let doubts = [implausible(&machine), moved_starts(now.model.as_ref(), &pose, &x0)].concat();
-    let (controller, plan) = surroundings(&now, stage.as_ref())?;
+    let (controller, plan) = surroundings(&now, phase.as_ref())?;
     let options = RunOptions {
         method: "ros3l".into(),
         tolerances: Tolerances { relative: 1e-4, absolute: 1e-4, max_step: TICK },
@@ -184,15 +184,15 @@ fn setting(request: Request, before: &[(String, OverrideValue)]) -> Result<(Sett
 }
 
 /// Controller, sensors and sticks, as a scenario with the same settings has them.
-fn surroundings(setting: &Setting, stage: Option<&Stage>) -> Result<(Box<dyn Controller>, SampledPlan), Problem> {
+fn surroundings(setting: &Setting, phase: Option<&Phase>) -> Result<(Box<dyn Controller>, SampledPlan), Problem> {
     let (request, model) = (&setting.request, &setting.model);
     let mut controller = model.controller(&request.controller).map_err(Problem::plain)?;
     if !request.lever() {
-        controller = model.monitored(controller, request.delay);
+        controller = model.with_sensor_monitor(controller, request.delay);
     }
     let kind = if request.lever() { StickKind::Lever } else { StickKind::Tip };
     let centred = Sticks::centred(kind, model.machine().cylinders.len());
-    let sticks = stage.map_or_else(|| centred.clone(), |stage| stage.sticks(centred.clone()));
+    let sticks = phase.map_or_else(|| centred.clone(), |phase| phase.sticks(centred.clone()));
     let mode = if request.real_sensors { SensorMode::DataSheet } else { SensorMode::Ideal };
     let plan = SampledPlan {
         sticks: Sticks { dead_zone: request.dead_zone, ramp: request.ramp, ..sticks },

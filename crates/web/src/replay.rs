@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 
 /// What the operator did.
 pub struct Replay {
-    pub stages: VecDeque<Stage>,
+    pub phases: VecDeque<Phase>,
     pub loads: Vec<PayloadChange>,
     /// s
     pub duration: f64,
@@ -19,7 +19,7 @@ pub struct Replay {
 
 /// From a time (s) on: what was asked for, and how the sticks moved.
 #[derive(Clone)]
-pub struct Stage {
+pub struct Phase {
     pub from: f64,
     pub request: Request,
     times: Vec<f64>,
@@ -28,7 +28,7 @@ pub struct Stage {
     linear: bool,
 }
 
-impl Stage {
+impl Phase {
     /// The sticks of the same kind as `centred`, moved.
     pub fn sticks(&self, centred: Sticks) -> Sticks {
         Sticks { times: self.times.clone(), deflections: self.deflections.clone(), linear: self.linear, ..centred }
@@ -51,27 +51,34 @@ pub fn of(text: &str, machine: Option<&str>) -> Result<Replay, Problem> {
         return Err(Problem::plain("the cockpit drives scenarios with a [joystick]; this one has none"));
     };
     let mut overrides = scenario.overrides.clone();
-    let mut stages = VecDeque::from([stage(&scenario, machine, &overrides, 0.0, choice, Some(stick))]);
+    let mut phases = VecDeque::from([phase_from(&scenario, machine, &overrides, 0.0, choice, Some(stick))]);
     for phase in &scenario.phases {
         overrides.extend(phase.overrides.iter().cloned());
-        stages.push_back(stage(&scenario, machine, &overrides, phase.time, &phase.controller, phase.joystick.as_ref()));
+        phases.push_back(phase_from(
+            &scenario,
+            machine,
+            &overrides,
+            phase.time,
+            &phase.controller,
+            phase.joystick.as_ref(),
+        ));
     }
     Ok(Replay {
-        stages,
+        phases,
         loads: scenario.payload_changes.iter().map(|&(time, mass)| PayloadChange { time, mass }).collect(),
         duration: scenario.duration,
         recorded_by: scenario.recorded_by,
     })
 }
 
-fn stage(
+fn phase_from(
     scenario: &Scenario,
     machine: Option<&str>,
     overrides: &[(String, OverrideValue)],
     from: f64,
     choice: &ControllerChoice,
     stick: Option<&Joystick>,
-) -> Stage {
+) -> Phase {
     let period = choice.period.map(|period| ("control.period".to_string(), OverrideValue::Number(period)));
     let overrides = overrides.iter().cloned().chain(period);
     let request = Request {
@@ -93,7 +100,7 @@ fn stage(
         keep_state: false,
     };
     let rows = 0..stick.map_or(0, |stick| stick.time.len());
-    Stage {
+    Phase {
         from,
         request,
         times: stick.map(|stick| stick.time.clone()).unwrap_or_default(),
@@ -116,7 +123,7 @@ fn beyond(scenario: &Scenario) -> Option<&'static str> {
     } else if scenario.initial.pressures != Pressures::Equilibrium {
         Some("explicit pressures")
     } else if choices.iter().any(|c| !c.believed.is_empty()) {
-        Some("a believed machine")
+        Some("a controller model of its own")
     } else if choices.iter().any(|c| c.monitor.is_some_and(|on| on == (c.name == "lever"))) {
         Some("an unusual monitor of the sensors")
     } else if sticks().any(|stick| stick.log.is_some()) {

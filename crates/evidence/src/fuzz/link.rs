@@ -1,23 +1,23 @@
 //! Damages what a link asks the page for: a tree of JSON, with files of TOML in it.
 
 use super::{mutate, one_of, pick};
-use hydrocrane_num::Draws;
+use hydrocrane_num::RandomStream;
 use serde_json::{json, Value};
 
 /// Bytes damaged in the finished text, as a share of all links.
 const TORN: f64 = 0.05;
 
 /// A request with one to three damages.
-pub fn request(draws: &mut Draws, machines: &[String], scenarios: &[String]) -> String {
-    let mut request = one_of(draws, &requests(machines, scenarios)).clone();
-    for _ in 0..=pick(draws, 3) {
-        damage(draws, &mut request, machines, scenarios);
+pub fn request(random: &mut RandomStream, machines: &[String], scenarios: &[String]) -> String {
+    let mut request = one_of(random, &requests(machines, scenarios)).clone();
+    for _ in 0..=pick(random, 3) {
+        damage(random, &mut request, machines, scenarios);
     }
     let text = request.to_string();
-    if draws.uniform() < TORN {
-        let at = pick(draws, text.len());
+    if random.uniform() < TORN {
+        let at = pick(random, text.len());
         let rest = text.get(at + 1..).unwrap_or_default();
-        return format!("{}{}{rest}", text.get(..at).unwrap_or_default(), one_of(draws, &["{", "\"", "\\", "9", ","]));
+        return format!("{}{}{rest}", text.get(..at).unwrap_or_default(), one_of(random, &["{", "\"", "\\", "9", ","]));
     }
     text
 }
@@ -91,14 +91,14 @@ extension = [0.0]
 "#
 }
 
-fn extreme(draws: &mut Draws) -> Value {
+fn extreme(random: &mut RandomStream) -> Value {
     let numbers = [0.0, -1.0, 1e-300, 1e300, -1e300, 5e-324, 1e9, 1e-9, 1e6, 0.5, 1.0, 1e3];
-    match pick(draws, 10) {
-        0..=5 => json!(numbers[pick(draws, numbers.len())]),
+    match pick(random, 10) {
+        0..=5 => json!(numbers[pick(random, numbers.len())]),
         6 => json!(u64::MAX),
-        7 => one_of(draws, &[json!(null), json!(true), json!([]), json!({}), json!(""), json!("nan")]).clone(),
-        8 => one_of(draws, &[json!("1e-9 s"), json!("1e300 m"), json!("-1 kg"), json!("tip"), json!("lever")]).clone(),
-        _ => match pick(draws, 3) {
+        7 => one_of(random, &[json!(null), json!(true), json!([]), json!({}), json!(""), json!("nan")]).clone(),
+        8 => one_of(random, &[json!("1e-9 s"), json!("1e300 m"), json!("-1 kg"), json!("tip"), json!("lever")]).clone(),
+        _ => match pick(random, 3) {
             0 => Value::Array(vec![json!(1.0); 100_000]),
             1 => json!("long ".repeat(60_000)),
             _ => (0..100).fold(json!(1), |inner, _| json!([inner])),
@@ -139,30 +139,30 @@ const CHANGES: [&str; 14] = [
     "environment.gravity",
 ];
 
-fn damage(draws: &mut Draws, request: &mut Value, machines: &[String], scenarios: &[String]) {
+fn damage(random: &mut RandomStream, request: &mut Value, machines: &[String], scenarios: &[String]) {
     for (key, files) in [("text", machines), ("scenario", scenarios)] {
         if let Some(text) = request[key].as_str().map(str::to_string) {
-            if draws.uniform() < 0.7 {
-                request[key] = json!(mutate::damaged(draws, &text, files));
+            if random.uniform() < 0.7 {
+                request[key] = json!(mutate::damaged(random, &text, files));
                 return;
             }
         }
     }
     let Some(object) = request.as_object_mut() else { return };
     let present: Vec<String> = object.keys().cloned().collect();
-    match pick(draws, 8) {
-        0..=2 => drop(object.insert((*one_of(draws, &KEYS)).into(), extreme(draws))),
+    match pick(random, 8) {
+        0..=2 => drop(object.insert((*one_of(random, &KEYS)).into(), extreme(random))),
         3 | 4 => {
             let overrides = object.entry("overrides").or_insert_with(|| json!({}));
             if let Some(overrides) = overrides.as_object_mut() {
-                overrides.insert((*one_of(draws, &CHANGES)).into(), extreme(draws));
+                overrides.insert((*one_of(random, &CHANGES)).into(), extreme(random));
             }
         }
-        5 if !present.is_empty() => drop(object.insert(one_of(draws, &present).clone(), extreme(draws))),
-        6 if !present.is_empty() => drop(object.shift_remove(one_of(draws, &present))),
+        5 if !present.is_empty() => drop(object.insert(one_of(random, &present).clone(), extreme(random))),
+        6 if !present.is_empty() => drop(object.shift_remove(one_of(random, &present))),
         _ => {
-            let joint = *one_of(draws, &["boom", "lift", "jib", "slide", "extension", "none"]);
-            object.insert("joints".into(), json!({ joint: extreme(draws) }));
+            let joint = *one_of(random, &["boom", "lift", "jib", "slide", "extension", "none"]);
+            object.insert("joints".into(), json!({ joint: extreme(random) }));
         }
     }
 }

@@ -12,7 +12,7 @@ pub mod parent;
 pub mod worker;
 
 use hydrocrane_machine::{bundled_machines, bundled_scenarios};
-use hydrocrane_num::Draws;
+use hydrocrane_num::RandomStream;
 use std::path::Path;
 
 /// What an input is meant to be.
@@ -54,22 +54,22 @@ impl Kind {
 
 /// The input `number` of a kind under `seed`.
 pub fn input(kind: Kind, seed: u64, number: u64) -> String {
-    let mut draws = Draws::new(seed, &format!("{} {number}", kind.name()));
+    let mut random = RandomStream::new(seed, &format!("{} {number}", kind.name()));
     match kind {
-        Kind::Machine => mutate::text(&mut draws, &machine_files()),
-        Kind::Scenario => mutate::text(&mut draws, &scenario_files()),
-        Kind::Link => link::request(&mut draws, &machine_files(), &scenario_files()),
+        Kind::Machine => mutate::text(&mut random, &machine_files()),
+        Kind::Scenario => mutate::text(&mut random, &scenario_files()),
+        Kind::Link => link::request(&mut random, &machine_files(), &scenario_files()),
         Kind::Trial => exercise::TRIALS[number as usize % exercise::TRIALS.len()].to_string(),
     }
 }
 
 /// A whole number below `below`.
-pub(crate) fn pick(draws: &mut Draws, below: usize) -> usize {
-    ((draws.uniform() * below as f64) as usize).min(below.saturating_sub(1))
+pub(crate) fn pick(random: &mut RandomStream, below: usize) -> usize {
+    ((random.uniform() * below as f64) as usize).min(below.saturating_sub(1))
 }
 
-pub(crate) fn one_of<'a, T>(draws: &mut Draws, all: &'a [T]) -> &'a T {
-    &all[pick(draws, all.len())]
+pub(crate) fn one_of<'a, T>(random: &mut RandomStream, all: &'a [T]) -> &'a T {
+    &all[pick(random, all.len())]
 }
 
 /// Good machine files four times, for bad ones that the tests keep are refused with or without further damage.

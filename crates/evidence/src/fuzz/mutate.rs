@@ -1,7 +1,7 @@
 //! Damages a TOML file so that it is still nearly one.
 
 use super::{one_of, pick};
-use hydrocrane_num::Draws;
+use hydrocrane_num::RandomStream;
 
 /// Values that no key expects.
 const EXTREMES: [&str; 30] = [
@@ -46,54 +46,54 @@ const DEEP: usize = 20_000;
 const LONG: usize = 300_000;
 
 /// One of `files` with one to four damages, most often with one.
-pub fn text(draws: &mut Draws, files: &[String]) -> String {
-    let mut text = one_of(draws, files).clone();
-    let many = draws.uniform();
+pub fn text(random: &mut RandomStream, files: &[String]) -> String {
+    let mut text = one_of(random, files).clone();
+    let many = random.uniform();
     for _ in 0..=(4.0 * many * many * many) as usize {
-        text = damaged(draws, &text, files);
+        text = damaged(random, &text, files);
     }
     text
 }
 
 /// `text` with one damage.
-pub fn damaged(draws: &mut Draws, text: &str, files: &[String]) -> String {
+pub fn damaged(random: &mut RandomStream, text: &str, files: &[String]) -> String {
     let mut lines: Vec<String> = text.lines().map(str::to_string).collect();
     if lines.is_empty() {
         lines.push(String::new());
     }
-    match pick(draws, 50) {
-        0..=24 => number(draws, &mut lines),
+    match pick(random, 50) {
+        0..=24 => number(random, &mut lines),
         25..=30 => {
-            let extreme = *one_of(draws, &EXTREMES);
-            value(draws, &mut lines, extreme);
+            let extreme = *one_of(random, &EXTREMES);
+            value(random, &mut lines, extreme);
         }
-        31 | 32 => unit(draws, &mut lines),
+        31 | 32 => unit(random, &mut lines),
         33..=35 => {
-            let other = value_of(&lines[pick(draws, lines.len())]).unwrap_or_default().to_string();
-            value(draws, &mut lines, &other);
+            let other = value_of(&lines[pick(random, lines.len())]).unwrap_or_default().to_string();
+            value(random, &mut lines, &other);
         }
-        36 | 37 => drop(lines.remove(pick(draws, lines.len()))),
+        36 | 37 => drop(lines.remove(pick(random, lines.len()))),
         38 => {
-            let copy = lines[pick(draws, lines.len())].clone();
-            lines.insert(pick(draws, lines.len()), copy);
+            let copy = lines[pick(random, lines.len())].clone();
+            lines.insert(pick(random, lines.len()), copy);
         }
         39 => {
-            let (one, other) = (pick(draws, lines.len()), pick(draws, lines.len()));
+            let (one, other) = (pick(random, lines.len()), pick(random, lines.len()));
             lines.swap(one, other);
         }
-        40 | 41 => table(draws, &mut lines),
+        40 | 41 => table(random, &mut lines),
         42 => {
-            let other = one_of(draws, files).lines().map(str::to_string).collect::<Vec<_>>();
-            lines.insert(pick(draws, lines.len()), one_of(draws, &other).clone());
+            let other = one_of(random, files).lines().map(str::to_string).collect::<Vec<_>>();
+            lines.insert(pick(random, lines.len()), one_of(random, &other).clone());
         }
-        43 | 44 => key(draws, &mut lines),
-        45 => return bytes(draws, text),
+        43 | 44 => key(random, &mut lines),
+        45 => return bytes(random, text),
         46 | 47 => {
-            let other = one_of(draws, files).clone();
-            return spliced(draws, text, &other);
+            let other = one_of(random, files).clone();
+            return spliced(random, text, &other);
         }
-        48 => deep(draws, &mut lines),
-        _ => long(draws, &mut lines),
+        48 => deep(random, &mut lines),
+        _ => long(random, &mut lines),
     }
     lines.join("\n") + "\n"
 }
@@ -107,13 +107,13 @@ fn value_of(line: &str) -> Option<&str> {
 }
 
 /// A random line that has a value.
-fn keyed(draws: &mut Draws, lines: &[String]) -> Option<usize> {
+fn keyed(random: &mut RandomStream, lines: &[String]) -> Option<usize> {
     let all: Vec<usize> = (0..lines.len()).filter(|&i| value_of(&lines[i]).is_some()).collect();
-    (!all.is_empty()).then(|| all[pick(draws, all.len())])
+    (!all.is_empty()).then(|| all[pick(random, all.len())])
 }
 
-fn value(draws: &mut Draws, lines: &mut [String], new: &str) {
-    let Some(at) = keyed(draws, lines) else { return };
+fn value(random: &mut RandomStream, lines: &mut [String], new: &str) {
+    let Some(at) = keyed(random, lines) else { return };
     if let Some((key, _)) = lines[at].split_once(" = ") {
         lines[at] = format!("{key} = {new}");
     }
@@ -140,25 +140,25 @@ fn numbers(line: &str) -> Vec<(usize, usize)> {
 }
 
 /// Another number in its place, or the same one times a factor.
-fn number(draws: &mut Draws, lines: &mut [String]) {
+fn number(random: &mut RandomStream, lines: &mut [String]) {
     let all: Vec<usize> =
         (0..lines.len()).filter(|&i| value_of(&lines[i]).is_some_and(|v| !numbers(v).is_empty())).collect();
     if all.is_empty() {
         return;
     }
-    let at = all[pick(draws, all.len())];
+    let at = all[pick(random, all.len())];
     let Some((key, value)) = lines[at].split_once(" = ") else { return };
-    let (start, end) = *one_of(draws, &numbers(value));
+    let (start, end) = *one_of(random, &numbers(value));
     let old: f64 = value[start..end].parse().unwrap_or(1.0);
-    let new = if draws.uniform() < 0.7 {
-        format!("{:e}", old * one_of(draws, &FACTORS))
+    let new = if random.uniform() < 0.7 {
+        format!("{:e}", old * one_of(random, &FACTORS))
     } else {
-        EXTREMES[pick(draws, 20)].to_string()
+        EXTREMES[pick(random, 20)].to_string()
     };
     lines[at] = format!("{key} = {}{new}{}", &value[..start], &value[end..]);
 }
 
-fn unit(draws: &mut Draws, lines: &mut [String]) {
+fn unit(random: &mut RandomStream, lines: &mut [String]) {
     let units: Vec<(usize, usize, usize)> = lines
         .iter()
         .enumerate()
@@ -169,20 +169,20 @@ fn unit(draws: &mut Draws, lines: &mut [String]) {
     if units.is_empty() {
         return;
     }
-    let (i, at, length) = units[pick(draws, units.len())];
-    let new = one_of(draws, &UNITS);
+    let (i, at, length) = units[pick(random, units.len())];
+    let new = one_of(random, &UNITS);
     lines[i].replace_range(at..at + length, new);
 }
 
 /// A whole table taken out, or written twice.
-fn table(draws: &mut Draws, lines: &mut Vec<String>) {
+fn table(random: &mut RandomStream, lines: &mut Vec<String>) {
     let heads: Vec<usize> = (0..lines.len()).filter(|&i| lines[i].starts_with('[')).collect();
     if heads.is_empty() {
         return;
     }
-    let which = pick(draws, heads.len());
+    let which = pick(random, heads.len());
     let range = heads[which]..heads.get(which + 1).copied().unwrap_or(lines.len());
-    if draws.uniform() < 0.5 {
+    if random.uniform() < 0.5 {
         lines.drain(range);
     } else {
         let mut copy = lines[range].to_vec();
@@ -192,48 +192,48 @@ fn table(draws: &mut Draws, lines: &mut Vec<String>) {
 }
 
 /// A key misspelt, or with the name of another.
-fn key(draws: &mut Draws, lines: &mut [String]) {
-    let (Some(at), Some(other)) = (keyed(draws, lines), keyed(draws, lines)) else { return };
+fn key(random: &mut RandomStream, lines: &mut [String]) {
+    let (Some(at), Some(other)) = (keyed(random, lines), keyed(random, lines)) else { return };
     let name = lines[other].split(" = ").next().unwrap_or_default().to_string();
     let Some((own, value)) = lines[at].split_once(" = ") else { return };
-    let new = if draws.uniform() < 0.5 { name } else { format!("{}{}", &own[..own.len() / 2], own) };
+    let new = if random.uniform() < 0.5 { name } else { format!("{}{}", &own[..own.len() / 2], own) };
     lines[at] = format!("{new} = {value}");
 }
 
-fn bytes(draws: &mut Draws, text: &str) -> String {
+fn bytes(random: &mut RandomStream, text: &str) -> String {
     let mut bytes = text.as_bytes().to_vec();
-    for _ in 0..=pick(draws, 5) {
-        let at = pick(draws, bytes.len());
+    for _ in 0..=pick(random, 5) {
+        let at = pick(random, bytes.len());
         if let Some(byte) = bytes.get_mut(at) {
-            *byte = pick(draws, 256) as u8;
+            *byte = pick(random, 256) as u8;
         }
     }
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
 /// The beginning of one text and the end of another.
-fn spliced(draws: &mut Draws, text: &str, other: &str) -> String {
+fn spliced(random: &mut RandomStream, text: &str, other: &str) -> String {
     let (first, second) = (text.as_bytes(), other.as_bytes());
-    let (from, to) = (pick(draws, first.len() + 1), pick(draws, second.len() + 1));
+    let (from, to) = (pick(random, first.len() + 1), pick(random, second.len() + 1));
     String::from_utf8_lossy(&[&first[..from], &second[to..]].concat()).into_owned()
 }
 
-fn deep(draws: &mut Draws, lines: &mut [String]) {
-    let text = match pick(draws, 4) {
+fn deep(random: &mut RandomStream, lines: &mut [String]) {
+    let text = match pick(random, 4) {
         0 => "[".repeat(DEEP),
         1 => "{a = ".repeat(DEEP),
         2 => "[".repeat(50) + &"]".repeat(50),
         _ => format!("{{{} = 1}}", vec!["a"; DEEP].join(".")),
     };
-    value(draws, lines, &text);
+    value(random, lines, &text);
 }
 
-fn long(draws: &mut Draws, lines: &mut [String]) {
-    let text = match pick(draws, 4) {
+fn long(random: &mut RandomStream, lines: &mut [String]) {
+    let text = match pick(random, 4) {
         0 => format!("\"{}\"", "long ".repeat(LONG / 5)),
         1 => format!("[{}]", vec!["1"; LONG / 3].join(", ")),
         2 => "9".repeat(LONG),
         _ => format!("[{}]", (0..LONG / 10).map(|i| format!("\"{i} s\"")).collect::<Vec<_>>().join(", ")),
     };
-    value(draws, lines, &text);
+    value(random, lines, &text);
 }

@@ -1,6 +1,6 @@
 //! The elementary functions against those of the standard library, and at their edges.
 
-use hydrocrane_num::{elementary, Draws};
+use hydrocrane_num::{elementary, RandomStream};
 
 /// Distance in units of the last place of the reference.
 fn ulps(value: f64, reference: f64) -> f64 {
@@ -10,10 +10,10 @@ fn ulps(value: f64, reference: f64) -> f64 {
 
 /// Largest distance over many arguments between the bounds, some of them crowded about zero.
 fn worst(f: impl Fn(f64) -> f64, reference: impl Fn(f64) -> f64, [low, high]: [f64; 2]) -> f64 {
-    let mut draws = Draws::new(3, "arguments");
+    let mut random = RandomStream::new(3, "arguments");
     let arguments = (0..300_000).flat_map(|_| {
-        let x = low + (high - low) * draws.uniform();
-        [x, x * draws.uniform().powi(20)]
+        let x = low + (high - low) * random.uniform();
+        [x, x * random.uniform().powi(20)]
     });
     let inside = arguments.filter(|x| (low..=high).contains(x));
     inside.map(|x| ulps(f(x), reference(x))).fold(0.0, f64::max)

@@ -1,7 +1,7 @@
 //! A lane gives the bits of `f64` in every instruction set, whatever its neighbours hold, and duals go over lanes.
 
 use hydrocrane_num::register::Register;
-use hydrocrane_num::{Draws, Dual, Field, Lanes, Real};
+use hydrocrane_num::{Dual, Field, Lanes, RandomStream, Real};
 
 const W: usize = 8;
 
@@ -26,10 +26,10 @@ macro_rules! in_every_register {
 /// Values of every kind in every lane.
 fn groups() -> Vec<[f64; W]> {
     let edges = [0.0, -0.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 5e-324, -1e-310, 1e300, -745.1, 1.0, -2e6, 0.5];
-    let mut draws = Draws::new(11, "lanes");
+    let mut random = RandomStream::new(11, "lanes");
     let mut value = |i: usize| match edges.get(i % 17) {
         Some(edge) => *edge,
-        None => draws.symmetric() * 10f64.powi(i as i32 % 7 - 2),
+        None => random.symmetric() * 10f64.powi(i as i32 % 7 - 2),
     };
     (0..200).map(|g| std::array::from_fn(|i| value(g * W + i))).collect()
 }

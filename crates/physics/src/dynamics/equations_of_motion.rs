@@ -27,7 +27,7 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
     /// `payload`: kg, a point mass at the tip.
     #[inline(always)]
     pub fn equations(&self, pose: &ChainPose<T, N>, qd: &[T; N], payload: T) -> Equations<T, N> {
-        Equations { mass_matrix: self.mass_matrix(pose, payload), bias: self.forces(pose, qd, None, payload) }
+        Equations { mass_matrix: self.mass_matrix(pose, payload), bias: self.inverse_dynamics(pose, qd, None, payload) }
     }
 
     /// M(q), kg m^2, kg m, kg by the units of the joints.
@@ -54,19 +54,20 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
         out
     }
 
-    /// Generalized forces M q'' + b that move the chain so; `None`: those at q'' = 0, the bias.
+    /// Inverse dynamics by the recursive Newton-Euler algorithm (Luh, Walker and Paul 1980): generalized forces
+    /// M q'' + b for the accelerations `qdd`; `None`: those at q'' = 0, the bias.
     #[inline(always)]
-    pub fn forces(&self, pose: &ChainPose<T, N>, qd: &[T; N], qdd: Option<&[T; N]>, payload: T) -> [T; N] {
+    pub fn inverse_dynamics(&self, pose: &ChainPose<T, N>, qd: &[T; N], qdd: Option<&[T; N]>, payload: T) -> [T; N] {
         let motion = self.motion(pose, qd, qdd);
         let mut out = [T::c(0.0); N];
-        // What moves all that a joint carries, about the origin of its link.
+        // Force and torque on all that a joint carries, about the origin of its link.
         let (mut force, mut torque) = (Vec2::default(), T::c(0.0));
         for j in (0..N).rev() {
             let (link, own) = (&pose.links[j], self.inertia(pose, j, payload));
             force = force + motion[j].force(&own, qdd.is_some());
-            torque += own.moment.perp().dot(motion[j].pull);
+            torque += own.moment.perp().dot(motion[j].acceleration);
             if qdd.is_some() {
-                torque += own.second * motion[j].turning;
+                torque += own.second * motion[j].angular_acceleration;
             }
             out[j] = pose.joints[j].turn * torque + pose.slides[j].dot(force);
             if j > 0 {
@@ -92,14 +93,14 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
     pub(super) fn motion(&self, pose: &ChainPose<T, N>, qd: &[T; N], qdd: Option<&[T; N]>) -> [LinkMotion<T>; N] {
         let mut out = [LinkMotion::<T>::default(); N];
         let mut parent_origin = Vec2::default();
-        let mut m = LinkMotion { pull: Vec2::new(T::c(0.0), self.gravity), ..LinkMotion::default() };
+        let mut m = LinkMotion { acceleration: Vec2::new(T::c(0.0), self.gravity), ..LinkMotion::default() };
         for i in 0..N {
             let (joint, slide, r) = (&pose.joints[i], pose.slides[i], pose.links[i].origin - parent_origin);
             // Centripetal part of the parent's turning, Coriolis part of a sliding joint on a turning parent.
-            m.pull = m.pull - r * m.rate.square() + slide.perp() * (m.rate * qd[i] * 2.0);
+            m.acceleration = m.acceleration - r * m.rate.square() + slide.perp() * (m.rate * qd[i] * 2.0);
             if let Some(qdd) = qdd {
-                m.pull = m.pull + r.perp() * m.turning + slide * qdd[i];
-                m.turning += joint.turn * qdd[i];
+                m.acceleration = m.acceleration + r.perp() * m.angular_acceleration + slide * qdd[i];
+                m.angular_acceleration += joint.turn * qdd[i];
             }
             m.rate += joint.turn * qd[i];
             parent_origin = pose.links[i].origin;
@@ -113,18 +114,18 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
 /// acceleration (rad/s^2).
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct LinkMotion<T> {
-    pub pull: Vec2<T>,
+    pub acceleration: Vec2<T>,
     pub rate: T,
-    pub turning: T,
+    pub angular_acceleration: T,
 }
 
 impl<T: Real> LinkMotion<T> {
-    /// Force that moves a link of this inertia, N; whether it is `turning` faster and faster.
+    /// Force that moves a link of this inertia, N; `accelerated`: with its angular acceleration.
     #[inline(always)]
-    pub fn force(&self, own: &Inertia<T>, turning: bool) -> Vec2<T> {
-        let still = self.pull * own.mass - own.moment * self.rate.square();
-        if turning {
-            still + own.moment.perp() * self.turning
+    pub fn force(&self, own: &Inertia<T>, accelerated: bool) -> Vec2<T> {
+        let still = self.acceleration * own.mass - own.moment * self.rate.square();
+        if accelerated {
+            still + own.moment.perp() * self.angular_acceleration
         } else {
             still
         }

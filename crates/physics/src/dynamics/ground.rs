@@ -14,7 +14,7 @@
 //!
 //! The spring's energy is k times the integral of D; what damping and friction take becomes heat.
 
-use super::slopes::ForceSlopes;
+use super::derivatives::ForceDerivatives;
 use super::Mechanics;
 use crate::geometry::chain::ChainPose;
 use hydrocrane_num::{smooth, Dual, Real, Vec2};
@@ -152,13 +152,13 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
     ///
     /// The tip's second derivative by joints a <= b is the column of b turned by a: turn_a perp(J_b).
     #[inline(always)]
-    pub fn contact_slopes(
+    pub fn contact_derivatives(
         &self,
         ground: &Ground<Dual<T, 4>>,
         pose: &ChainPose<T, N>,
         qd: &[T; N],
         payload: T,
-    ) -> ForceSlopes<T, N> {
+    ) -> ForceDerivatives<T, N> {
         let (tip, v) = (self.tip_position(pose), self.tip_velocity(pose, qd));
         let place = Vec2::new(Dual::variable(tip.x, 0), Dual::variable(tip.z, 1));
         let velocity = Vec2::new(Dual::variable(v.x, 2), Dual::variable(v.z, 3));
@@ -172,7 +172,7 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
             columns[j] = pose.column(j, tip);
         }
         let zero = [[T::c(0.0); N]; N];
-        let mut out = ForceSlopes { by_q: zero, by_qd: zero };
+        let mut out = ForceDerivatives { by_q: zero, by_qd: zero };
         for j in 0..N {
             let mut velocity_slope = Vec2::default();
             for k in 0..N {
@@ -336,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn slopes_along_the_joints_are_those_of_dual_numbers() {
+    fn derivatives_along_the_joints_are_those_of_dual_numbers() {
         type Moving = Dual<f64, 6>;
         let (chain, lifted) = (chain(), chain().map(&mut Moving::constant));
         let (q, qd, payload) = ([-0.6, 0.5, 0.4], [-0.05, -0.1, 0.1], 30.0);
@@ -352,7 +352,7 @@ mod tests {
             let pose = lifted.pose(&moving);
             let force = lifted.contact(&ground.map(&mut Moving::constant), &pose, &rates, Moving::c(payload)).force;
             let exact = lifted.along_joints(&pose, force);
-            let found = chain.contact_slopes(&ground.map(&mut Dual::constant), &chain.pose(&q), &qd, payload);
+            let found = chain.contact_derivatives(&ground.map(&mut Dual::constant), &chain.pose(&q), &qd, payload);
             assert_eq!(exact[0].value != 0.0, above < 0.0);
             for i in 0..3 {
                 for j in 0..3 {

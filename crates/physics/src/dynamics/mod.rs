@@ -1,10 +1,10 @@
 //! Motion of the chain under forces (thesis 3.2).
 
 pub mod attachment;
+pub mod derivatives;
 pub mod energy;
 pub mod equations_of_motion;
 pub mod ground;
-pub mod slopes;
 
 use crate::geometry::chain::ChainPose;
 use crate::geometry::frames::Joint;

@@ -58,7 +58,7 @@ impl<T: Real> LuGre<T> {
     /// sigma_1(v), N s/m
     #[inline(always)]
     pub fn damping_at(&self, v: T) -> T {
-        self.damping * smooth::decay(v * v * self.fading)
+        self.damping * smooth::exp_neg(v * v * self.fading)
     }
 
     /// Energy stored in the bristles, J.

@@ -46,13 +46,13 @@ impl<T: Real> StaticParameters<T> {
         let breakaway = pick(self.breakaway_extending, self.breakaway_retracting);
         let v_s = pick(self.stribeck_velocity_extending, self.stribeck_velocity_retracting);
         let ratio = v / v_s;
-        let decay = if self.gaussian {
+        let argument = if self.gaussian {
             ratio.square()
         } else {
             let exponent = pick(self.stribeck_exponent_extending, self.stribeck_exponent_retracting);
             smooth::power_of_magnitude(ratio, exponent, LEAST_VELOCITY)
         };
-        coulomb + (breakaway - coulomb) * smooth::decay(decay)
+        coulomb + (breakaway - coulomb) * smooth::exp_neg(argument)
     }
 
     /// k_v |v|^delta_v sign(v), N                                                             thesis (108)

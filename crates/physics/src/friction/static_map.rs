@@ -20,8 +20,8 @@ pub fn force<T: Real>(p: &StaticParameters<T>, width: T, v: T) -> T {
 #[inline(always)]
 pub fn printed<T: Real>(p: &StaticParameters<T>, width: Option<T>, v: T) -> T {
     let zero = T::c(0.0);
-    let decay = smooth::decay(v.abs() / p.stribeck_velocity_extending);
-    let rest = p.coulomb_extending + p.breakaway_extending * decay;
+    let fading = smooth::exp_neg(v.abs() / p.stribeck_velocity_extending);
+    let rest = p.coulomb_extending + p.breakaway_extending * fading;
     let signed = match width {
         Some(width) => smooth::soft_sign(v, width) * rest,
         None => T::select(zero.lt(v), rest, T::select(v.lt(zero), -rest, zero)),

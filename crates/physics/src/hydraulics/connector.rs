@@ -1,8 +1,8 @@
-//! Pressure rise in the cylinder's connectors.               theory: docs/theory/hydraulics/connector.md
+//! Dynamic pressure at the ports of a cylinder.              theory: docs/theory/hydraulics/connector.md
 //!
 //! p_chamber - p_port = rho/2 v^2 ((A/A_h)^2 - 1)                                    thesis (100)-(104)
 //!
-//! Departs from the source: (100), (103) misplace squares (E8); the program, like us, subtracts the rise from the
+//! Departs from the source: (100), (103) misplace squares (E8); the program, like us, subtracts it from the
 //! chamber pressure to get the port's. It is a loss-free Bernoulli term and stays below 0.011 bar on this crane.
 
 use hydrocrane_num::Real;
@@ -16,16 +16,16 @@ parameters! {
 }
 
 impl<T: Real> Connector<T> {
-    /// Pressure rises (Pa) at both chambers from the piston velocity (m/s).
+    /// Dynamic pressures (Pa) at the ports of both chambers from the piston velocity (m/s).
     #[inline(always)]
-    pub fn rises(&self, velocity: T) -> (T, T) {
+    pub fn dynamic_pressures(&self, velocity: T) -> (T, T) {
         let v2 = velocity.square();
         (self.piston_side * v2, self.rod_side * v2)
     }
 }
 
 /// The coefficient of [`Connector`] from density and the areas of chamber and connector.
-pub fn rise_coefficient(density: f64, area: f64, connector_area: f64) -> f64 {
+pub fn dynamic_pressure_coefficient(density: f64, area: f64, connector_area: f64) -> f64 {
     0.5 * density * ((area / connector_area).powi(2) - 1.0)
 }
 
@@ -33,7 +33,7 @@ pub fn rise_coefficient(density: f64, area: f64, connector_area: f64) -> f64 {
 mod tests {
     #[test]
     fn ratio_ten_at_half_a_metre_per_second_is_12_5_bar_not_25() {
-        let rise = super::rise_coefficient(1000.0, 100.0, 1.0) * 0.25;
-        assert!((rise / 12.5e5 - 1.0).abs() < 2e-4);
+        let pressure = super::dynamic_pressure_coefficient(1000.0, 100.0, 1.0) * 0.25;
+        assert!((pressure / 12.5e5 - 1.0).abs() < 2e-4);
     }
 }

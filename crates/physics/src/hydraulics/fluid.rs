@@ -30,7 +30,7 @@ parameters! {
         vacuum,
         ;
         /// Take the modulus of |p| below zero, as the printed program does.
-        of_magnitude: bool,
+        ignore_cavitation: bool,
     }
 }
 
@@ -42,7 +42,7 @@ impl<T: Real> Fluid<T> {
     /// Pa, from gauge pressure (Pa).
     #[inline(always)]
     pub fn bulk_modulus(&self, p: T) -> T {
-        if self.of_magnitude {
+        if self.ignore_cavitation {
             return self.logarithmic(p.abs());
         }
         let oil = self.logarithmic(smooth::positive_part(p));
@@ -85,7 +85,7 @@ const TABLE_SPACING: f64 = 0.25e5;
 
 impl OilTables {
     pub fn new(fluid: Fluid<f64>) -> Self {
-        let below = fluid.of_magnitude.then(|| Branch::new(&fluid, -TABLE_SPACING));
+        let below = fluid.ignore_cavitation.then(|| Branch::new(&fluid, -TABLE_SPACING));
         OilTables { fluid, above: Branch::new(&fluid, TABLE_SPACING), below }
     }
 
@@ -174,8 +174,8 @@ fn integrate(fluid: &Fluid<f64>, spacing: f64, knots: usize) -> Vec<[[f64; 3]; 2
 mod tests {
     use super::*;
 
-    fn oil(of_magnitude: bool) -> Fluid<f64> {
-        Fluid { density: 1000.0, bulk_max: 1e9, rise: 90.0 / 200e5, c2: 3.0, vacuum: -1e5, of_magnitude }
+    fn oil(ignore_cavitation: bool) -> Fluid<f64> {
+        Fluid { density: 1000.0, bulk_max: 1e9, rise: 90.0 / 200e5, c2: 3.0, vacuum: -1e5, ignore_cavitation }
     }
 
     #[test]
@@ -196,13 +196,13 @@ mod tests {
 
     #[test]
     fn density_and_energy_satisfy_their_differential_equations() {
-        for of_magnitude in [false, true] {
-            let t = OilTables::new(oil(of_magnitude));
+        for ignore_cavitation in [false, true] {
+            let t = OilTables::new(oil(ignore_cavitation));
             for p in [-0.9e5, -0.3e5, 1e3, 4.2e5, 33.3e5, 140e5, 612e5] {
                 let x = Dual::<f64, 1>::variable(p, 0);
                 let e = t.fluid.bulk_modulus(p);
                 let rho = t.density(x);
-                assert!((rho.derivative[0] * e / rho.value - 1.0).abs() < 1e-8, "{of_magnitude} {p} {rho:?} {e}");
+                assert!((rho.derivative[0] * e / rho.value - 1.0).abs() < 1e-8, "{ignore_cavitation} {p} {rho:?} {e}");
                 let w = t.energy_density(x);
                 let exact = (p + w.value) / e;
                 assert!((w.derivative[0] - exact).abs() < 1e-8 * exact.abs().max(1e-3), "{p} {w:?} {exact}");

@@ -1,12 +1,12 @@
 //! What analogue sensors have in common.            theory: docs/theory/sensor/analogue.md
 //!
 //! With s = 0 at the low and 1 at the high end of the range (width w; a converter may go beyond), a sensor of known quality reads
-//!     y = u + w [ zero + gain (s - 1/2) + bow (4 s (1 - s) - 1/2) + noise n ]
-//! `zero`, `gain` and `bow` are drawn once, as one would buy a sensor; n is drawn for each reading. The data sheets
+//!     y = u + w [ zero + gain (s - 1/2) + linearity_error (4 s (1 - s) - 1/2) + noise n ]
+//! `zero`, `gain` and `linearity_error` are drawn once, as one would buy a sensor; n is drawn for each reading. The data sheets
 //! give bounds of the sum, not of its parts: thesis (2.2.3, 9.1).
 
 use super::Converter;
-use hydrocrane_num::Draws;
+use hydrocrane_num::RandomStream;
 
 /// Quality of an analogue sensor as its data sheet states it, as shares of the range.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -49,34 +49,34 @@ pub struct Analogue {
     quality: Quality,
     zero: f64,
     gain: f64,
-    bow: f64,
-    pub(super) draws: Draws,
+    linearity_error: f64,
+    pub(super) random: RandomStream,
 }
 
 impl Analogue {
     /// A sensor whose converter spans just its range.
-    pub fn new(converter: Converter, quality: Quality, draws: Draws) -> Self {
-        Self::within(Range { low: converter.low, high: converter.high }, converter, quality, draws)
+    pub fn new(converter: Converter, quality: Quality, random: RandomStream) -> Self {
+        Self::within(Range { low: converter.low, high: converter.high }, converter, quality, random)
     }
 
     /// A sensor whose converter goes on beyond its range.
-    pub fn within(range: Range, converter: Converter, quality: Quality, mut draws: Draws) -> Self {
+    pub fn within(range: Range, converter: Converter, quality: Quality, mut random: RandomStream) -> Self {
         // Half of the accuracy each: at the ends of the range, where both add, the whole is reached.
-        let zero = 0.5 * quality.accuracy * draws.symmetric();
-        let gain = quality.accuracy * draws.symmetric();
-        let bow = 2.0 * quality.linearity * draws.symmetric();
-        Analogue { range, converter, quality, zero, gain, bow, draws }
+        let zero = 0.5 * quality.accuracy * random.symmetric();
+        let gain = quality.accuracy * random.symmetric();
+        let linearity_error = 2.0 * quality.linearity * random.symmetric();
+        Analogue { range, converter, quality, zero, gain, linearity_error, random }
     }
 
     /// Error that every reading of `u` has, in its unit.
     pub fn bias(&self, u: f64) -> f64 {
         let width = self.width();
         let s = (u.clamp(self.converter.low, self.converter.high) - self.range.low) / width;
-        width * (self.zero + self.gain * (s - 0.5) + self.bow * (4.0 * s * (1.0 - s) - 0.5))
+        width * (self.zero + self.gain * (s - 0.5) + self.linearity_error * (4.0 * s * (1.0 - s) - 0.5))
     }
 
     pub fn read(&mut self, u: f64) -> f64 {
-        let scatter = self.quality.repeatability * self.draws.symmetric() + self.quality.noise * self.draws.normal();
+        let scatter = self.quality.repeatability * self.random.symmetric() + self.quality.noise * self.random.normal();
         self.converter.read(u + self.bias(u) + self.width() * scatter)
     }
 
@@ -97,7 +97,7 @@ mod tests {
         let bound = 5.0 * (QUALITY.accuracy + QUALITY.linearity);
         let mut largest: f64 = 0.0;
         for seed in 0..500 {
-            let sensor = Analogue::new(converter, QUALITY, Draws::new(seed, "any"));
+            let sensor = Analogue::new(converter, QUALITY, RandomStream::new(seed, "any"));
             for i in 0..=20 {
                 largest = largest.max(sensor.bias(-2.0 + 0.25 * f64::from(i)).abs());
             }
@@ -111,7 +111,7 @@ mod tests {
         let quality = Quality { noise: 0.01, ..Quality::default() };
         let converter = Converter { low: 0.0, high: 100.0, bits: None };
         let read = |seed| {
-            let mut sensor = Analogue::new(converter, quality, Draws::new(seed, "any"));
+            let mut sensor = Analogue::new(converter, quality, RandomStream::new(seed, "any"));
             (0..4000).map(|_| sensor.read(50.0)).collect::<Vec<f64>>()
         };
         let readings = read(3);

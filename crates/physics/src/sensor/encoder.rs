@@ -5,7 +5,7 @@
 //! An incremental encoder knows no absolute angle. Whoever sets it to zero does so within one count, and that error
 //! stays. The marks of the disc stand where they should only within the division error, which changes over a turn.
 
-use hydrocrane_num::{portable, Draws};
+use hydrocrane_num::{portable, RandomStream};
 use std::f64::consts::PI;
 
 /// Counts per pulse of two channels in quadrature.
@@ -24,13 +24,13 @@ pub struct Encoder {
 
 impl Encoder {
     /// An encoder with `pulses` per turn, its largest division error in electrical degrees (360 per pulse).
-    pub fn new(pulses: f64, division_error: f64, draws: &mut Draws) -> Self {
+    pub fn new(pulses: f64, division_error: f64, random: &mut RandomStream) -> Self {
         let pitch = 2.0 * PI / pulses;
         Encoder {
             step: pitch / COUNTS_PER_PULSE,
-            homing: draws.symmetric(),
-            division: pitch * division_error / 360.0 * draws.uniform(),
-            phase: PI * draws.symmetric(),
+            homing: random.symmetric(),
+            division: pitch * division_error / 360.0 * random.uniform(),
+            phase: PI * random.symmetric(),
         }
     }
 
@@ -46,7 +46,8 @@ mod tests {
 
     #[test]
     fn a_thousand_pulses_are_four_thousand_counts() {
-        let encoder = Encoder { homing: 0.0, division: 0.0, ..Encoder::new(1000.0, 0.0, &mut Draws::new(0, "boom")) };
+        let encoder =
+            Encoder { homing: 0.0, division: 0.0, ..Encoder::new(1000.0, 0.0, &mut RandomStream::new(0, "boom")) };
         assert!((encoder.step.to_degrees() - 0.09).abs() < 1e-12);
         let mut seen: Vec<i64> =
             (0..100_000).map(|i| (encoder.read(2.0 * PI * f64::from(i) / 1e5) / encoder.step).round() as i64).collect();
@@ -58,7 +59,7 @@ mod tests {
     fn the_error_is_bounded_by_homing_rounding_and_division() {
         let mut farthest: f64 = 0.0;
         for seed in 0..300 {
-            let encoder = Encoder::new(1000.0, 50.0, &mut Draws::new(seed, "boom"));
+            let encoder = Encoder::new(1000.0, 50.0, &mut RandomStream::new(seed, "boom"));
             let bound = 1.5 * encoder.step + 50.0 / 90.0 * encoder.step;
             for i in 0..200 {
                 let q = -1.0 + f64::from(i) * 0.0123;

@@ -4,7 +4,7 @@
 
 use super::analogue::{Analogue, Quality};
 use super::Converter;
-use hydrocrane_num::Draws;
+use hydrocrane_num::RandomStream;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadCell {
@@ -14,9 +14,9 @@ pub struct LoadCell {
 impl LoadCell {
     /// Nominal force in N. Data sheets refer errors to it, while the range goes both ways: half of each is a share
     /// of the whole range.
-    pub fn new(nominal: f64, bits: Option<u32>, quality: Quality, draws: Draws) -> Self {
+    pub fn new(nominal: f64, bits: Option<u32>, quality: Quality, random: RandomStream) -> Self {
         let converter = Converter { low: -nominal, high: nominal, bits };
-        LoadCell { sensor: Analogue::new(converter, quality.scaled(0.5), draws) }
+        LoadCell { sensor: Analogue::new(converter, quality.scaled(0.5), random) }
     }
 
     pub fn read(&mut self, force: f64) -> f64 {
@@ -33,7 +33,7 @@ mod tests {
         let quality = Quality { accuracy: 0.005, ..Quality::default() };
         let mut largest: f64 = 0.0;
         for seed in 0..300 {
-            let mut cell = LoadCell::new(50e3, None, quality, Draws::new(seed, "lift"));
+            let mut cell = LoadCell::new(50e3, None, quality, RandomStream::new(seed, "lift"));
             for force in [-50e3, -10e3, 0.0, 30e3, 49e3] {
                 largest = largest.max((cell.read(force) - force).abs());
             }

@@ -8,7 +8,7 @@
 
 use super::analogue::{Analogue, Quality, Range};
 use super::Converter;
-use hydrocrane_num::{portable, Draws};
+use hydrocrane_num::{portable, RandomStream};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct PressureTransmitter {
@@ -31,14 +31,14 @@ pub struct Scale {
 
 impl PressureTransmitter {
     /// Rise time in s.
-    pub fn new(scale: Scale, bits: Option<u32>, rise_time: f64, quality: Quality, draws: Draws) -> Self {
+    pub fn new(scale: Scale, bits: Option<u32>, rise_time: f64, quality: Quality, random: RandomStream) -> Self {
         let Scale { full, live_zero } = scale;
         let beyond = full * live_zero / (1.0 - 2.0 * live_zero);
         let converter = Converter { low: -beyond, high: full + beyond, bits };
         // The data sheet speaks of the range, not of what the converter spans.
         let range = Range { low: 0.0, high: full };
         PressureTransmitter {
-            sensor: Analogue::within(range, converter, quality, draws),
+            sensor: Analogue::within(range, converter, quality, random),
             time_constant: rise_time / portable::ln(9.0),
             lagged: 0.0,
             ahead: 0.0,
@@ -79,7 +79,7 @@ mod tests {
     const SCALE: Scale = Scale { full: 400e5, live_zero: 0.0 };
 
     fn exact(rise_time: f64) -> PressureTransmitter {
-        PressureTransmitter::new(SCALE, None, rise_time, Quality::default(), Draws::new(0, "p1"))
+        PressureTransmitter::new(SCALE, None, rise_time, Quality::default(), RandomStream::new(0, "p1"))
     }
 
     #[test]
@@ -121,7 +121,8 @@ mod tests {
     fn vacuum_reads_zero_and_a_settled_one_reads_within_its_accuracy() {
         let quality = Quality { accuracy: 0.003, ..Quality::default() };
         for seed in 0..100 {
-            let mut transmitter = PressureTransmitter::new(SCALE, Some(12), 4e-3, quality, Draws::new(seed, "p1"));
+            let mut transmitter =
+                PressureTransmitter::new(SCALE, Some(12), 4e-3, quality, RandomStream::new(seed, "p1"));
             transmitter.settle(0.0, 120e5);
             assert!((transmitter.read() - 120e5).abs() <= 0.003 * 400e5 + 0.5 * 400e5 / 4095.0);
             transmitter.settle(0.0, -10e5);
@@ -135,7 +136,7 @@ mod tests {
         let scale = Scale { live_zero: 0.1, ..SCALE };
         let (mut below, mut largest, mut at_full_scale) = (0, 0.0f64, 0.0f64);
         for seed in 0..200 {
-            let mut transmitter = PressureTransmitter::new(scale, None, 4e-3, quality, Draws::new(seed, "p1"));
+            let mut transmitter = PressureTransmitter::new(scale, None, 4e-3, quality, RandomStream::new(seed, "p1"));
             transmitter.settle(0.0, 0.0);
             let zero = transmitter.read();
             below += u32::from(zero < 0.0);

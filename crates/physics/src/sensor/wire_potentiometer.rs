@@ -8,7 +8,7 @@
 
 use super::analogue::{Analogue, Quality};
 use super::Converter;
-use hydrocrane_num::Draws;
+use hydrocrane_num::RandomStream;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct WirePotentiometer {
@@ -21,10 +21,10 @@ pub struct WirePotentiometer {
 
 impl WirePotentiometer {
     /// Range in m.
-    pub fn new(range: f64, bits: Option<u32>, quality: Quality, draws: Draws) -> Self {
+    pub fn new(range: f64, bits: Option<u32>, quality: Quality, random: RandomStream) -> Self {
         let converter = Converter { low: -0.5 * range, high: 0.5 * range, bits };
-        let mut sensor = Analogue::new(converter, Quality { repeatability: 0.0, ..quality }, draws);
-        let hysteresis = range * quality.repeatability * sensor.draws.symmetric();
+        let mut sensor = Analogue::new(converter, Quality { repeatability: 0.0, ..quality }, random);
+        let hysteresis = range * quality.repeatability * sensor.random.symmetric();
         WirePotentiometer { sensor, hysteresis, drum: None }
     }
 
@@ -54,7 +54,7 @@ mod tests {
         let bound = 1.25 * (0.0025 + 0.0003);
         let mut largest: f64 = 0.0;
         for seed in 0..200 {
-            let mut sensor = WirePotentiometer::new(1.25, None, QUALITY, Draws::new(seed, "x"));
+            let mut sensor = WirePotentiometer::new(1.25, None, QUALITY, RandomStream::new(seed, "x"));
             for i in 0..=40 {
                 let x = -0.6 + 0.03 * f64::from(i);
                 largest = largest.max((sensor.read(x) - x).abs());
@@ -65,7 +65,7 @@ mod tests {
 
     /// Readings at the middle, reached from below and from above.
     fn both_ways(seed: u64) -> [f64; 2] {
-        let mut sensor = WirePotentiometer::new(1.25, None, HYSTERESIS, Draws::new(seed, "x"));
+        let mut sensor = WirePotentiometer::new(1.25, None, HYSTERESIS, RandomStream::new(seed, "x"));
         let mut middle = |from: f64| {
             sensor.read(from);
             sensor.read(0.0)
@@ -91,7 +91,7 @@ mod tests {
     fn a_motion_within_the_play_moves_a_lagging_reading_not_at_all() {
         let seed = (0..).find(|&seed| both_ways(seed)[0] < -0.5 * 0.0003 * 1.25).expect("a lagging one");
         let play = both_ways(seed)[1];
-        let mut sensor = WirePotentiometer::new(1.25, None, HYSTERESIS, Draws::new(seed, "x"));
+        let mut sensor = WirePotentiometer::new(1.25, None, HYSTERESIS, RandomStream::new(seed, "x"));
         sensor.read(-0.1);
         let start = sensor.read(0.0);
         assert_eq!(sensor.read(-1.9 * play), start);

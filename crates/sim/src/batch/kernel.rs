@@ -35,9 +35,9 @@ pub struct Trial {
     pub payload: Group,
 }
 
-/// What came of a trial.
+/// Result of a trial, lane by lane.
 #[derive(Debug, Clone, Copy)]
-pub struct Verdict {
+pub struct StepResult {
     /// Whether the step was taken.
     pub taken: [bool; WIDTH],
     /// Whether every piston would be in its cylinder.
@@ -58,14 +58,14 @@ pub struct Demand {
 pub trait Kernel: Send + Sync {
     /// Name of the instruction set.
     fn instruction_set(&self) -> &'static str;
-    /// What one thread needs to move groups.
-    fn mover<'a>(&'a self, demand: &'a Demand) -> Box<dyn Mover + 'a>;
+    /// The step kernel of one thread.
+    fn step_kernel<'a>(&'a self, demand: &'a Demand) -> Box<dyn StepKernel + 'a>;
 }
 
-/// Moves groups of cranes.
-pub trait Mover {
-    /// Tries a step of each crane from the states `x`, which it moves on where the step is good enough.
-    fn attempt(&mut self, trial: &Trial, x: &mut [Group]) -> Verdict;
+/// Steps groups of cranes.
+pub trait StepKernel {
+    /// Tries a step of each crane from the states `x`, which it replaces by the new ones where the step is accurate enough.
+    fn attempt(&mut self, trial: &Trial, x: &mut [Group]) -> StepResult;
     /// The tips of a group, x and z, m.
     fn tips(&mut self, x: &[Group]) -> [Group; 2];
 }
@@ -76,7 +76,7 @@ struct LaneCrane<R, const N: usize> {
     layout: Layout,
 }
 
-struct LaneMover<'a, R, const N: usize> {
+struct LaneStepKernel<'a, R, const N: usize> {
     crane: &'a LaneCrane<R, N>,
     demand: &'a Demand,
     room: CraneStep<Lanes<R>>,
@@ -117,8 +117,8 @@ impl<R: Register, const N: usize> Kernel for LaneCrane<R, N> {
         R::NAME
     }
 
-    fn mover<'a>(&'a self, demand: &'a Demand) -> Box<dyn Mover + 'a> {
-        Box::new(LaneMover {
+    fn step_kernel<'a>(&'a self, demand: &'a Demand) -> Box<dyn StepKernel + 'a> {
+        Box::new(LaneStepKernel {
             crane: self,
             demand,
             room: CraneStep::new(&self.layout),
@@ -128,8 +128,8 @@ impl<R: Register, const N: usize> Kernel for LaneCrane<R, N> {
     }
 }
 
-impl<R: Register, const N: usize> Mover for LaneMover<'_, R, N> {
-    fn attempt(&mut self, trial: &Trial, x: &mut [Group]) -> Verdict {
+impl<R: Register, const N: usize> StepKernel for LaneStepKernel<'_, R, N> {
+    fn attempt(&mut self, trial: &Trial, x: &mut [Group]) -> StepResult {
         R::run(
             #[inline(always)]
             || self.attempt_here(trial, x),
@@ -144,10 +144,10 @@ impl<R: Register, const N: usize> Mover for LaneMover<'_, R, N> {
     }
 }
 
-impl<R: Register, const N: usize> LaneMover<'_, R, N> {
+impl<R: Register, const N: usize> LaneStepKernel<'_, R, N> {
     #[inline(always)]
-    fn attempt_here(&mut self, trial: &Trial, x: &mut [Group]) -> Verdict {
-        let LaneMover { crane, demand, room, x: states, spools } = self;
+    fn attempt_here(&mut self, trial: &Trial, x: &mut [Group]) -> StepResult {
+        let LaneStepKernel { crane, demand, room, x: states, spools } = self;
         let LaneCrane { evaluator, layout } = crane;
         let (mut taken, mut inside, mut growth) = ([0.0; WIDTH], [0.0; WIDTH], [0.0; WIDTH]);
         for first in (0..WIDTH).step_by(R::WIDTH) {
@@ -170,7 +170,7 @@ impl<R: Register, const N: usize> LaneMover<'_, R, N> {
             as_number(stays).store(&mut inside[first..]);
             suggested(error).store(&mut growth[first..]);
         }
-        Verdict { taken: taken.map(|flag| flag == 1.0), inside: inside.map(|flag| flag == 1.0), growth }
+        StepResult { taken: taken.map(|flag| flag == 1.0), inside: inside.map(|flag| flag == 1.0), growth }
     }
 
     #[inline(always)]

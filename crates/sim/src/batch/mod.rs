@@ -1,35 +1,35 @@
 //! Many cranes of one machine at once: lanes times threads.
 //!
-//! Eight cranes step side by side, each by steps of its own size. Contract: what becomes of a crane depends on its own
+//! Eight cranes step side by side, each by steps of its own size. Contract: the result of a crane depends on its own
 //! start, commands and payload alone, bit for bit: not on its place, the number of cranes, the number of threads or the
 //! instruction set.                                                        theory: docs/theory/batch.md
 
+mod command_path;
 pub(crate) mod kernel;
-mod line;
-mod ride;
+mod lane_scheduler;
 
-pub use kernel::{kernel, Demand, Group, Kernel, Mover, Trial, Verdict, WIDTH};
+pub use kernel::{kernel, Demand, Group, Kernel, StepKernel, StepResult, Trial, WIDTH};
 
 use crate::model::Model;
 use crate::outcome::OutcomeKind;
 use crate::payload::change_payload;
+use command_path::BatchCommandPath;
 use hydrocrane_plant::precision::Precision;
-use line::CommandLine;
+use lane_scheduler::{Block, LaneScheduler, Steps};
 use rayon::prelude::*;
-use ride::{Block, Ride, Steps};
 use std::sync::Arc;
 
-/// Groups that a thread takes at once at most: many enough that the last cranes, which ride with empty seats beside them, do
+/// Groups that a thread takes at once at most: many enough that the last cranes, which step beside empty lanes, do
 /// not matter, few enough to stay in its cache.
 const BLOCK: usize = 64;
 /// Groups that one thread takes at least: enough work to be worth handing over.
 const LEAST_GROUPS: usize = 4;
 
-/// How a crane of a batch fares.
+/// Status of a crane of a batch.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fate {
+pub struct Status {
     pub kind: OutcomeKind,
-    /// When it was lost, s since its reset; counts up while it is well.
+    /// When it was lost, s since its reset; counts up while it runs.
     pub time: f64,
 }
 
@@ -58,29 +58,29 @@ pub struct Batch {
     x: Vec<Group>,
     /// kg at the tips, one entry per group.
     payload: Vec<Group>,
-    fates: Vec<[Fate; WIDTH]>,
+    statuses: Vec<[Status; WIDTH]>,
     /// Steps that the cranes want, s, one entry per group.
     wanted: Vec<Group>,
-    line: CommandLine,
+    path: BatchCommandPath,
     demand: Demand,
     steps: Steps,
 }
 
 impl Batch {
-    /// `None` where the threads cannot be started. No crane is well before it is reset.
+    /// `None` where the threads cannot be started. No crane runs before it is reset.
     pub fn new(model: Arc<dyn Model>, cranes: usize, options: &BatchOptions) -> Option<Self> {
         let groups = cranes.div_ceil(WIDTH);
         let steps = Steps::up_to(options.step.min(options.sample_time));
         let precision = Precision::new(model.layout(), options.tolerance);
-        let lost = Fate { kind: OutcomeKind::BadState, time: 0.0 };
+        let lost = Status { kind: OutcomeKind::BadState, time: 0.0 };
         Some(Batch {
             kernel: model.kernel(options.instruction_set.as_deref()),
             pool: rayon::ThreadPoolBuilder::new().num_threads(options.threads).build().ok()?,
             cranes,
             x: vec![[0.0; WIDTH]; groups * model.layout().len()],
             payload: vec![[0.0; WIDTH]; groups],
-            fates: vec![[lost; WIDTH]; groups],
-            line: CommandLine::new(model.machine(), groups, options.sample_time),
+            statuses: vec![[lost; WIDTH]; groups],
+            path: BatchCommandPath::new(model.machine(), groups, options.sample_time),
             wanted: vec![[0.0; WIDTH]; groups],
             demand: Demand { precision, finest: steps.finest },
             steps,
@@ -106,20 +106,20 @@ impl Batch {
         let (group, lane) = (crane / WIDTH, crane % WIDTH);
         self.write_state(crane, state);
         self.payload[group][lane] = payload;
-        self.fates[group][lane] = Fate { kind: OutcomeKind::Completed, time: 0.0 };
+        self.statuses[group][lane] = Status { kind: OutcomeKind::Completed, time: 0.0 };
         self.wanted[group][lane] = self.steps.longest;
-        self.line.forget(group, lane);
+        self.path.forget(group, lane);
         Ok(())
     }
 
-    /// From here on the tip of a crane carries `mass` (kg): it takes up a load that lies still, or lets one go.
+    /// From here on the tip of a crane carries `mass` (kg): it picks up a load that lies still, or lets one go.
     pub fn set_payload(&mut self, crane: usize, mass: f64) {
         let mut x = self.state(crane);
         let payload = &mut self.payload[crane / WIDTH][crane % WIDTH];
         let change = [*payload, mass];
         *payload = mass;
         if change[0] != change[1] {
-            let time = self.fates[crane / WIDTH][crane % WIDTH].time;
+            let time = self.statuses[crane / WIDTH][crane % WIDTH].time;
             change_payload(self.model.as_ref(), time, &mut x, change);
             self.write_state(crane, &x);
         }
@@ -127,38 +127,44 @@ impl Batch {
 
     /// Holds the spool commands (m, one row per crane) for one sample time. Lost cranes stay where they were lost.
     pub fn step(&mut self, commands: &[f64]) {
-        self.line.send(commands);
-        let plan = self.line.plan();
+        self.path.send(commands);
+        let plan = self.path.plan();
         let states = self.model.layout().len();
-        let (alone, block) = (self.runs_alone(), BLOCK.min(self.fates.len().div_ceil(self.threads())));
-        let Batch { kernel, pool, x, payload, wanted, fates, line, demand, steps, .. } = self;
-        let (kernel, line) = (&*kernel, &*line);
-        let ride = || Ride::new(kernel.mover(demand), line, &plan, *steps, states);
+        let (alone, block) = (self.runs_alone(), BLOCK.min(self.statuses.len().div_ceil(self.threads())));
+        let Batch { kernel, pool, x, payload, wanted, statuses, path, demand, steps, .. } = self;
+        let (kernel, path) = (&*kernel, &*path);
+        let scheduler = || LaneScheduler::new(kernel.step_kernel(demand), path, &plan, *steps, states);
         let parts = x.chunks_mut(block * states).zip(payload.chunks(block));
-        let parts = parts.zip(wanted.chunks_mut(block).zip(fates.chunks_mut(block))).enumerate();
+        let parts = parts.zip(wanted.chunks_mut(block).zip(statuses.chunks_mut(block))).enumerate();
         let mut blocks: Vec<Block> = parts
-            .map(|(i, ((x, payload), (wanted, fates)))| Block { first: i * block * WIDTH, x, payload, wanted, fates })
+            .map(|(i, ((x, payload), (wanted, statuses)))| Block {
+                first: i * block * WIDTH,
+                x,
+                payload,
+                wanted,
+                statuses,
+            })
             .collect();
         if alone {
-            let mut ride = ride();
-            blocks.iter_mut().for_each(|block| ride.advance(block));
+            let mut scheduler = scheduler();
+            blocks.iter_mut().for_each(|block| scheduler.advance(block));
         } else {
-            pool.install(|| blocks.par_iter_mut().for_each_init(ride, Ride::advance));
+            pool.install(|| blocks.par_iter_mut().for_each_init(scheduler, LaneScheduler::advance));
         }
     }
 
     /// Whether the calling thread does the work: handing it over would take longer.
     fn runs_alone(&self) -> bool {
-        self.threads() == 1 || self.fates.len() <= LEAST_GROUPS
+        self.threads() == 1 || self.statuses.len() <= LEAST_GROUPS
     }
 
     /// Per crane its joint coordinates, rates, pressures p1 and p2 by cylinder, and tip: rows of [`Self::observed`] numbers.
     pub fn observe(&self) -> Vec<f64> {
         let layout = self.model.layout();
         let (n, states, width) = (layout.joints(), layout.len(), self.observed());
-        let mut rows = vec![0.0; self.fates.len() * WIDTH * width];
-        let work = |mover: &mut Box<dyn Mover + '_>, (rows, x): (&mut [f64], &[Group])| {
-            let tip = mover.tips(x);
+        let mut rows = vec![0.0; self.statuses.len() * WIDTH * width];
+        let work = |step_kernel: &mut Box<dyn StepKernel + '_>, (rows, x): (&mut [f64], &[Group])| {
+            let tip = step_kernel.tips(x);
             for (lane, row) in rows.chunks_exact_mut(width).enumerate() {
                 for i in 0..2 * n {
                     row[i] = x[i][lane];
@@ -171,13 +177,14 @@ impl Batch {
             }
         };
         if self.runs_alone() {
-            let mut mover = self.kernel.mover(&self.demand);
+            let mut step_kernel = self.kernel.step_kernel(&self.demand);
             let groups = rows.chunks_exact_mut(width * WIDTH).zip(self.x.chunks_exact(states));
-            groups.for_each(|item| work(&mut mover, item));
+            groups.for_each(|item| work(&mut step_kernel, item));
         } else {
             let groups = rows.par_chunks_exact_mut(width * WIDTH).zip(self.x.par_chunks_exact(states));
-            self.pool
-                .install(|| groups.with_min_len(LEAST_GROUPS).for_each_init(|| self.kernel.mover(&self.demand), work));
+            self.pool.install(|| {
+                groups.with_min_len(LEAST_GROUPS).for_each_init(|| self.kernel.step_kernel(&self.demand), work)
+            });
         }
         rows.truncate(self.cranes * width);
         rows
@@ -200,8 +207,8 @@ impl Batch {
         group.iter_mut().zip(state).for_each(|(lanes, value)| lanes[crane % WIDTH] = *value);
     }
 
-    pub fn fate(&self, crane: usize) -> Fate {
-        self.fates[crane / WIDTH][crane % WIDTH]
+    pub fn status(&self, crane: usize) -> Status {
+        self.statuses[crane / WIDTH][crane % WIDTH]
     }
 
     /// At the tip, kg.

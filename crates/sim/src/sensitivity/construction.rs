@@ -79,7 +79,7 @@ pub fn tangents<const N: usize>(keys: &Keys, values: &[f64], base: &Inputs<f64, 
         };
         let step = if values[i] == 0.0 { STEP } else { STEP * values[i].abs() };
         let tangent = derivative(&along, &here, step)?;
-        match tangent.iter().any(|slope| *slope != 0.0) {
+        match tangent.iter().any(|derivative| *derivative != 0.0) {
             true => Ok(tangent),
             false => Err(SensitivityError::Key(without_effect(&keys.parameters[i].key))),
         }
@@ -98,8 +98,8 @@ fn without_effect(key: &str) -> String {
 fn derivative(along: &dyn Fn(f64) -> Result<Vec<f64>>, here: &[f64], step: f64) -> Result<Vec<f64>> {
     match (along(step), along(-step)) {
         (Ok(ahead), Ok(behind)) => {
-            let wide = slopes(&ahead, &behind, 2.0 * step);
-            let narrow = slopes(&along(0.5 * step)?, &along(-0.5 * step)?, step);
+            let wide = difference_quotient(&ahead, &behind, 2.0 * step);
+            let narrow = difference_quotient(&along(0.5 * step)?, &along(-0.5 * step)?, step);
             Ok(wide.iter().zip(&narrow).map(|(wide, narrow)| (4.0 * narrow - wide) / 3.0).collect())
         }
         (Ok(ahead), Err(_)) => one_sided(along, here, ahead, step),
@@ -110,14 +110,14 @@ fn derivative(along: &dyn Fn(f64) -> Result<Vec<f64>>, here: &[f64], step: f64) 
 
 /// Three differences to one side, extrapolated to the third order.
 fn one_sided(along: &dyn Fn(f64) -> Result<Vec<f64>>, here: &[f64], far: Vec<f64>, step: f64) -> Result<Vec<f64>> {
-    let wide = slopes(&far, here, step);
-    let half = slopes(&along(0.5 * step)?, here, 0.5 * step);
-    let quarter = slopes(&along(0.25 * step)?, here, 0.25 * step);
+    let wide = difference_quotient(&far, here, step);
+    let half = difference_quotient(&along(0.5 * step)?, here, 0.5 * step);
+    let quarter = difference_quotient(&along(0.25 * step)?, here, 0.25 * step);
     Ok((0..here.len()).map(|i| (8.0 * quarter[i] - 6.0 * half[i] + wide[i]) / 3.0).collect())
 }
 
 /// (b - a) / step, zero where nothing changes, as with limits that are infinite.
-fn slopes(b: &[f64], a: &[f64], step: f64) -> Vec<f64> {
+fn difference_quotient(b: &[f64], a: &[f64], step: f64) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| if a == b { 0.0 } else { (b - a) / step }).collect()
 }
 
@@ -132,19 +132,19 @@ mod tests {
         let template = Template::open("single-cylinder", &[]).expect("bundled");
         let keys = Keys::new(template, &[key.to_string()]).expect("a number");
         let base = Inputs::of(&keys.machine(&keys.values()).expect("as it is")).expect("one joint");
-        let slopes = tangents(&keys, &keys.values(), &base).expect("it enters");
-        (base.with_tangents(&slopes), keys.values()[0])
+        let derivatives = tangents(&keys, &keys.values(), &base).expect("it enters");
+        (base.with_tangents(&derivatives), keys.values()[0])
     }
 
     #[test]
     fn keys_that_enter_linearly_have_their_slope_to_rounding() {
         let (inputs, _) = rig("supply.pressure");
-        assert!((inputs.plant.mains.supply.derivative[0] - 1.0).abs() < 1e-12);
-        assert_eq!(inputs.plant.mains.tank.derivative[0], 0.0);
+        assert!((inputs.plant.supply_pressures.supply.derivative[0] - 1.0).abs() < 1e-12);
+        assert_eq!(inputs.plant.supply_pressures.tank.derivative[0], 0.0);
         // At the edge of its range: the tank's pressure is zero and cannot be lower.
         let (inputs, value) = rig("supply.tank-pressure");
         assert_eq!(value, 0.0);
-        assert!((inputs.plant.mains.tank.derivative[0] - 1.0).abs() < 1e-12);
+        assert!((inputs.plant.supply_pressures.tank.derivative[0] - 1.0).abs() < 1e-12);
     }
 
     #[test]

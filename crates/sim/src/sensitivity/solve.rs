@@ -61,7 +61,7 @@ pub struct Sensitivities {
     /// Row-major, one row per time.
     pub values: Vec<f64>,
     /// `times x signals x parameters`.
-    pub slopes: Vec<f64>,
+    pub sensitivities: Vec<f64>,
     /// Spool commands, one row per time.
     pub commands: Vec<f64>,
     /// What makes the run doubtful, in order of time.
@@ -196,7 +196,7 @@ fn drive<const N: usize>(
     Outcome { kind: OutcomeKind::Completed, time: stepper.t, message: "reached the end".to_string() }
 }
 
-/// Collects signals and slopes at the record times.
+/// Collects signals and their sensitivities at the record times.
 struct Record<'a, const N: usize> {
     groups: &'a [Group<N>],
     layout: &'a Layout,
@@ -221,7 +221,7 @@ impl<'a, const N: usize> Record<'a, N> {
             signals: (0..layout.len()).map(state).chain(outputs).collect(),
             times: Vec::with_capacity(times.len()),
             values: Vec::new(),
-            slopes: Vec::new(),
+            sensitivities: Vec::new(),
             commands: Vec::new(),
             warnings: Vec::new(),
             outcome: Outcome { kind: OutcomeKind::Completed, time: 0.0, message: String::new() },
@@ -245,22 +245,22 @@ impl<'a, const N: usize> Record<'a, N> {
 
     fn push(&mut self, t: f64, driven: &Driven) {
         let (signals, parameters) = (self.done.signals.len(), self.done.parameters.len());
-        let first = self.done.slopes.len();
+        let first = self.done.sensitivities.len();
         self.done.times.push(t);
         self.done.commands.extend_from_slice(&driven.command(t)[..N]);
-        self.done.slopes.resize(first + signals * parameters, 0.0);
+        self.done.sensitivities.resize(first + signals * parameters, 0.0);
         for group in self.groups {
             let row = self.signals(group, driven.model);
             if group.first == 0 {
                 self.done.values.extend(row.iter().map(|signal| signal.value));
             }
-            for (signal, slopes) in row.iter().zip(self.done.slopes[first..].chunks_exact_mut(parameters)) {
-                slopes[group.first..group.first + group.count].copy_from_slice(&signal.derivative[..group.count]);
+            for (signal, row) in row.iter().zip(self.done.sensitivities[first..].chunks_exact_mut(parameters)) {
+                row[group.first..group.first + group.count].copy_from_slice(&signal.derivative[..group.count]);
             }
         }
     }
 
-    /// States and outputs of the row at hand, with their slopes by the parameters of one group.
+    /// States and outputs of the row at hand, with their derivatives by the parameters of one group.
     fn signals(&self, group: &Group<N>, model: &dyn Model) -> Vec<Number> {
         let (n, info) = (self.layout.len(), model.output_info());
         let mut state = vec![Number::constant(0.0); n];

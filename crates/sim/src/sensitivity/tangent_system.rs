@@ -58,7 +58,7 @@ impl<const N: usize> Group<N> {
 struct Scratch {
     x: Vec<Number>,
     rate: Vec<Number>,
-    slopes: BlockArrow<Number>,
+    jacobian: BlockArrow<Number>,
 }
 
 pub struct TangentSystem<'a, const N: usize> {
@@ -79,7 +79,7 @@ impl<'a, const N: usize> TangentSystem<'a, N> {
         let scratch = RefCell::new(Scratch {
             x: zeros(n),
             rate: zeros(n),
-            slopes: BlockArrow::new(driven.model.layout().axes()),
+            jacobian: BlockArrow::new(driven.model.layout().axes()),
         });
         TangentSystem { driven, groups, scales, scratch }
     }
@@ -113,17 +113,17 @@ impl<const N: usize> System for TangentSystem<'_, N> {
 
     fn linearise(&self, t: f64, x: &[f64], at: &mut Linearisation) {
         let (layout, u) = (self.layout(), self.command(t));
-        let Scratch { x: state, rate, slopes } = &mut *self.scratch.borrow_mut();
+        let Scratch { x: state, rate, jacobian } = &mut *self.scratch.borrow_mut();
         let (rates, blocks) = at.block_arrow(layout.axes(), self.tangents());
-        slopes.secants = blocks[0].secants;
+        jacobian.secants = blocks[0].secants;
         for group in self.groups {
             let Group { inputs, evaluator, first, count } = group;
             group.read(x, layout.len(), state);
-            evaluator.linearise(layout, state, &u, inputs.payload, rate, slopes);
+            evaluator.linearise(layout, state, &u, inputs.payload, rate, jacobian);
             group.write(rate, rates);
-            blocks[0] = slopes.map(|slope| slope.value);
+            blocks[0] = jacobian.map(|number| number.value);
             for k in 0..*count {
-                blocks[1 + first + k] = slopes.map(|slope| slope.derivative[k]);
+                blocks[1 + first + k] = jacobian.map(|number| number.derivative[k]);
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Cranes in a batch: each as if it were alone, and as one crane is stepped.
 
 use hydrocrane_machine::{load, OverrideValue};
-use hydrocrane_num::Draws;
+use hydrocrane_num::RandomStream;
 use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::batch::{Batch, BatchOptions};
 use hydrocrane_sim::{build, EquilibriumMode, Model, OutcomeKind, RunOptions, Simulator};
@@ -27,15 +27,16 @@ struct Task {
 }
 
 fn tasks(model: &dyn Model, count: usize, samples: usize) -> Vec<Task> {
-    let mut draws = Draws::new(5, "tasks");
+    let mut random = RandomStream::new(5, "tasks");
     let task = |_| {
-        let pose =
-            |l: &hydrocrane_sim::JointLimits| 0.5 * (l.lower + l.upper) + 0.3 * draws.symmetric() * (l.upper - l.lower);
+        let pose = |l: &hydrocrane_sim::JointLimits| {
+            0.5 * (l.lower + l.upper) + 0.3 * random.symmetric() * (l.upper - l.lower)
+        };
         let q: Vec<f64> = model.joint_limits().iter().map(pose).collect();
-        let payload = 20.0 * draws.uniform();
+        let payload = 20.0 * random.uniform();
         let start = model.equilibrium(&q, EquilibriumMode::Hold, payload).expect("a pose inside the limits");
         let held: Vec<[f64; 3]> =
-            (0..=samples / 10).map(|_| std::array::from_fn(|_| 0.02 * draws.symmetric())).collect();
+            (0..=samples / 10).map(|_| std::array::from_fn(|_| 0.02 * random.symmetric())).collect();
         Task { start, payload, commands: (0..samples).map(|i| held[i / 10]).collect() }
     };
     (0..count).map(task).collect()
@@ -96,13 +97,13 @@ fn a_crane_that_is_lost_stays_where_it_was_and_its_neighbours_do_not_notice() {
     tasks[3].start[model.layout().qd(1)] = 400.0;
     let mut batch = begun(&model, &tasks, &options(1));
     let disturbed = run(&mut batch, &tasks);
-    let fate = batch.fate(3);
-    assert!(fate.kind != OutcomeKind::Completed && fate.time < 0.3, "{fate:?}");
+    let status = batch.status(3);
+    assert!(status.kind != OutcomeKind::Completed && status.time < 0.3, "{status:?}");
     assert!(batch.state(3).iter().all(|x| x.is_finite()) && model.admissible(&batch.state(3)));
     for crane in (0..16).filter(|crane| *crane != 3) {
         assert_eq!(disturbed[crane], undisturbed[crane], "{crane}");
-        assert_eq!(batch.fate(crane).kind, OutcomeKind::Completed);
-        assert!((batch.fate(crane).time - 0.3).abs() < 1e-12);
+        assert_eq!(batch.status(crane).kind, OutcomeKind::Completed);
+        assert!((batch.status(crane).time - 0.3).abs() < 1e-12);
     }
     // Reset, it works again.
     tasks[3].start[model.layout().qd(1)] = 0.0;

@@ -14,33 +14,33 @@ fn models() -> Vec<Arc<dyn Model>> {
     machines.into_iter().map(|m| build(&m.expect("a bundled machine")).expect("it can be built")).collect()
 }
 
-/// Slopes at a moving state far from rest.
-fn slopes(model: &dyn Model) -> (BlockArrow<f64>, usize) {
+/// Derivatives at a moving state far from rest.
+fn derivatives(model: &dyn Model) -> (BlockArrow<f64>, usize) {
     let q: Vec<f64> = model.joint_limits().iter().map(|l| 0.6 * l.lower + 0.4 * l.upper).collect();
     let mut x = model.equilibrium(&q, EquilibriumMode::Hold, 50.0).expect("a pose inside the limits");
     let n = x.len();
     for (i, scale) in model.layout().scales.iter().enumerate().skip(q.len()) {
         x[i] += 0.4 * scale * (1.0 + i as f64).sin();
     }
-    let mut slopes = BlockArrow::new(model.layout().axes());
+    let mut derivatives = BlockArrow::new(model.layout().axes());
     let u = vec![0.01; q.len()];
-    model.linearise(&x, &u, 50.0, &mut vec![0.0; n], &mut slopes);
-    (slopes, n)
+    model.linearise(&x, &u, 50.0, &mut vec![0.0; n], &mut derivatives);
+    (derivatives, n)
 }
 
 #[test]
 fn the_solution_satisfies_every_row_of_the_dense_system() {
     for model in models() {
-        let (slopes, n) = slopes(model.as_ref());
+        let (derivatives, n) = derivatives(model.as_ref());
         let mut jacobian = vec![0.0; n * n];
-        slopes.write_dense(n, &mut jacobian);
+        derivatives.write_dense(n, &mut jacobian);
         for shift in [1.0, 1e2, 1e4, 1e7] {
             let mut schur = SchurFactors::default();
-            assert!(schur.factor(&slopes, shift));
+            assert!(schur.factor(&derivatives, shift));
             for unit in 0..n {
                 let right = |i: usize| if i == unit { model.layout().scales[i] } else { 0.0 };
                 let mut k: Vec<f64> = (0..n).map(right).collect();
-                schur.solve(&slopes, &mut k);
+                schur.solve(&derivatives, &mut k);
                 for i in 0..n {
                     let terms = (0..n).map(|j| -jacobian[i * n + j] * k[j]).chain([shift * k[i], -right(i)]);
                     let (sum, size) = terms.fold((0.0, 0.0f64), |(sum, size), term| (sum + term, size + term.abs()));
@@ -54,26 +54,26 @@ fn the_solution_satisfies_every_row_of_the_dense_system() {
 #[test]
 fn products_are_those_of_the_dense_matrix() {
     for model in models() {
-        let (slopes, n) = slopes(model.as_ref());
+        let (derivatives, n) = derivatives(model.as_ref());
         let mut jacobian = vec![0.0; n * n];
-        slopes.write_dense(n, &mut jacobian);
+        derivatives.write_dense(n, &mut jacobian);
         let k: Vec<f64> = (0..n).map(|i| model.layout().scales[i] * (2.0 * i as f64).cos()).collect();
         let mut product = vec![0.0; n];
-        slopes.add_product(&k, &mut product);
+        derivatives.add_product(&k, &mut product);
         // The product leaves out q' = q'.
-        for i in slopes.joints..n {
+        for i in derivatives.joints..n {
             let terms = (0..n).map(|j| jacobian[i * n + j] * k[j]);
             let (sum, size) = terms.fold((0.0, 0.0f64), |(sum, size), term| (sum + term, size + term.abs()));
             assert!((product[i] - sum).abs() <= 1e-13 * size, "{i}");
         }
-        assert!(product[..slopes.joints].iter().all(|v| *v == 0.0));
+        assert!(product[..derivatives.joints].iter().all(|v| *v == 0.0));
     }
 }
 
 #[test]
 fn a_matrix_that_cannot_be_solved_is_refused() {
     let model = &models()[0];
-    let (mut slopes, _) = slopes(model.as_ref());
-    slopes.by_q[0][0] = f64::NAN;
-    assert!(!SchurFactors::default().factor(&slopes, 1e3));
+    let (mut derivatives, _) = derivatives(model.as_ref());
+    derivatives.by_q[0][0] = f64::NAN;
+    assert!(!SchurFactors::default().factor(&derivatives, 1e3));
 }

@@ -85,14 +85,14 @@ fn secants_replace_the_slope_of_static_friction_alone() {
         // The telescope retracts through the steep part of its map, at one and a half times its width.
         let v = -1.5e-3;
         x[layout.qd(2)] = v / gain[2];
-        let slopes = |secants: bool| {
-            let mut slopes = BlockArrow { secants, ..BlockArrow::new(layout.axes()) };
-            model.linearise(&x, &[0.0; 3], 0.0, &mut vec![0.0; layout.len()], &mut slopes);
+        let derivatives = |secants: bool| {
+            let mut derivatives = BlockArrow { secants, ..BlockArrow::new(layout.axes()) };
+            model.linearise(&x, &[0.0; 3], 0.0, &mut vec![0.0; layout.len()], &mut derivatives);
             let mut dense = vec![0.0; layout.len() * layout.len()];
-            slopes.write_dense(layout.len(), &mut dense);
-            (slopes.cylinders[2].force.qd, dense)
+            derivatives.write_dense(layout.len(), &mut dense);
+            (derivatives.cylinders[2].force.qd, dense)
         };
-        let ((tangent, exact), (secant, other)) = (slopes(false), slopes(true));
+        let ((tangent, exact), (secant, other)) = (derivatives(false), derivatives(true));
         let changed: Vec<usize> =
             (0..exact.len()).filter(|&i| exact[i] != other[i]).map(|i| i / layout.len()).collect();
         if changes.is_empty() {

@@ -146,7 +146,7 @@ fn far_above_the_ground_every_bit_is_that_of_the_machine_without() {
     let far = model("rottne-f9-lab", &[("ground.height".to_string(), OverrideValue::Number(-30.0))]);
     let free = model("rottne-f9-lab", &[]);
     let (x, u) = (some_state(free.as_ref(), &mut Noise(9)), [0.003; 3]);
-    let slopes = |m: &dyn Model| {
+    let derivatives = |m: &dyn Model| {
         let mut jacobian = vec![0.0; x.len() * x.len()];
         m.jacobian(&x, &u, 40.0, &mut jacobian);
         jacobian
@@ -157,7 +157,7 @@ fn far_above_the_ground_every_bit_is_that_of_the_machine_without() {
         dx
     };
     assert_eq!(rates(far.as_ref()), rates(free.as_ref()));
-    assert_eq!(slopes(far.as_ref()), slopes(free.as_ref()));
+    assert_eq!(derivatives(far.as_ref()), derivatives(free.as_ref()));
     let names = |m: &dyn Model| m.output_info().iter().map(|o| o.name.clone()).collect::<Vec<_>>();
     assert_eq!(names(far.as_ref()).len(), names(free.as_ref()).len() + 3);
 }

@@ -1,12 +1,12 @@
 //! Tip control and the thesis's controller before regions and borders, with the true crane in the loop.
 
 use hydrocrane_control::controller::{Controller, Measurement, Stick};
+use hydrocrane_control::controller_model::ControllerModel;
 use hydrocrane_control::keep_out::{KeepOut, Region};
-use hydrocrane_control::nominal::Nominal;
 use hydrocrane_machine::{load, Machine, OverrideValue};
-use hydrocrane_num::Draws;
+use hydrocrane_num::RandomStream;
 use hydrocrane_ode::Tolerances;
-use hydrocrane_sim::nominal;
+use hydrocrane_sim::controller_model;
 use hydrocrane_sim::{
     build, simulate_sampled, Crane, EquilibriumMode, Model, OutcomeKind, RunOptions, SampledPlan, SampledRun,
     SensorMode, Sensors, StickKind, Sticks,
@@ -70,7 +70,7 @@ impl Case {
         assert_eq!(done.run.outcome.kind, OutcomeKind::Completed, "{}", done.run.outcome.message);
         // A tip that stands may say so.
         assert!(done.events.iter().all(|e| e.text.starts_with("the tip stands")), "{:?}", done.events);
-        Ride { believed: nominal(&Crane::new(&self.machine).expect("a machine that can be built")), model, done }
+        Ride { known: controller_model(&Crane::new(&self.machine).expect("a machine that can be built")), model, done }
     }
 
     fn keep_out(&self) -> KeepOut {
@@ -81,7 +81,7 @@ impl Case {
 
 /// A run and what can be asked of it.
 struct Ride {
-    believed: Nominal<3>,
+    known: ControllerModel<3>,
     model: Arc<dyn Model>,
     done: SampledRun,
 }
@@ -109,11 +109,11 @@ impl Ride {
     fn deepest_in_a_stop(&self) -> f64 {
         let mut over = 0.0f64;
         for q in self.postures() {
-            let stroke = self.believed.posture(&q).stroke;
+            let stroke = self.known.posture(&q).stroke;
             for i in 0..3 {
-                let [low, high] = self.believed.joint_limits[i];
+                let [low, high] = self.known.joint_limits[i];
                 assert!(q[i] > low && q[i] < high, "joint {i} at {}", q[i]);
-                let [low, high] = self.believed.cylinders[i].free;
+                let [low, high] = self.known.cylinders[i].free;
                 over = over.max(stroke[i] - high).max(low - stroke[i]);
             }
         }
@@ -123,14 +123,14 @@ impl Ride {
 
 /// Sticks thrown for `duration`, harder than the crane can follow; three in four downwards or inwards, where the regions are.
 fn thrown(seed: u64, duration: f64) -> (Vec<f64>, Vec<[f64; 2]>) {
-    let mut dice = Draws::new(seed, "sticks");
+    let mut random = RandomStream::new(seed, "sticks");
     let (mut times, mut sticks, mut t) = (Vec::new(), Vec::new(), 0.0);
     while t < duration {
-        let towards = |s: f64, dice: &mut Draws| if dice.uniform() < 0.5 { -s.abs() } else { s };
-        let (x, z) = (dice.symmetric(), dice.symmetric());
+        let towards = |s: f64, random: &mut RandomStream| if random.uniform() < 0.5 { -s.abs() } else { s };
+        let (x, z) = (random.symmetric(), random.symmetric());
         times.push(t);
-        sticks.push([towards(x, &mut dice), towards(z, &mut dice)]);
-        t += 2.0 + 1.8 * dice.symmetric();
+        sticks.push([towards(x, &mut random), towards(z, &mut random)]);
+        t += 2.0 + 1.8 * random.symmetric();
     }
     (times, sticks)
 }

@@ -87,19 +87,19 @@ fn steering_a_linearisation_gives_the_one_at_the_other_commands() {
             let mut commands = || -> Vec<f64> { (0..m.layout().joints()).map(|_| 0.02 * noise.next()).collect() };
             let (before, after) = (commands(), commands());
             let at = |u: &[f64]| {
-                let (mut rate, mut slopes) = (vec![0.0; n], BlockArrow::new(m.layout().axes()));
-                m.linearise(&x, u, 0.0, &mut rate, &mut slopes);
-                (rate, slopes)
+                let (mut rate, mut derivatives) = (vec![0.0; n], BlockArrow::new(m.layout().axes()));
+                m.linearise(&x, u, 0.0, &mut rate, &mut derivatives);
+                (rate, derivatives)
             };
-            let dense = |slopes: &BlockArrow<f64>| {
+            let dense = |derivatives: &BlockArrow<f64>| {
                 let mut jacobian = vec![0.0; n * n];
-                slopes.write_dense(n, &mut jacobian);
+                derivatives.write_dense(n, &mut jacobian);
                 jacobian
             };
-            let ((mut rate, mut slopes), (wanted_rate, wanted_slopes)) = (at(&before), at(&after));
+            let ((mut rate, mut derivatives), (wanted_rate, wanted_derivatives)) = (at(&before), at(&after));
             assert_ne!(rate, wanted_rate);
-            m.update_input(&x, &after, &mut rate, &mut slopes);
-            assert_eq!((rate, dense(&slopes)), (wanted_rate, dense(&wanted_slopes)));
+            m.update_input(&x, &after, &mut rate, &mut derivatives);
+            assert_eq!((rate, dense(&derivatives)), (wanted_rate, dense(&wanted_derivatives)));
         }
     }
 }

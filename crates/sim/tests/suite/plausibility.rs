@@ -1,7 +1,7 @@
 //! The monitor of the sensors: silent on every machine in order, quick when a sensor fails.
 
 use hydrocrane_machine::{load, OverrideValue};
-use hydrocrane_num::Draws;
+use hydrocrane_num::RandomStream;
 use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::{
     build, simulate_sampled, EquilibriumMode, FaultKind, Model, OutcomeKind, RunOptions, SampledPlan, SampledRun,
@@ -50,13 +50,13 @@ impl Case {
         build(&load(self.machine, &self.changes).expect("a valid machine")).expect("a machine that can be built")
     }
 
-    /// The controller believes the machine as it is in its file, but for the sampling.
+    /// The controller model is the machine of the file, but for the sampling.
     fn run(&self, name: &str, sticks: Sticks, seed: u64, end: f64, faults: &[SensorFault]) -> SampledRun {
         let model = self.model();
         let model = model.as_ref();
         let sampling: Vec<_> = self.changes.iter().filter(|(key, _)| key.starts_with("control")).cloned().collect();
-        let believed = build(&load(self.machine, &sampling).expect("a bundled machine")).expect("it can be built");
-        let mut controller = believed.monitored(believed.controller(name).expect("a controller"), self.delay);
+        let known = build(&load(self.machine, &sampling).expect("a bundled machine")).expect("it can be built");
+        let mut controller = known.with_sensor_monitor(known.controller(name).expect("a controller"), self.delay);
         let x0 = model.equilibrium(self.pose, EquilibriumMode::Hold, self.payload).expect("a pose to rest in");
         let sensors = Sensors::new(model, self.mode, seed, faults).expect("known signals");
         let plan = SampledPlan { sticks, sensors, delay: self.delay };
@@ -79,15 +79,15 @@ impl Case {
 
 /// Random deflections of the tip's stick, held or joined, with pauses.
 fn random_sticks(seed: u64, end: f64) -> Sticks {
-    let mut draws = Draws::new(seed, "operator");
+    let mut random = RandomStream::new(seed, "operator");
     let mut sticks =
         Sticks { linear: seed.is_multiple_of(2), dead_zone: 0.05, ramp: 0.1, ..Sticks::centred(StickKind::Tip, 0) };
     let mut t = 0.0;
     while t < end {
         sticks.times.push(t);
-        let rest = draws.uniform() < 0.2;
-        sticks.deflections.extend([0; 2].map(|_| if rest { 0.0 } else { draws.symmetric() }));
-        t += 0.05 + 1.5 * draws.uniform();
+        let rest = random.uniform() < 0.2;
+        sticks.deflections.extend([0; 2].map(|_| if rest { 0.0 } else { random.symmetric() }));
+        t += 0.05 + 1.5 * random.uniform();
     }
     sticks
 }

@@ -2,7 +2,7 @@
 
 use hydrocrane_control::controller::{Controller, Fault, Measurement, Stick};
 use hydrocrane_machine::{load, OverrideValue};
-use hydrocrane_num::Draws;
+use hydrocrane_num::RandomStream;
 use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::{
     build, simulate, simulate_sampled, Commands, EquilibriumMode, FaultKind, Model, OutcomeKind, RunOptions,
@@ -297,13 +297,13 @@ fn a_fault_of_an_unknown_sensor_names_the_known_ones() {
 
 /// Random deflections of `axes` sticks, held or joined, and the sensors of the data sheets.
 fn random_plan(m: &dyn Model, seed: u64, seconds: f64, kind: StickKind) -> SampledPlan {
-    let mut draws = Draws::new(seed, "operator");
+    let mut random = RandomStream::new(seed, "operator");
     let mut sticks = Sticks { linear: seed.is_multiple_of(2), dead_zone: 0.05, ramp: 0.1, ..Sticks::centred(kind, 3) };
     let mut t = 0.0;
     while t < seconds {
         sticks.times.push(t);
-        sticks.deflections.extend((0..sticks.axes).map(|_| draws.symmetric()));
-        t += 0.05 + 1.5 * draws.uniform();
+        sticks.deflections.extend((0..sticks.axes).map(|_| random.symmetric()));
+        t += 0.05 + 1.5 * random.uniform();
     }
     SampledPlan { sticks, sensors: data_sheet(m, seed, &[]), delay: 0.002 }
 }

@@ -1,13 +1,13 @@
 //! Crane-tip control on the laboratory crane, with ideal measurements.
 
 use hydrocrane_control::controller::{Controller, Fault, Measurement, Stick};
-use hydrocrane_control::feed_forward::{steady_speed, Mains};
+use hydrocrane_control::controller_model::ControllerModel;
+use hydrocrane_control::feed_forward::{steady_speed, SupplyPressures};
 use hydrocrane_control::heinze_pid::{self, HeinzePid};
-use hydrocrane_control::nominal::Nominal;
 use hydrocrane_control::redundancy::{resolve, Preference, Task};
 use hydrocrane_control::tip::Tip;
 use hydrocrane_machine::{load, Machine, OverrideValue};
-use hydrocrane_num::Draws;
+use hydrocrane_num::RandomStream;
 use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::controllers::{heinze_settings, tip_settings};
 use hydrocrane_sim::{build, Crane, EquilibriumMode, Model, OutcomeKind, RunOptions, Simulator};
@@ -19,7 +19,7 @@ const SENSES: [(&str, [f64; 2]); 4] =
     [("up", [0.0, 1.0]), ("down", [0.0, -1.0]), ("out", [1.0, 0.0]), ("in", [-1.0, 0.0])];
 const LENGTH: f64 = 0.5;
 
-/// How the crane differs from what the controller believes and how it is measured.
+/// How the crane differs from the controller model and how it is measured.
 #[derive(Clone, Copy)]
 struct Reality {
     overrides: &'static [(&'static str, f64)],
@@ -37,9 +37,9 @@ struct Reality {
 const IDEAL: Reality =
     Reality { overrides: &[], payload: 0.0, counts: [0.0; 3], pressure_error: 0.0, late: false, period: 0.01 };
 
-/// What a controller believes of this machine.
-fn nominal(machine: &Machine) -> Nominal<3> {
-    hydrocrane_sim::nominal(&Crane::new(machine).expect("a machine that can be built"))
+/// The controller model of this machine.
+fn controller_model(machine: &Machine) -> ControllerModel<3> {
+    hydrocrane_sim::controller_model(&Crane::new(machine).expect("a machine that can be built"))
 }
 
 fn crane(overrides: &[(&str, f64)]) -> Arc<dyn Model> {
@@ -82,11 +82,11 @@ impl Loop {
 
     /// `tip` on the laboratory crane at rest; 1 m/s at full stick.
     fn tip_control(reality: Reality) -> Self {
-        let believed = crane(&[]);
-        let nominal = nominal(believed.machine());
-        let mut settings = tip_settings(believed.machine(), &nominal);
+        let known = crane(&[]);
+        let controller_model = controller_model(known.machine());
+        let mut settings = tip_settings(known.machine(), &controller_model);
         (settings.period, settings.full_speed) = (reality.period, 1.0);
-        let controller = Box::new(Tip::new(nominal, settings));
+        let controller = Box::new(Tip::new(controller_model, settings));
         let model = crane(reality.overrides);
         let x0 = model.equilibrium(&START, EquilibriumMode::Hold, reality.payload).expect("a pose to rest in");
         Loop::new(model, controller, &x0, reality)
@@ -123,9 +123,9 @@ impl Loop {
 }
 
 /// The speed along a line at which the steady spool demand reaches full stroke somewhere, m/s.
-fn full_stroke_speed(n: &Nominal<3>, direction: [f64; 2]) -> f64 {
+fn full_stroke_speed(n: &ControllerModel<3>, direction: [f64; 2]) -> f64 {
     const STEP: f64 = 1e-3;
-    let mains = Mains { supply: n.supply, tank: n.tank };
+    let supply_pressures = SupplyPressures { supply: n.supply, tank: n.tank };
     let mut q = START;
     let mut fastest = f64::INFINITY;
     for _ in 0..(LENGTH / STEP) as usize {
@@ -133,12 +133,12 @@ fn full_stroke_speed(n: &Nominal<3>, direction: [f64; 2]) -> f64 {
         let load = n.cylinder_force(&q, &[0.0; 3]);
         let speed = |i: usize, sense: f64| {
             let force = load[i] + n.cylinders[i].steady_friction(sense * 0.01);
-            steady_speed(&n.cylinders[i], &mains, force, sense)
+            steady_speed(&n.cylinders[i], &supply_pressures, force, sense)
         };
         let range: [[f64; 2]; 3] = std::array::from_fn(|i| [speed(i, -1.0), speed(i, 1.0)]);
-        let weights = std::array::from_fn(|i| (posture.gain[i] / (range[i][1] - range[i][0])).powi(2));
+        let weights = std::array::from_fn(|i| (posture.lever_arm[i] / (range[i][1] - range[i][0])).powi(2));
         let bounds = std::array::from_fn(|i| {
-            let (a, b) = (range[i][0] / posture.gain[i], range[i][1] / posture.gain[i]);
+            let (a, b) = (range[i][0] / posture.lever_arm[i], range[i][1] / posture.lever_arm[i]);
             [a.min(b), a.max(b)]
         });
         let task = Task { velocity: direction.map(|d| 100.0 * d), correction: [0.0; 2] };
@@ -147,7 +147,7 @@ fn full_stroke_speed(n: &Nominal<3>, direction: [f64; 2]) -> f64 {
         let unit = resolve(&posture.jacobian, &task, &unlimited);
         let demand = (0..3)
             .map(|i| {
-                let piston = posture.gain[i] * unit.rates[i] / 100.0;
+                let piston = posture.lever_arm[i] * unit.rates[i] / 100.0;
                 piston / range[i][usize::from(piston > 0.0)]
             })
             .fold(0.0, f64::max);
@@ -194,7 +194,7 @@ fn drive_line(direction: [f64; 2], speed: f64, mut l: Loop) -> Deviation {
 }
 
 fn table(title: &str, reality: Reality) -> Vec<(f64, Deviation)> {
-    let n = nominal(crane(&[]).machine());
+    let n = controller_model(crane(&[]).machine());
     let mut rows = Vec::new();
     for (name, direction) in SENSES {
         let full = full_stroke_speed(&n, direction);
@@ -248,26 +248,26 @@ fn keeps_its_path_although_the_controller_is_wrong_about_the_crane() {
 
 #[test]
 fn random_sticks_stay_within_the_limits() {
-    let believed = nominal(crane(&[]).machine());
+    let known = controller_model(crane(&[]).machine());
     for seed in 1..=4 {
         let mut l = Loop::tip_control(IDEAL);
-        let mut dice = Draws::new(seed, "sticks");
+        let mut random = RandomStream::new(seed, "sticks");
         let (mut stick, mut until, mut farthest, mut over) = ([0.0; 2], 0.0, 0.0f64, 0.0f64);
         while l.simulator.time() < 60.0 {
             if l.simulator.time() >= until {
                 // Pushed beyond what the crane can do, so that every limit is met.
-                stick = [dice.symmetric(), dice.symmetric()].map(|s| if s.abs() < 0.1 { 0.0 } else { s });
-                until = l.simulator.time() + 2.0 + 1.8 * dice.symmetric();
+                stick = [random.symmetric(), random.symmetric()].map(|s| if s.abs() < 0.1 { 0.0 } else { s });
+                until = l.simulator.time() + 2.0 + 1.8 * random.symmetric();
             }
             l.step(stick);
             let q: [f64; 3] = std::array::from_fn(|i| l.joints()[i]);
-            let posture = believed.posture(&q);
+            let posture = known.posture(&q);
             let set_point = l.controller.set_point().expect("a set-point");
             farthest = farthest.max((set_point[0] - l.tip()[0]).hypot(set_point[1] - l.tip()[1]));
             for i in 0..3 {
-                let [low, high] = believed.cylinders[i].free;
+                let [low, high] = known.cylinders[i].free;
                 over = over.max(posture.stroke[i] - high).max(low - posture.stroke[i]);
-                let [low, high] = believed.joint_limits[i];
+                let [low, high] = known.joint_limits[i];
                 assert!(q[i] > low && q[i] < high, "joint {i} at {} after {} s", q[i], l.simulator.time());
             }
         }
@@ -282,7 +282,7 @@ fn random_sticks_stay_within_the_limits() {
 
 #[test]
 fn releasing_the_stick_stops_the_tip() {
-    let n = nominal(crane(&[]).machine());
+    let n = controller_model(crane(&[]).machine());
     for (name, direction) in SENSES {
         let speed = 0.8 * full_stroke_speed(&n, direction);
         let mut l = Loop::tip_control(IDEAL);
@@ -309,10 +309,10 @@ fn releasing_the_stick_stops_the_tip() {
 /// Height and distance of the tip over time with the thesis's task: all pressures zero, one set-point for all 5 s.
 fn published_task(machine: &str, stick: [f64; 2], period: f64) -> [[f64; 2]; 2] {
     let model = build(&load(machine, &[]).expect("a bundled machine")).expect("a machine that can be built");
-    let nominal = nominal(model.machine());
-    let settings = heinze_settings(model.machine(), &nominal);
+    let controller_model = controller_model(model.machine());
+    let settings = heinze_settings(model.machine(), &controller_model);
     let settings = heinze_pid::Settings { period, set_point_interval: 5.0, working_area: None, ..settings };
-    let controller = Box::new(HeinzePid::new(nominal, settings));
+    let controller = Box::new(HeinzePid::new(controller_model, settings));
     let mut x0 = vec![0.0; model.layout().len()];
     x0[..3].copy_from_slice(&START);
     let mut l = Loop::new(model, controller, &x0, IDEAL);

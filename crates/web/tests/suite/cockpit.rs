@@ -184,7 +184,7 @@ fn stick_of(text: &str) -> hydrocrane_machine::scenario::Joystick {
 fn scenarios_beyond_a_drive_are_refused_with_the_reason() {
     let (mut cockpit, _) = opened(json!({ "machine": "single-cylinder" }));
     for (name, part) in
-        [("vertical-lift-open-loop", "spool commands"), ("tip-log-pick-and-place", "a believed machine")]
+        [("vertical-lift-open-loop", "spool commands"), ("tip-log-pick-and-place", "a controller model of its own")]
     {
         let mut bundled = hydrocrane_machine::bundled_scenarios().iter();
         let (_, text) = bundled.find(|(known, _)| *known == name).expect("a bundled scenario");

@@ -37,7 +37,7 @@ fn named(model: &dyn Model, choice: &ControllerChoice) -> Box<dyn Controller> {
     if choice.name == "lever" {
         return controller;
     }
-    model.monitored(controller, choice.delay)
+    model.with_sensor_monitor(controller, choice.delay)
 }
 
 fn plan(model: &dyn Model, choice: &ControllerChoice, stick: &Joystick, seed: u64) -> SampledPlan {

@@ -1,4 +1,4 @@
-//! Slopes of the forces that move the chain.                    theory: docs/theory/dynamics/slopes.md
+//! Derivatives of the forces that move the chain.          theory: docs/theory/dynamics/derivatives.md
 //!
 //! How Q = M q'' + b, thesis (62), changes with one coordinate or rate at given q''. Joint j turns or shifts all that it carries as one
 //! body. Turned with its accelerations it needs the turned force; what is left is a uniform change c of the acceleration:
@@ -16,9 +16,9 @@ use super::Mechanics;
 use crate::geometry::chain::ChainPose;
 use hydrocrane_num::{Real, Vec2};
 
-/// Slopes of M q'' + b, `[row][variable]`.
+/// Derivatives of M q'' + b, `[row][variable]`.
 #[derive(Debug, Clone, Copy)]
-pub struct ForceSlopes<T, const N: usize> {
+pub struct ForceDerivatives<T, const N: usize> {
     pub by_q: [[T; N]; N],
     pub by_qd: [[T; N]; N],
 }
@@ -32,7 +32,7 @@ struct Carried<T> {
     /// kg m/s
     momentum: Vec2<T>,
     /// Sum of m r . v, kg m^2/s
-    virial: T,
+    moment_of_velocity: T,
 }
 
 /// A force and a torque about the origin of a link.
@@ -43,35 +43,41 @@ struct Load<T> {
 }
 
 impl<T: Real> Carried<T> {
-    /// What a uniform change of all accelerations asks for.
+    /// Load for a uniform change of all accelerations.
     #[inline(always)]
     fn under(&self, uniform: Vec2<T>) -> Load<T> {
         Load { force: uniform * self.inertia.mass, torque: self.inertia.moment.perp().dot(uniform) }
     }
 
-    /// The same, and what a turn of all that moves asks for.
+    /// The same, plus the load for a turn of all velocities.
     #[inline(always)]
-    fn turning(&self, uniform: Vec2<T>, turn: T) -> Load<T> {
+    fn under_turn(&self, uniform: Vec2<T>, turn: T) -> Load<T> {
         let Load { force, torque } = self.under(uniform);
-        Load { force: force + self.momentum.perp() * turn, torque: torque + self.virial * turn }
+        Load { force: force + self.momentum.perp() * turn, torque: torque + self.moment_of_velocity * turn }
     }
 }
 
 impl<T: Real, const N: usize> Mechanics<T, N> {
-    /// Slopes of the forces by coordinates and rates at the accelerations `qdd`; `payload` in kg at the tip.
+    /// Derivatives of the inverse dynamics by coordinates and rates at the accelerations `qdd`; `payload` in kg at the tip.
     #[inline(always)]
-    pub fn force_slopes(&self, pose: &ChainPose<T, N>, qd: &[T; N], qdd: &[T; N], payload: T) -> ForceSlopes<T, N> {
+    pub fn force_derivatives(
+        &self,
+        pose: &ChainPose<T, N>,
+        qd: &[T; N],
+        qdd: &[T; N],
+        payload: T,
+    ) -> ForceDerivatives<T, N> {
         let motion = self.motion(pose, qd, Some(qdd));
         let velocity = pose.origin_velocities(qd);
         let carried = self.carried(pose, &motion, &velocity, payload);
         let zero = [[T::c(0.0); N]; N];
-        let mut out = ForceSlopes { by_q: zero, by_qd: zero };
+        let mut out = ForceDerivatives { by_q: zero, by_qd: zero };
         for j in 0..N {
             // A sliding joint turns as the link before it does; a turning joint has no slide.
-            let LinkMotion { pull, rate, turning } = motion[j];
+            let LinkMotion { acceleration, rate, angular_acceleration } = motion[j];
             let (turn, slide) = (pose.joints[j].turn, pose.slides[j]);
 
-            let uniform = slide.perp() * turning - slide * rate.square() - pull.perp() * turn;
+            let uniform = slide.perp() * angular_acceleration - slide * rate.square() - acceleration.perp() * turn;
             for i in j..N {
                 out.by_q[i][j] = pose.along(i, carried[i].under(uniform));
             }
@@ -83,9 +89,9 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
             let uniform = (slide.perp() * rate - velocity[j].perp() * turn) * T::c(2.0);
             let turn = turn * 2.0;
             for i in j..N {
-                out.by_qd[i][j] = pose.along(i, carried[i].turning(uniform, turn));
+                out.by_qd[i][j] = pose.along(i, carried[i].under_turn(uniform, turn));
             }
-            pose.inwards(j, carried[j].turning(uniform, turn), &mut out.by_qd);
+            pose.inwards(j, carried[j].under_turn(uniform, turn), &mut out.by_qd);
         }
         out
     }
@@ -105,12 +111,12 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
             all.inertia.add(&own);
             all.force = all.force + motion[i].force(&own, true);
             all.momentum = all.momentum + velocity[i] * own.mass + own.moment.perp() * motion[i].rate;
-            all.virial += own.moment.dot(velocity[i]);
+            all.moment_of_velocity += own.moment.dot(velocity[i]);
             out[i] = all;
             if i > 0 {
                 let step = pose.links[i].origin - pose.links[i - 1].origin;
                 all.inertia.shift(step);
-                all.virial += step.dot(all.momentum);
+                all.moment_of_velocity += step.dot(all.momentum);
             }
         }
         out
@@ -179,15 +185,19 @@ mod tests {
     }
 
     #[test]
-    fn slopes_are_those_of_dual_numbers() {
+    fn derivatives_are_those_of_dual_numbers() {
         let (chain, payload) = (chain(), 70.0);
         let (q, qd, qdd) = ([0.4, 0.5, -1.1, 0.3], [0.7, -0.9, 1.3, 0.6], [-1.5, 2.0, 0.8, -0.4]);
         let lifted = chain.map(&mut Moving::constant);
         let moving = std::array::from_fn(|i| Moving::variable(q[i], i));
         let rates = std::array::from_fn(|i| Moving::variable(qd[i], 4 + i));
-        let exact =
-            lifted.forces(&lifted.pose(&moving), &rates, Some(&qdd.map(Moving::constant)), Moving::constant(payload));
-        let found = chain.force_slopes(&chain.pose(&q), &qd, &qdd, payload);
+        let exact = lifted.inverse_dynamics(
+            &lifted.pose(&moving),
+            &rates,
+            Some(&qdd.map(Moving::constant)),
+            Moving::constant(payload),
+        );
+        let found = chain.force_derivatives(&chain.pose(&q), &qd, &qdd, payload);
         for i in 0..4 {
             for j in 0..4 {
                 for (found, exact) in

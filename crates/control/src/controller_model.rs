@@ -1,4 +1,4 @@
-//! What a controller believes of its crane: geometry, masses and the parameters of its cylinders, never a state.
+//! The controller model: geometry, masses and cylinder parameters with which a controller computes, never a state.
 
 use hydrocrane_num::Real;
 use hydrocrane_physics::dynamics::Mechanics;
@@ -11,7 +11,7 @@ use hydrocrane_physics::hydraulics::spool_valve::SpoolValve;
 
 /// One cylinder with its valve.
 #[derive(Debug, Clone, Copy)]
-pub struct NominalCylinder {
+pub struct CylinderModel {
     pub chambers: Chambers<f64>,
     pub valve: SpoolValve<f64>,
     pub leakage: Leakage<f64>,
@@ -24,10 +24,10 @@ pub struct NominalCylinder {
 
 /// A crane of `N` joints, each moved by the cylinder of the same index.
 #[derive(Debug, Clone, Copy)]
-pub struct Nominal<const N: usize> {
+pub struct ControllerModel<const N: usize> {
     pub mechanics: Mechanics<f64, N>,
     pub actuations: [Actuation<f64>; N],
-    pub cylinders: [NominalCylinder; N],
+    pub cylinders: [CylinderModel; N],
     pub fluid: Fluid<f64>,
     /// Pa
     pub supply: f64,
@@ -48,10 +48,10 @@ pub struct Posture<const N: usize> {
     /// Piston position per cylinder, m.
     pub stroke: [f64; N],
     /// dx/dq per cylinder.
-    pub gain: [f64; N],
+    pub lever_arm: [f64; N],
 }
 
-impl<const N: usize> Nominal<N> {
+impl<const N: usize> ControllerModel<N> {
     pub fn tip(&self, q: &[f64; N]) -> [f64; 2] {
         let tip = self.mechanics.tip_position(&self.mechanics.pose(q));
         [tip.x, tip.z]
@@ -66,7 +66,7 @@ impl<const N: usize> Nominal<N> {
             (jacobian[0][j], jacobian[1][j]) = (column.x, column.z);
         }
         let strokes: [(f64, f64); N] = std::array::from_fn(|c| self.actuations[c].stroke(&pose.joints[c]));
-        Posture { tip: [tip.x, tip.z], jacobian, stroke: strokes.map(|s| s.0), gain: strokes.map(|s| s.1) }
+        Posture { tip: [tip.x, tip.z], jacobian, stroke: strokes.map(|s| s.0), lever_arm: strokes.map(|s| s.1) }
     }
 
     /// Piston position (m) per cylinder, and dx/dq.
@@ -77,12 +77,12 @@ impl<const N: usize> Nominal<N> {
     /// Cylinder forces, friction left out, that carry the crane at the joint rates `qd` held constant, N.
     pub fn cylinder_force(&self, q: &[f64; N], qd: &[f64; N]) -> [f64; N] {
         let pose = self.mechanics.pose(q);
-        let bias = self.mechanics.forces(&pose, qd, None, self.payload);
+        let bias = self.mechanics.inverse_dynamics(&pose, qd, None, self.payload);
         std::array::from_fn(|j| bias[j] / self.actuations[j].stroke(&pose.joints[j]).1)
     }
 }
 
-impl NominalCylinder {
+impl CylinderModel {
     /// Friction at constant velocity, N, running smoothly through zero within the Stribeck velocity.
     pub fn steady_friction(&self, v: f64) -> f64 {
         let width = if v < 0.0 {

@@ -1,13 +1,13 @@
-//! How far a piston moved, told by the oil of each chamber alone.    theory: docs/theory/control/plausibility.md
+//! Displacement of a piston, estimated by the oil of each chamber.    theory: docs/theory/control/plausibility.md
 //!
 //! A_1 dx = h (q_1 - q_int) - V_1/E_1 dp_1,     A_2 dx = h (q_2 - q_int + q_ext) + V_2/E_2 dp_2
 //!
-//! over a time h, from (94) and (95). Commands, pressures and the valve law say it; load, payload and friction do not enter.
-//! Every term is an interval, as wide as late commands, valve tolerances and pressure sensors make it: where the oil knows
-//! little, as in a chamber that draws a vacuum, the interval is wide and accuses nobody.
+//! over a time h, from (94) and (95). Flows follow from commands, pressures and the valve law; load, payload and friction do not enter.
+//! Every term is an interval, as wide as late commands, valve tolerances and errors of the pressure sensors make it. Where the
+//! oil determines little, as in a chamber under vacuum, the interval is wide and makes no sensor suspect.
 
-use crate::feed_forward::{Mains, Moment};
-use crate::nominal::NominalCylinder;
+use crate::controller_model::CylinderModel;
+use crate::feed_forward::{Moment, SupplyPressures};
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::spool_valve::{EdgeFlows, PortPressures};
 
@@ -70,7 +70,7 @@ impl Interval {
     }
 }
 
-/// What is believed of valves and pressure sensors.
+/// Accuracy of valves and pressure sensors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trust {
     /// Error of the valve law, as a share of the flow.
@@ -80,21 +80,21 @@ pub struct Trust {
     pub scatter: [f64; 2],
 }
 
-/// Displacement of a piston as one chamber saw it, m; sums of it stay as narrow as they can.
+/// Displacement of a piston estimated by one chamber, m; sums of it stay as narrow as they can.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Testimony {
+pub struct OilDisplacement {
     /// By flow and by compression.
     moved: Interval,
     /// Of pressure readings: enters once, however long the time.
     scatter: f64,
 }
 
-impl Testimony {
-    pub const NOTHING: Testimony = Testimony { moved: Interval::ZERO, scatter: 0.0 };
+impl OilDisplacement {
+    pub const NOTHING: OilDisplacement = OilDisplacement { moved: Interval::ZERO, scatter: 0.0 };
 
     /// This and then `next`.
-    pub fn then(self, next: Testimony) -> Self {
-        Testimony { moved: self.moved.plus(next.moved), scatter: self.scatter.max(next.scatter) }
+    pub fn then(self, next: OilDisplacement) -> Self {
+        OilDisplacement { moved: self.moved.plus(next.moved), scatter: self.scatter.max(next.scatter) }
     }
 
     pub fn displacement(&self) -> Interval {
@@ -102,16 +102,16 @@ impl Testimony {
     }
 }
 
-/// What both chambers say of the time `h` between two samples, in which the spool (m) went anywhere within `spool`.
-pub fn testimonies(
-    c: &NominalCylinder,
+/// Estimates by both chambers over the time `h` between two samples, with the spool (m) anywhere within `spool`.
+pub fn oil_displacements(
+    c: &CylinderModel,
     fluid: &Fluid<f64>,
-    mains: &Mains,
+    supply_pressures: &SupplyPressures,
     [before, now]: [&Moment; 2],
     h: f64,
     spool: Interval,
     trust: &Trust,
-) -> [Testimony; 2] {
+) -> [OilDisplacement; 2] {
     let ranges: [Interval; 2] = std::array::from_fn(|i| {
         let seen = Interval::spanning(before.p[i], now.p[i]).widened(trust.pressure[i], 0.0);
         // A transmitter reads zero for any vacuum.
@@ -121,8 +121,8 @@ pub fn testimonies(
             seen
         }
     });
-    let [q1, q2] = flows(c, mains, spool, &ranges);
-    let leaked = c.leakage.flows(ranges[0].middle(), ranges[1].middle(), mains.tank);
+    let [q1, q2] = flows(c, supply_pressures, spool, &ranges);
+    let leaked = c.leakage.flows(ranges[0].middle(), ranges[1].middle(), supply_pressures.tank);
     // Of the seals' gaps little is known but the sense of their flow.
     let (internal, external) = (Interval::spanning(0.0, 2.0 * leaked.0), Interval::spanning(0.0, 2.0 * leaked.1));
     let inflow = [
@@ -137,16 +137,16 @@ pub fn testimonies(
         let sense = if i == 0 { -1.0 } else { 1.0 };
         let squeezed = softness.times(sense * (now.p[i] - before.p[i]));
         let moved = inflow[i].times(h / areas[i]).plus(squeezed);
-        Testimony { moved, scatter: softness.high * trust.scatter[i] }
+        OilDisplacement { moved, scatter: softness.high * trust.scatter[i] }
     })
 }
 
 /// q_1 and q_2 over all spools and pressures in question: both are monotone in the pressure and, on either side of the
 /// centre, in the spool.
-fn flows(c: &NominalCylinder, mains: &Mains, spool: Interval, p: &[Interval; 2]) -> [Interval; 2] {
+fn flows(c: &CylinderModel, supply_pressures: &SupplyPressures, spool: Interval, p: &[Interval; 2]) -> [Interval; 2] {
     let mut flows = [Interval::NONE; 2];
     for [a, b] in [[p[0].low, p[1].low], [p[0].high, p[1].high]] {
-        let ports = PortPressures { supply: mains.supply, tank: mains.tank, a, b };
+        let ports = PortPressures { supply: supply_pressures.supply, tank: supply_pressures.tank, a, b };
         let mut include = |edges: EdgeFlows<f64>| {
             for (flow, q) in flows.iter_mut().zip([edges.port_a(), edges.port_b()]) {
                 *flow = flow.with(q);
@@ -191,7 +191,7 @@ mod tests {
 
     #[test]
     fn scatter_enters_a_sum_once() {
-        let one = Testimony { moved: Interval::around(1e-3, 1e-4), scatter: 5e-4 };
+        let one = OilDisplacement { moved: Interval::around(1e-3, 1e-4), scatter: 5e-4 };
         let sum = (0..9).fold(one, |sum, _| sum.then(one)).displacement();
         assert!((sum.low - (10e-3 - 1e-3 - 5e-4)).abs() < 1e-12 && (sum.high - 11.5e-3).abs() < 1e-12);
     }

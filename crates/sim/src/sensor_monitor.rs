@@ -1,11 +1,11 @@
 //! The monitor of a machine's sensors around any controller.       theory: docs/theory/control/plausibility.md
 
-use crate::controller_model::nominal;
-use crate::valve_line::through;
+use crate::command_path::apply_signal_chain;
+use crate::controller_model::controller_model;
 use hydrocrane_control::controller::Controller;
-use hydrocrane_control::guard::{Guard, Names};
+use hydrocrane_control::oil_displacement::Trust;
 use hydrocrane_control::plausibility::{Monitor, Settings};
-use hydrocrane_control::witness::Trust;
+use hydrocrane_control::safe_state::{Names, SafeState};
 use hydrocrane_machine::model::{Cylinder, Sensor};
 use hydrocrane_machine::Machine;
 use hydrocrane_num::portable;
@@ -24,20 +24,20 @@ pub const PLAUSIBILITY: [(&str, f64); 8] = [
 ];
 
 /// `controller` behind a monitor of the machine's sensors; its commands leave `delay` (s) after each sample.
-pub(crate) fn monitored<const N: usize>(
+pub(crate) fn with_sensor_monitor<const N: usize>(
     crane: &Crane<N>,
     controller: Box<dyn Controller>,
     delay: f64,
 ) -> Box<dyn Controller> {
     let machine = crane.machine();
-    let monitor = Monitor::new(nominal(crane), settings(crane, delay));
+    let monitor = Monitor::new(controller_model(crane), settings(crane, delay));
     let names = names(machine, crane.plant().mechanics.joints.map(|j| j.revolute).into());
     let valves: Vec<_> = machine.cylinders.iter().map(|c| (c.valve.command, c.valve.stroke)).collect();
     let spool_of = move |c: usize, u: f64| {
         let (chain, stroke) = &valves[c];
-        through(chain, u.clamp(-stroke, *stroke)).clamp(-stroke, *stroke)
+        apply_signal_chain(chain, u.clamp(-stroke, *stroke)).clamp(-stroke, *stroke)
     };
-    Box::new(Guard::new(controller, monitor, Box::new(spool_of), names))
+    Box::new(SafeState::new(controller, monitor, Box::new(spool_of), names))
 }
 
 /// What messages call things; `revolute`: whether a joint turns.
@@ -80,8 +80,8 @@ fn settings<const N: usize>(crane: &Crane<N>, delay: f64) -> Settings<N> {
     };
     let pressures = |c: usize| {
         let (one, two) = (plant.cylinders[c].chambers.area_1, plant.cylinders[c].chambers.area_2);
-        // Only oil that knows no vacuum, as printed, may pull.
-        let lowest = if plant.fluid.of_magnitude { f64::NEG_INFINITY } else { plant.fluid.vacuum };
+        // Only oil without cavitation, as printed, can pull.
+        let lowest = if plant.fluid.ignore_cavitation { f64::NEG_INFINITY } else { plant.fluid.vacuum };
         let most = value("pressure-limit") * machine.supply.pressure * (one / two).max(two / one);
         [lowest - trust(c).pressure[0].max(trust(c).pressure[1]), most]
     };

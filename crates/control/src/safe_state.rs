@@ -1,7 +1,7 @@
-//! A controller behind a monitor of its sensors.                 theory: docs/theory/control/plausibility.md
+//! A controller whose sensors are monitored, with a safe state.  theory: docs/theory/control/plausibility.md
 //!
-//! A sensor in doubt closes the valves, which hold the load. They stay closed until all sensors have read plausibly for the
-//! recovery time and the sticks are released; then the controller starts anew from where the crane stands.
+//! A suspect sensor leads to the safe state: the valves close and hold the load. They stay closed until all sensors have read
+//! plausibly for the recovery time and the sticks are released; then the controller restarts from where the crane stands.
 
 use crate::controller::{Controller, Fault, Measurement, Stick};
 use crate::plausibility::{Kind, Monitor, Signal};
@@ -9,7 +9,8 @@ use crate::plausibility::{Kind, Monitor, Signal};
 /// Spool position (m) that a command (m) to the valve of a cylinder asks for.
 pub type SpoolOf = Box<dyn Fn(usize, f64) -> f64 + Send>;
 
-pub struct Guard<const N: usize> {
+/// Runs a controller while its sensors are plausible, and closes the valves while they are not.
+pub struct SafeState<const N: usize> {
     inner: Box<dyn Controller>,
     monitor: Monitor<N>,
     spool_of: SpoolOf,
@@ -28,15 +29,15 @@ pub struct Names {
     pub cylinders: Vec<String>,
 }
 
-impl<const N: usize> Guard<N> {
+impl<const N: usize> SafeState<N> {
     pub fn new(inner: Box<dyn Controller>, monitor: Monitor<N>, spool_of: SpoolOf, names: Names) -> Self {
         let recovery_time = monitor.recovery_time();
-        Guard { inner, monitor, spool_of, names, recovery_time, holding: false, notices: Vec::new() }
+        SafeState { inner, monitor, spool_of, names, recovery_time, holding: false, notices: Vec::new() }
     }
 
     fn hold(&mut self, found: &[(Signal, Kind)]) {
         for &(signal, kind) in found {
-            let what = self.names.accusation(signal, kind);
+            let what = self.names.message(signal, kind);
             self.notices.push(format!(
                 "{what}; the spools go to neutral until it has read plausibly for {} s and the stick is released: \
                  check the sensor and its cable",
@@ -46,13 +47,13 @@ impl<const N: usize> Guard<N> {
         self.holding |= !found.is_empty();
     }
 
-    /// Tells the monitor where the spools are sent.
+    /// Tells the monitor which spool positions are commanded.
     fn note(&mut self, t: f64, command: [f64; N]) {
         self.monitor.sent(t, std::array::from_fn(|c| (self.spool_of)(c, command[c])));
     }
 }
 
-impl<const N: usize> Controller for Guard<N> {
+impl<const N: usize> Controller for SafeState<N> {
     fn period(&self) -> f64 {
         self.inner.period()
     }
@@ -66,9 +67,9 @@ impl<const N: usize> Controller for Guard<N> {
     fn step(&mut self, measured: &Measurement, stick: Stick, spool: &mut [f64]) -> Result<(), Fault> {
         let found = self.monitor.check(measured);
         self.hold(&found);
-        if self.holding && !self.monitor.doubts(measured.t) && released(stick) {
+        if self.holding && !self.monitor.has_suspects(measured.t) && released(stick) {
             self.holding = false;
-            self.monitor.acquit();
+            self.monitor.clear();
             self.inner.reset(measured);
             self.notices.push("all sensors read plausibly and the stick is released: control starts anew".into());
         }
@@ -103,7 +104,7 @@ fn released(stick: Stick) -> bool {
 }
 
 impl Names {
-    fn accusation(&self, signal: Signal, kind: Kind) -> String {
+    fn message(&self, signal: Signal, kind: Kind) -> String {
         let (name, size) = match signal {
             Signal::Joint(i) if self.revolute[i] => {
                 (format!("joint.{}.q", self.joints[i]), (180.0 / std::f64::consts::PI, "deg"))

@@ -1,7 +1,7 @@
-//! The spool commands of a batch on their way: signal chain, limits, delays.
+//! The command path of a batch: signal chain, limits and delays from commands to spools.
 
 use super::kernel::{Group, WIDTH};
-use crate::valve_line::{delay, through};
+use crate::command_path::{apply_signal_chain, delay};
 use hydrocrane_machine::model::Valve;
 use hydrocrane_machine::Machine;
 use hydrocrane_plant::layout::MAX_JOINTS;
@@ -11,7 +11,7 @@ use std::collections::VecDeque;
 const ROUNDING: f64 = 1e-9;
 
 /// Commands sent and not yet forgotten.
-pub(super) struct CommandLine {
+pub(super) struct BatchCommandPath {
     valves: Vec<Valve>,
     delays: Vec<f64>,
     groups: usize,
@@ -31,14 +31,14 @@ pub(super) struct Plan {
     age: [usize; MAX_JOINTS],
 }
 
-impl CommandLine {
+impl BatchCommandPath {
     pub fn new(machine: &Machine, groups: usize, sample_time: f64) -> Self {
         let valves: Vec<Valve> = machine.cylinders.iter().map(|c| c.valve.clone()).collect();
         let delays: Vec<f64> = valves.iter().map(delay).collect();
         let longest = delays.iter().copied().fold(0.0, f64::max);
         let memory = 1 + (longest / sample_time - ROUNDING).ceil().max(0.0) as usize;
         let none = vec![[0.0; WIDTH]; groups * valves.len()];
-        CommandLine { valves, delays, groups, sent: vec![none; memory].into(), memory, sample_time }
+        BatchCommandPath { valves, delays, groups, sent: vec![none; memory].into(), memory, sample_time }
     }
 
     /// Sends one row of commands (m) per crane off.
@@ -48,7 +48,7 @@ impl CommandLine {
         sent.resize(self.groups * cylinders, [0.0; WIDTH]);
         for (crane, row) in commands.chunks_exact(cylinders).enumerate() {
             for (c, (valve, u)) in self.valves.iter().zip(row).enumerate() {
-                let value = through(&valve.command, *u).clamp(-valve.stroke, valve.stroke);
+                let value = apply_signal_chain(&valve.command, *u).clamp(-valve.stroke, valve.stroke);
                 sent[crane / WIDTH * cylinders + c][crane % WIDTH] = value;
             }
         }
@@ -99,23 +99,23 @@ mod tests {
     use super::*;
     use hydrocrane_machine::load;
 
-    fn line(delays: [f64; 3]) -> CommandLine {
+    fn path(delays: [f64; 3]) -> BatchCommandPath {
         let machine = load("rottne-f9-lab", &[]).expect("a bundled machine");
-        let mut line = CommandLine::new(&machine, 1, 0.01);
-        line.delays = delays.to_vec();
-        line.memory = 4;
-        line.sent = vec![vec![[0.0; WIDTH]; 3]; 4].into();
-        line
+        let mut path = BatchCommandPath::new(&machine, 1, 0.01);
+        path.delays = delays.to_vec();
+        path.memory = 4;
+        path.sent = vec![vec![[0.0; WIDTH]; 3]; 4].into();
+        path
     }
 
     #[test]
     fn without_delay_a_sample_is_one_stretch() {
-        assert_eq!(line([0.0; 3]).plan(), [Plan { length: 0.01, age: [0; MAX_JOINTS] }]);
+        assert_eq!(path([0.0; 3]).plan(), [Plan { length: 0.01, age: [0; MAX_JOINTS] }]);
     }
 
     #[test]
     fn delayed_commands_arrive_within_a_later_sample() {
-        let plan = line([0.0, 0.004, 0.02]).plan();
+        let plan = path([0.0, 0.004, 0.02]).plan();
         assert_eq!(plan.len(), 2);
         assert!((plan[0].length - 0.004).abs() < 1e-15);
         assert!((plan[1].length - 0.006).abs() < 1e-15);
@@ -124,11 +124,11 @@ mod tests {
 
     #[test]
     fn a_crane_that_is_reset_forgets_what_was_sent() {
-        let mut line = line([0.0; 3]);
-        line.send(&[0.01, 0.02, 0.03, 0.01, 0.02, 0.03]);
-        line.forget(0, 1);
-        let plan = line.plan();
-        let at = |crane, cylinder| line.at_spool(&plan[0], crane, cylinder);
+        let mut path = path([0.0; 3]);
+        path.send(&[0.01, 0.02, 0.03, 0.01, 0.02, 0.03]);
+        path.forget(0, 1);
+        let plan = path.plan();
+        let at = |crane, cylinder| path.at_spool(&plan[0], crane, cylinder);
         assert_eq!([at(0, 0), at(0, 1), at(1, 0), at(1, 1)], [0.01, 0.02, 0.0, 0.0]);
     }
 }

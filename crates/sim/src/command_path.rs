@@ -1,0 +1,110 @@
+//! The command path: from a controller's command to the spools by signal chain, limits and delays.
+
+use hydrocrane_machine::model::{SignalChain, Valve};
+use hydrocrane_machine::Machine;
+use hydrocrane_plant::layout::MAX_JOINTS;
+use std::collections::VecDeque;
+
+/// The command path of each cylinder.
+pub(crate) struct CommandPaths {
+    paths: Vec<CommandPath>,
+    /// Commands that the spools have received, m.
+    pub arrived: [f64; MAX_JOINTS],
+}
+
+struct CommandPath {
+    chain: SignalChain,
+    stroke: f64,
+    delay: f64,
+    /// (time of arrival, value), in the order sent.
+    pending: VecDeque<(f64, f64)>,
+}
+
+impl CommandPath {
+    fn new(valve: &Valve) -> Self {
+        CommandPath { chain: valve.command, stroke: valve.stroke, delay: delay(valve), pending: VecDeque::new() }
+    }
+}
+
+/// Rounding allowed between a time of arrival and the time at hand, s.
+const ROUNDING: f64 = 1e-12;
+
+impl CommandPaths {
+    pub fn new(machine: &Machine) -> Self {
+        let paths = machine.cylinders.iter().map(|c| CommandPath::new(&c.valve)).collect();
+        CommandPaths { paths, arrived: [0.0; MAX_JOINTS] }
+    }
+
+    /// Goes on with the valves of `machine`; commands on their way still arrive on time.
+    pub fn follow(&mut self, machine: &Machine) {
+        for (path, cylinder) in self.paths.iter_mut().zip(&machine.cylinders) {
+            let pending = std::mem::take(&mut path.pending);
+            *path = CommandPath { pending, ..CommandPath::new(&cylinder.valve) };
+        }
+    }
+
+    pub fn clear(&mut self) {
+        self.paths.iter_mut().for_each(|path| path.pending.clear());
+        self.arrived.fill(0.0);
+    }
+
+    /// Sends the commands `u` (m) off at time `now`.
+    /// They leave in the order sent, so `now` must not fall.
+    pub fn send(&mut self, now: f64, u: &[f64]) {
+        for (path, &u) in self.paths.iter_mut().zip(u) {
+            let value = apply_signal_chain(&path.chain, u).clamp(-path.stroke, path.stroke);
+            path.pending.push_back((now + path.delay, value));
+        }
+    }
+
+    /// Delivers the commands that arrive until `now`; tells whether a spool command changed.
+    pub fn receive(&mut self, now: f64) -> bool {
+        let before = self.arrived;
+        for (path, arrived) in self.paths.iter_mut().zip(&mut self.arrived) {
+            while let Some(&(_, value)) = path.pending.front().filter(|(t, _)| *t <= now + ROUNDING) {
+                *arrived = value;
+                path.pending.pop_front();
+            }
+        }
+        self.arrived != before
+    }
+
+    pub fn next_arrival(&self) -> Option<f64> {
+        self.paths.iter().filter_map(|path| path.pending.front()).map(|&(t, _)| t).reduce(f64::min)
+    }
+}
+
+/// Time from a command to its arrival at the spool, s.
+pub(crate) fn delay(valve: &Valve) -> f64 {
+    valve.command.delay + valve.delay
+}
+
+/// Applies the signal chain, without its delay, to the command `u`. Inside the dead band only the offset is left.
+pub(crate) fn apply_signal_chain(chain: &SignalChain, u: f64) -> f64 {
+    let beyond = u - u.clamp(-chain.dead_band, chain.dead_band);
+    (chain.offset + chain.gain * beyond).clamp(chain.low, chain.high)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const IDENTITY: SignalChain =
+        SignalChain { offset: 0.0, gain: 1.0, dead_band: 0.0, low: -0.05, high: 0.05, delay: 0.0 };
+
+    #[test]
+    fn the_identity_changes_nothing() {
+        for u in [-0.05, -0.01, 0.0, 0.02] {
+            assert_eq!(apply_signal_chain(&IDENTITY, u), u);
+        }
+    }
+
+    #[test]
+    fn dead_band_gain_offset_and_limits_act_in_this_order() {
+        let chain = SignalChain { offset: 0.001, gain: -2.0, dead_band: 0.003, low: -0.02, high: 0.01, delay: 0.0 };
+        assert_eq!(apply_signal_chain(&chain, 0.002), 0.001);
+        assert!((apply_signal_chain(&chain, 0.008) - (0.001 - 2.0 * 0.005)).abs() < 1e-15);
+        assert_eq!(apply_signal_chain(&chain, 0.05), -0.02);
+        assert_eq!(apply_signal_chain(&chain, -0.05), 0.01);
+    }
+}
