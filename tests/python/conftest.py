@@ -16,6 +16,14 @@ from hydrocrane.studies import case
 CORRECTED = ("rottne-f9-lab", "hiab-xs031", "single-cylinder")
 
 
+def pytest_collection_modifyitems(items):
+    """Whatever needs the browser runs alone and belongs to the slower evidence."""
+    for item in items:
+        if {"browser", "address", "cockpit"} & set(item.fixturenames):
+            item.add_marker("browser")
+            item.add_marker("evidence")
+
+
 @pytest.fixture(autouse=True)
 def no_figure_is_left():
     """Closes what a test has drawn, so that open figures do not add up over the tests of one process."""

@@ -175,6 +175,7 @@ KEYS = st.one_of(
 )
 
 
+@pytest.mark.evidence
 @settings(max_examples=400, deadline=None, derandomize=True)
 @given(machine=st.sampled_from(hc.bundled_machines()), overrides=st.dictionaries(KEYS, VALUES, min_size=1, max_size=3))
 def test_any_override_loads_or_is_refused(machine, overrides):
@@ -190,6 +191,7 @@ def test_any_override_loads_or_is_refused(machine, overrides):
     assert np.isfinite(rest).all() and np.isfinite(rate).all(), overrides
 
 
+@pytest.mark.evidence
 @settings(max_examples=300, deadline=None, derandomize=True)
 @given(state=st.lists(st.floats(-1e9, 1e9), min_size=7, max_size=7), command=st.floats(-1.0, 1.0))
 def test_any_finite_state_has_a_finite_derivative_and_jacobian(state, command):

@@ -30,6 +30,8 @@ from hydrocrane.benchmark.cases import (
 from hydrocrane.benchmark.metrics import Motion, metrics, nearest_on_path, significant
 from hydrocrane.plots.benchmark import control_benchmark
 
+pytestmark = pytest.mark.evidence
+
 EVERY_TASK = [*tasks.lines(), tasks.square(), tasks.circle(), tasks.reach(), tasks.pick_and_place()]
 
 

@@ -60,6 +60,7 @@ def test_version():
     assert works("--version").strip() == f"hydrocrane {hc.__version__}"
 
 
+@pytest.mark.evidence
 def test_simulate_writes_data_charts_and_film(tmp_path):
     out = works("simulate", "vertical-lift-open-loop", "--duration", "0.2", "--also", "csv", "-o", tmp_path)
     names = {
@@ -72,6 +73,7 @@ def test_simulate_writes_data_charts_and_film(tmp_path):
     assert hc.load_run(tmp_path / "vertical-lift-open-loop.nc").outcome.completed
 
 
+@pytest.mark.evidence
 def test_a_drive_of_another_version_warns(tmp_path):
     drive = tmp_path / "drive.toml"
     head = '[scenario]\nname = "drive"\nmachine = "single-cylinder"\nduration = "0.1 s"\nrecorded-by = "0.0.1"\n'
@@ -86,6 +88,7 @@ def test_a_drive_of_another_version_warns(tmp_path):
         assert ("recorded with version 0.0.1" in done.stderr) is warned
 
 
+@pytest.mark.evidence
 def test_set_reaches_the_machine(tmp_path):
     settings = ["--set", 'supply.pressure="100 bar"', "--set", "payload.mass=120 kg"]
     works("simulate", "vertical-lift-open-loop", "--duration", 0.05, *settings, "--film", "none", "-o", tmp_path)
@@ -94,6 +97,7 @@ def test_set_reaches_the_machine(tmp_path):
     assert run.machine.payload_mass == 120.0
 
 
+@pytest.mark.evidence
 def test_plot_and_animate_a_saved_run(tmp_path):
     run = hc.simulate("vertical-lift-open-loop", duration=0.1)
     run.save(tmp_path / "run.nc")
@@ -103,12 +107,14 @@ def test_plot_and_animate_a_saved_run(tmp_path):
     assert {p.name for p in tmp_path.iterdir()} == {"run.nc", "run-cylinders.png", "lift.svg", "film.gif"}
 
 
+@pytest.mark.evidence
 @pytest.mark.parametrize("chart", ["joint-stroke", "flow-law", "friction"])
 def test_charts_of_a_machine(tmp_path, chart):
     works("plot", "rottne-f9-lab", "--chart", chart, folder=tmp_path)
     assert [p.name for p in tmp_path.iterdir()] == [f"rottne-f9-lab-{chart}.png"]
 
 
+@pytest.mark.evidence
 def test_workspace_loadchart_and_modes(tmp_path):
     works("workspace", "rottne-f9-lab", folder=tmp_path)
     table = works("loadchart", "rottne-f9-lab", "--samples", 8, folder=tmp_path)
@@ -120,6 +126,7 @@ def test_workspace_loadchart_and_modes(tmp_path):
     assert len(list(tmp_path.glob("rottne-f9-lab-*.png"))) == 3
 
 
+@pytest.mark.evidence
 def test_modes_with_static_friction_warn(tmp_path):
     static = [word for c in ("lift", "jib", "extension") for word in ("--set", f"friction.{c}.model=static")]
     done = hydrocrane("modes", "rottne-f9-lab", "--samples", 0, *static, folder=tmp_path)
@@ -161,6 +168,7 @@ def test_there_are_bad_files():
     assert len(BAD_FILES) > 5
 
 
+@pytest.mark.evidence
 @pytest.mark.parametrize("machine", hc.bundled_machines())
 def test_new_writes_a_starter_that_runs(tmp_path, machine):
     folder = tmp_path / "mine"
@@ -171,10 +179,12 @@ def test_new_writes_a_starter_that_runs(tmp_path, machine):
     assert "exists already" in fails("new", folder, "--machine", machine)
 
 
+@pytest.mark.evidence
 def test_cite_prints_bibtex():
     assert "@mastersthesis{heinze2007" in works("cite", "rottne-f9-lab")
 
 
+@pytest.mark.evidence
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

@@ -36,6 +36,7 @@ def blocks(page: Path) -> list[tuple[str, str]]:
     return [(language, text) for language, text in found if language in ("python", "console", "toml")]
 
 
+@pytest.mark.evidence
 @pytest.mark.parametrize("page", [p for p in PAGES if blocks(p)], ids=name_of)
 def test_every_block_of_a_page_runs(page, tmp_path, monkeypatch):
     """Top to bottom in an empty folder, as a reader would: files are written, commands run, Python shares its names."""

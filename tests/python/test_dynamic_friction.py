@@ -18,6 +18,8 @@ from hydrocrane.identification.sensors import RigSensors
 from hydrocrane.logs import Log
 from hydrocrane.signals import zero_calibrated
 
+pytestmark = pytest.mark.evidence
+
 # A ramp that takes seconds in place of minutes.
 RAMP = {"speed": 1.0, "interval": 1e-3}
 CRANE = hc.load_machine("rig-rottne")

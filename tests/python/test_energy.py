@@ -86,6 +86,7 @@ def throughput(data):
     return sum(steps)
 
 
+@pytest.mark.evidence
 def test_stored_energy_is_what_the_ledger_brought(run):
     data = run.data
     brought = sum(data[n].attrs["sign"] * data[n].values for n in data if n.startswith("ledger."))

@@ -155,6 +155,7 @@ def test_end_stop():
     assert stop(right, (0.1, 0, 0)) < stop(right)
 
 
+@pytest.mark.evidence
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")  # the printed run ends in negative chamber volumes
 def test_end_stop_in_the_published_run():
     """E14. Run on past 5 s, the published vertical task drives piston 1 to its end and dies; a real stop holds."""

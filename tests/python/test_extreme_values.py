@@ -5,6 +5,8 @@ import pytest
 
 import hydrocrane as hc
 
+pytestmark = pytest.mark.evidence
+
 MACHINES = ("rottne-f9-lab", "hiab-xs031", "single-cylinder", "rig-rottne", "rig-kalmar")
 TRIES = 60
 FRICTION_FORCES = ("coulomb", "breakaway", "viscous")

@@ -23,6 +23,8 @@ from hydrocrane.benchmark.fitted_tasks import (
 from hydrocrane.benchmark.tasks import SENSES
 from hydrocrane.benchmark.tuning import TUNED, UNITS
 
+pytestmark = pytest.mark.evidence
+
 LAB, HIAB = hc.load_machine("rottne-f9-lab"), hc.load_machine("hiab-xs031")
 
 

@@ -13,7 +13,7 @@ from hydrocrane.results.summary import energy_balance
 EFFORT = {
     ("vertical-lift-open-loop", "rodas5p"): (593, 12),
     ("vertical-lift-open-loop", "ros4l"): (295, 18),
-    ("vertical-lift-open-loop", "tsit5"): (1653, 122),
+    ("vertical-lift-open-loop", "tsit5"): (1656, 134),
     ("hiab-lift", "rodas5p"): (170, 29),
     ("single-cylinder-step", "rodas5p"): (385, 15),
     ("tip-vertical-line", "rodas5p"): (2495, 158),

@@ -9,6 +9,8 @@ import pytest
 import hydrocrane as hc
 from hydrocrane.identification import FrictionPoints, StaticMap, compare_friction, synthetic_points
 
+pytestmark = pytest.mark.evidence
+
 # Thesis Table 3, Rottne cylinder.
 UNLOADED = StaticMap.of(
     {"coulomb": (160, 280), "breakaway": (340, 400), "stribeck-velocity": 0.002, "viscous": (8000, 12000)}

@@ -17,6 +17,8 @@ from hydrocrane.identification import FrictionPoints, fit_static
 from hydrocrane.logs import Log
 from hydrocrane.signals import RigParameters, zero_calibrated
 
+pytestmark = pytest.mark.evidence
+
 SEEDS = range(10)
 SCRIPT = Path(__file__).resolve().parents[2] / "docs/validation/friction_lab.py"
 

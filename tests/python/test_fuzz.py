@@ -16,6 +16,8 @@ import exercise  # noqa: E402
 import fuzz_files  # noqa: E402
 import worker  # noqa: E402
 
+pytestmark = pytest.mark.evidence
+
 
 def test_damaged_files_are_refused_or_run(tmp_path):
     output = tmp_path / "report.jsonl"

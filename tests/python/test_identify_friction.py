@@ -58,6 +58,7 @@ def failed(found) -> dict[str, str]:
 # --- the whole way --------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.evidence
 def test_a_log_of_the_rig_needs_no_option(steady, tmp_path, monkeypatch, capsys):
     """File, command, block, machine file: the machine then has the numbers of the block."""
     monkeypatch.chdir(tmp_path)
@@ -79,6 +80,7 @@ def test_a_log_of_the_rig_needs_no_option(steady, tmp_path, monkeypatch, capsys)
     assert mine.value("friction.test.viscous").si == pytest.approx(TRUTH.value("friction.test.viscous").si, rel=0.05)
 
 
+@pytest.mark.evidence
 def test_the_report_is_one_file_that_needs_no_other(found, tmp_path):
     page = found.report().write(tmp_path / "page.html").read_text(encoding="utf-8")
     assert not re.findall(r'(?:src|href)="(?!data:|#)', page)
@@ -224,6 +226,7 @@ def ramp():
     return hc.Log.of(rig.run("ramp", payload=20.0, seed=2, calibration=1.0, interval=0.01))
 
 
+@pytest.mark.evidence
 def test_bristles_are_fitted_on_the_identified_map(steady, ramp, tmp_path):
     told = []
     found = hc.identify_friction([steady, ramp], "rig-rottne", progress=told.append)
@@ -244,6 +247,7 @@ def test_bristles_are_fitted_on_the_identified_map(steady, ramp, tmp_path):
     assert re.search(r"bristle-damping .*not identifiable", found.toml())
 
 
+@pytest.mark.evidence
 def test_a_later_stage_that_fails_leaves_the_earlier_ones(steady, ramp, found):
     other = hc.Log(ramp.data.assign_attrs(payload=0.0, experiment="step"), source="step.csv")
     both = hc.identify_friction([steady, ramp, other], "rig-rottne")

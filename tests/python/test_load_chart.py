@@ -8,6 +8,8 @@ from hydrocrane import plots
 from hydrocrane.analysis.capacity import Places, capacity
 from hydrocrane.plots.loadchart import load_chart as draw
 
+pytestmark = pytest.mark.evidence
+
 LAB, HIAB, SLIDER = "rottne-f9-lab", "hiab-xs031", "single-cylinder"
 
 

@@ -86,6 +86,7 @@ def test_any_numbers_survive_any_format(tmp_path_factory, values, suffix):
     np.testing.assert_array_equal(hc.read_log(log.save(path))["x"], values)
 
 
+@pytest.mark.evidence
 @settings(max_examples=40, deadline=None)
 @given(
     delimiter=st.sampled_from([",", ";", "\t"]),

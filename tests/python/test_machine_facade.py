@@ -44,6 +44,7 @@ def test_every_public_name_resolves():
         assert getattr(hc, name) is not None
 
 
+@pytest.mark.evidence
 def test_simulate_stays_a_function_when_its_module_is_imported():
     code = "import hydrocrane.simulation.running, hydrocrane as hc; assert callable(hc.simulate)"
     subprocess.run([sys.executable, "-c", code], check=True)

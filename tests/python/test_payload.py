@@ -81,6 +81,7 @@ def test_runs_without_changes_have_one_payload():
     assert not run.data["ledger.payload.load"].any() and not run.data["ledger.payload.impact"].any()
 
 
+@pytest.mark.evidence
 def test_changes_survive_a_file(run, tmp_path):
     again = hc.load_run(run.save(tmp_path / "run.nc"))
     assert again.payload_changes == run.payload_changes and again.events == run.events

@@ -42,6 +42,7 @@ def test_a_bare_number_on_the_command_line_is_refused(setting, words):
     assert all(word in " ".join(done.stderr.split()) for word in words), done.stderr
 
 
+@pytest.mark.evidence
 def test_plain_numbers_and_units_are_taken():
     for setting in (
         "valve.lift.damping-ratio=0.5",
@@ -52,6 +53,7 @@ def test_plain_numbers_and_units_are_taken():
     assert hc.load_machine("rottne-f9-lab", {"supply.pressure": 1e7}).supply_pressure == 1e7
 
 
+@pytest.mark.evidence
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

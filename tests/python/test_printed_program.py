@@ -9,6 +9,8 @@ from oracles import printed_program as program
 
 import hydrocrane as hc
 
+pytestmark = pytest.mark.evidence
+
 TOLERANCE = 1e-11
 POSE = np.array([np.deg2rad(100.0), np.deg2rad(100.0), 0.0])
 

@@ -206,6 +206,7 @@ def test_ctrl_c_returns_what_was_computed(plan):
 # --- files ----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.evidence
 def test_netcdf_comes_back_whole(run, tmp_path):
     again = hc.load_run(run.save(tmp_path / "deep" / "run.nc"))
     xr.testing.assert_identical(again.data, run.data)
@@ -249,6 +250,7 @@ def test_files_that_are_no_runs(tmp_path):
 # --- comparing ------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.evidence
 def test_a_run_equals_itself_in_every_form(run, tmp_path):
     logs = [run, run.data, run.data.to_dataframe(), run.save(tmp_path / "a.csv"), str(run.save(tmp_path / "a.nc"))]
     for log in logs:

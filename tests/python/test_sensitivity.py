@@ -150,6 +150,7 @@ HARD = {
 }
 
 
+@pytest.mark.evidence
 @pytest.mark.parametrize("case", HARD)
 def test_two_methods_agree_where_laws_have_kinks(case):
     plan, keys = HARD[case]

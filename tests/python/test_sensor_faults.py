@@ -55,6 +55,7 @@ def test_a_file_makes_a_sensor_fail_and_control_returns(tmp_path):
     assert float(data["tip.z"][-1] - data["tip.z"].sel(time=4.0, method="nearest")) > 0.1, "it moves again"
 
 
+@pytest.mark.evidence
 def test_the_command_line_tells_of_it(tmp_path, capsys):
     path = tmp_path / "failing.toml"
     path.write_text(FILE, encoding="utf-8")

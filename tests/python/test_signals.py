@@ -236,6 +236,7 @@ def test_a_parabola_is_differentiated_exactly(a, b, c):
     np.testing.assert_allclose(derivative(x, 100.0, 2, noise=noise).value, 2 * c, atol=1e-5)
 
 
+@pytest.mark.evidence
 def test_the_derivative_in_use_is_never_far_from_the_best():
     """Each fixed filter fails some motion by a factor that the grown window does not know; and it is honest."""
     bench = runpy.run_path(str(ROOT / "docs/validation/derivative.py"))

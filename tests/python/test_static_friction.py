@@ -138,6 +138,7 @@ def test_intervals_by_profile_agree_where_the_map_is_nearly_straight():
         assert by_profile[label] == pytest.approx(ends, abs=0.1 * (ends[1] - ends[0])), label
 
 
+@pytest.mark.evidence
 def test_the_profile_holds_where_the_linear_interval_does_not():
     """Kalmar's viscous force is 40 N at most: with free exponents its coefficient is all but unknown."""
     points = synthetic_points(KALMAR, force_error=8.0, windows=5, seed=1)
@@ -165,6 +166,7 @@ def test_it_is_plain_least_squares_where_nothing_asks_for_more():
         assert ours_error == pytest.approx(np.sqrt(covariance[0, 0]), rel=0.5)
 
 
+@pytest.mark.evidence
 def test_the_trap_of_figure_68():
     """Most points slow, and an error that the points of a level share: every level must weigh the same.
 
@@ -433,6 +435,7 @@ def test_the_report_holds_all_stages_and_survives_a_failed_one(tmp_path):
         report.write(tmp_path / "report.pdf")
 
 
+@pytest.mark.evidence
 @pytest.mark.parametrize("seed", range(25))
 def test_nonsense_ends_in_a_result_or_in_one_clear_error(seed):
     """Few, wild or contradictory points: finite parameters with warnings, or an error that is ours."""

@@ -3,7 +3,10 @@
 import subprocess
 import sys
 
+import pytest
 
+
+@pytest.mark.evidence
 def test_stub_matches_the_compiled_module() -> None:
     """Every name and signature in `_core.pyi` exists in the module, and the other way round."""
     check = subprocess.run(

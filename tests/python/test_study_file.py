@@ -100,6 +100,7 @@ def test_a_wrong_file_is_one_clear_error(study, text, words):
         assert word in str(caught.value), str(caught.value)
 
 
+@pytest.mark.evidence
 def test_a_missing_file_is_one_clear_error(tmp_path):
     with pytest.raises(hc.InputError, match="cannot read the study file .*nowhere.toml"):
         hc.load_study(tmp_path / "nowhere.toml")
@@ -107,6 +108,7 @@ def test_a_missing_file_is_one_clear_error(tmp_path):
     assert done.returncode == 2 and "Traceback" not in done.stderr and done.stderr.count("error:") == 1
 
 
+@pytest.mark.evidence
 def test_the_command_runs_a_study_and_goes_on(study, tmp_path):
     study()
     done = command("masses.toml", "--picture", "masses.png", "--workers", 1, folder=tmp_path)
@@ -124,12 +126,14 @@ def test_the_command_runs_a_study_and_goes_on(study, tmp_path):
     assert command("masses.toml", "--overwrite", folder=tmp_path).returncode == 0
 
 
+@pytest.mark.evidence
 def test_a_wrong_measure_for_the_picture_costs_no_runs(study, tmp_path):
     study()
     done = command("masses.toml", "--picture", "a.png", "--measure", "end(tip.x)", folder=tmp_path)
     assert done.returncode == 2 and "end(tip.z)" in done.stderr and not (tmp_path / "masses.zarr").exists()
 
 
+@pytest.mark.evidence
 def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(study, tmp_path):
     text = GOOD.replace("count = 2", "count = 20000").replace('signals = ["tip.z"]', "signals = []")
     study(text)

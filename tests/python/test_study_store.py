@@ -15,6 +15,8 @@ import zarr
 import hydrocrane as hc
 from hydrocrane.studies import StudyInterrupted, design, local
 
+pytestmark = pytest.mark.evidence
+
 ROOT = Path(__file__).resolve().parents[2]
 RIG = "single-cylinder-step"
 KEYS = {"payload.mass": [50.0, 60.0, 70.0, 80.0], "supply.pressure": [100e5, 120e5, 140e5]}

@@ -10,6 +10,8 @@ import hydrocrane as hc
 from hydrocrane.benchmark import tuning
 from hydrocrane.benchmark.cases import quick_cases
 
+pytestmark = pytest.mark.evidence
+
 
 def test_bad_gains_become_better_and_the_block_loads(tmp_path):
     """From a tenth of the position gain the search finds its way; the block gives the same gains in a file."""

@@ -14,6 +14,8 @@ import xarray as xr
 import hydrocrane as hc
 from hydrocrane.files.whole_file import write_text, written_whole
 
+pytestmark = pytest.mark.evidence
+
 posix = pytest.mark.skipif(sys.platform == "win32", reason="a limit on the size of files needs POSIX")
 
 

@@ -6,6 +6,7 @@ pub mod dense;
 mod dual;
 pub mod elementary;
 mod lanes;
+pub mod native;
 mod pack;
 pub mod portable;
 mod random;

@@ -11,8 +11,13 @@
 //! (s I - J) k = r is therefore solved axis by axis: spool, pressures, bristles, each as a linear function of the rate of its
 //! coordinate. Coordinates follow from their rates. The Schur complement, a system of the rates, is left (`schur.rs`).
 
-use crate::schur::ScalarOver;
 use hydrocrane_num::{Field, Pack, Real};
+use std::ops::{Add, Mul, Sub};
+
+/// Numbers that can be multiplied with derivatives of type `S`.
+pub trait ScalarOver<S>: Field + Add<S, Output = Self> + Sub<S, Output = Self> + Mul<S, Output = Self> {}
+
+impl<S, T: Field + Add<S, Output = T> + Sub<S, Output = T> + Mul<S, Output = T>> ScalarOver<S> for T {}
 
 /// Largest number of coordinates of a border.
 pub const MAX_BORDER: usize = if cfg!(feature = "chains") { 6 } else { 3 };

@@ -1,10 +1,10 @@
 //! A system linearised at one state, and the linear systems of implicit steps there.
 
-use crate::block_arrow::{AxisStates, BlockArrow};
-use crate::schur::{ScalarOver, SchurFactors};
+use crate::block_arrow::{AxisStates, BlockArrow, ScalarOver};
+use crate::schur::SchurFactors;
 use hydrocrane_num::dense::Inverse;
 
-/// A [`System`](crate::System) linearised at one state: rates, and the Jacobian as a dense matrix or as a block arrow.
+/// A [`System`](crate::system::System) linearised at one state: rates, and the Jacobian as a dense matrix or as a block arrow.
 pub struct Linearisation {
     /// f
     pub rate: Vec<f64>,

@@ -11,9 +11,10 @@
 //! Tangents of the state are integrated by the derivative of the step itself: W k_i' = r' + J' k_i, where r' is the
 //! right-hand side of the stage with tangents in place of states. One factorisation serves state and tangents.
 
+use crate::linear::{Factored, Linearisation};
+use crate::method::{Effort, Method, Restart, Target};
 use crate::rows::{add_sum, set_sum, sum, with_avx2, write_with_avx2, Block, Shape};
-use crate::System;
-use crate::{Effort, Factored, Linearisation, Method, Restart, Target};
+use crate::system::System;
 
 const STAGES: usize = 8;
 const GAMMA: f64 = 0.211_937_563_194_290_14;

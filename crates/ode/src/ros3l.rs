@@ -7,9 +7,10 @@
 //! p_1 = gamma, the first increment h gamma G F_1 is used unchanged. The increments also give a solution of order two that damps
 //! stiff components: its distance is the error estimate.
 
+use crate::linear::{Factored, Linearisation};
+use crate::method::{Effort, Method, Restart, Target};
 use crate::rows::with_avx2;
-use crate::System;
-use crate::{Effort, Factored, Linearisation, Method, Restart, Target};
+use crate::system::System;
 
 const STAGES: usize = 4;
 /// gamma: L-stable from 0.22365 on; the error of an oscillation is smallest near this bound.

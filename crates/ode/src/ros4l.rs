@@ -10,10 +10,12 @@
 //! A step costs one right-hand side, a linearisation, a factorisation and three solves for four complex numbers side by side.
 //! Products with J are not formed: for y = (theta/h I - J)^-1 f, J y = theta/h y - f.
 
+use crate::linear::Linearisation;
+use crate::method::{flush, Effort, Method, Restart, Target};
 use crate::poles::{at_infinity, phi, plus, scaled, series, times_poles, Increments, Poles, Spread, Weights, TERMS};
-use crate::System;
-use crate::{flush, Effort, Linearisation, Method, Restart, Target};
-use hydrocrane_num::register::{NativeSimd, Register};
+use crate::system::System;
+use hydrocrane_num::native::NativeSimd;
+use hydrocrane_num::register::Register;
 
 /// c: position of the second right-hand side as a share of the step.
 const NODE: f64 = 0.6;

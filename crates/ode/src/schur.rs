@@ -4,9 +4,8 @@
 //! k_own = own(r) + by_rate k_q', by a 2 x 2 inverse for the spool, one for the pressures and a number for the bristles.
 //! The Schur complement, a system of the rates, is left. Its matrix is inverted, so a right-hand side costs one product.
 
-use crate::block_arrow::{AxisDerivatives, BlockArrow, Row, MAX_BORDER};
+use crate::block_arrow::{AxisDerivatives, BlockArrow, Row, ScalarOver, MAX_BORDER};
 use hydrocrane_num::{small, Field};
-use std::ops::{Add, Mul, Sub};
 
 type Square<T> = [[T; 2]; 2];
 
@@ -31,11 +30,6 @@ struct Own<T> {
     by_rate: [T; 3],
     force_derivative: T,
 }
-
-/// Numbers that can be multiplied with derivatives of type `S`.
-pub trait ScalarOver<S>: Field + Add<S, Output = Self> + Sub<S, Output = Self> + Mul<S, Output = Self> {}
-
-impl<S, T: Field + Add<S, Output = T> + Sub<S, Output = T> + Mul<S, Output = T>> ScalarOver<S> for T {}
 
 /// Calls a method with the size of the border as a constant.
 macro_rules! sized {

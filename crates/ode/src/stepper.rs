@@ -1,8 +1,8 @@
 //! Step size control around a [`Method`].
 
+use crate::method::{flush, Effort, Method, Restart, Target};
 use crate::quadratures::Quadratures;
-use crate::System;
-use crate::{flush, Effort, Method, Restart, Target};
+use crate::system::System;
 use hydrocrane_num::portable;
 
 #[derive(Debug, Clone, Copy, PartialEq)]

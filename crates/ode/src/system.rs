@@ -1,6 +1,6 @@
 //! The interface of a system to be integrated.
 
-use crate::Linearisation;
+use crate::linear::Linearisation;
 
 /// A system x' = f(t, x) with quadratures w' = g(x), which do not act back on x.
 pub trait System {

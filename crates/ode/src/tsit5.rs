@@ -5,9 +5,9 @@
 
 #![allow(clippy::excessive_precision)] // coefficients as published
 
+use crate::method::{Effort, Method, Restart, Target};
 use crate::rows::{set_sum, sum, with_avx2, write, write_with_avx2, Block, Shape};
-use crate::System;
-use crate::{Effort, Method, Restart, Target};
+use crate::system::System;
 
 const STAGES: usize = 7;
 

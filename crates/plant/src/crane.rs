@@ -3,13 +3,12 @@
 use crate::equilibrium::resting_position;
 use crate::errors::{BuildError, PoseError};
 use crate::from_machine::plant;
-use crate::laws::Laws;
+use crate::laws::{Laws, Moment};
 use crate::layout::{Layout, Unit};
 use crate::limits::{JointActuation, JointLimits};
 use crate::outputs::{self, OutputInfo};
 use crate::plant::Plant;
 use crate::precision::Precision;
-use crate::state_space::StateSpace;
 use hydrocrane_machine::Machine;
 use hydrocrane_num::{portable, small};
 use hydrocrane_physics::hydraulics::fluid::OilTables;
@@ -88,7 +87,8 @@ impl<const N: usize> Crane<N> {
             x[self.layout.p2(i)] = 0.4 * self.plant().supply_pressures.supply;
         }
         let mut dx = vec![0.0; x.len()];
-        self.derivative(&x, &[0.0; N], self.machine.payload.mass, &mut dx);
+        let at = Moment { layout: &self.layout, x: &x, u: &[0.0; N], payload: self.machine.payload.mass };
+        self.laws.derivative(at, &mut dx);
         match dx.iter().position(|d| !d.is_finite()) {
             Some(i) => Err(BuildError::NotFinite(self.layout.names[i].clone())),
             None => Ok(()),

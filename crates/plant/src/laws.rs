@@ -5,7 +5,7 @@ use crate::plant::Plant;
 use crate::rhs::Evaluator;
 #[cfg(target_arch = "x86_64")]
 use hydrocrane_num::register::Register;
-use hydrocrane_num::{register::NativeSimd, Lanes, Pack};
+use hydrocrane_num::{native::NativeSimd, Lanes, Pack};
 use hydrocrane_ode::BlockArrow;
 use hydrocrane_physics::hydraulics::fluid::OilTables;
 

@@ -4,6 +4,9 @@
 
 use hydrocrane_ode::AxisStates;
 
+/// Largest number of joints of a chain.
+pub const MAX_JOINTS: usize = hydrocrane_ode::MAX_BORDER;
+
 /// Index, name and scale of each state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layout {

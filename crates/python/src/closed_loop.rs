@@ -2,18 +2,14 @@
 
 use crate::arrays::{matrix, rows, vector, Row, Rows};
 use crate::machine::Machine;
+use crate::sensors::{sensor_faults, sensor_mode, sensors, FaultEntry};
 use crate::simulation::{record_of, stopper, Settings};
 use hydrocrane_sim::controller::{Controller, Fault, Measurement, Stick};
-use hydrocrane_sim::{
-    simulate_phases, FaultKind, Phase, SampledPlan, Samples, SensorFault, SensorMode, Sensors, StickKind, Sticks,
-};
+use hydrocrane_sim::{simulate_phases, Phase, SampledPlan, Samples, Sensors, StickKind, Sticks};
 use numpy::PyArray2;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-
-/// Name, kind, start (s), end (s, may be infinite) and size of a sensor's fault.
-pub type FaultEntry = (String, String, f64, f64, f64);
 
 /// What surrounds the controller, as the facade hands it over.
 #[derive(FromPyObject)]
@@ -46,36 +42,6 @@ impl Plan {
             ..Sticks::centred(kind, cylinders)
         }
     }
-}
-
-/// Sensors of a machine; the error names an unknown mode, kind of fault or signal.
-pub fn sensors(machine: &Machine, mode: &str, seed: u64, faults: &[FaultEntry]) -> PyResult<Sensors> {
-    let made = Sensors::new(machine.model.as_ref(), sensor_mode(mode)?, seed, &sensor_faults(faults)?);
-    made.map_err(PyValueError::new_err)
-}
-
-fn sensor_mode(mode: &str) -> PyResult<SensorMode> {
-    match mode {
-        "ideal" => Ok(SensorMode::Ideal),
-        "data-sheet" => Ok(SensorMode::DataSheet),
-        _ => Err(PyValueError::new_err(format!("sensors must be `ideal` or `data-sheet`, got `{mode}`"))),
-    }
-}
-
-fn sensor_faults(faults: &[FaultEntry]) -> PyResult<Vec<SensorFault>> {
-    let fault = |(signal, kind, from, until, size): &FaultEntry| {
-        let kind = match kind.as_str() {
-            "freeze" => FaultKind::Freeze,
-            "jump" => FaultKind::Jump(*size),
-            "drop-out" => FaultKind::DropOut,
-            _ => {
-                let message = format!("a sensor can `freeze`, `jump` or `drop-out`, not `{kind}`");
-                return Err(PyValueError::new_err(message));
-            }
-        };
-        Ok(SensorFault { signal: signal.clone(), kind, from: *from, until: *until })
-    };
-    faults.iter().map(fault).collect()
 }
 
 /// What the sensors of a machine would have read: the signals, and one row of readings per row of `states`.

@@ -1,5 +1,6 @@
 //! The Python module `hydrocrane._core`: converts, releases the interpreter lock, maps errors; no logic.
 
+mod answers;
 mod arrays;
 mod batch;
 mod closed_loop;
@@ -8,6 +9,7 @@ mod files;
 mod friction;
 mod machine;
 mod sensitivity;
+mod sensors;
 mod simulation;
 
 use pyo3::prelude::*;

@@ -1,7 +1,7 @@
 //! The machine as Python asks it: batches of rows in, arrays out.
 
+use crate::answers::{warnings_of, WarningEntry};
 use crate::arrays::{matrix, row, rows, tensor, vector, Row, Rows};
-use crate::simulation::{warnings_of, WarningEntry};
 use hydrocrane_sim::{controllers, ground_terms, EquilibriumMode, Model, OutputInfo, LEDGER_TERMS, PAYLOAD_TERMS};
 use numpy::{PyArray1, PyArray2, PyArray3};
 use pyo3::exceptions::{PyIndexError, PyValueError};

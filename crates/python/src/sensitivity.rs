@@ -1,8 +1,9 @@
 //! Runs with their derivatives by keys of the machine file.
 
+use crate::answers::{outcome_of, warnings_of};
 use crate::arrays::{matrix, rows, tensor, vector, Row, Rows};
 use crate::files::{cannot_build, file_error, overrides};
-use crate::simulation::{outcome_of, statistics_of, warnings_of, Settings};
+use crate::simulation::{statistics_of, Settings};
 use hydrocrane_sim::sensitivity::{self, Experiment, Parameter, Sensitivities, SensitivityError, Start};
 use hydrocrane_sim::Commands;
 use pyo3::exceptions::PyValueError;

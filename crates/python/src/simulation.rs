@@ -1,10 +1,11 @@
 //! Runs and the stepping interface.
 
+use crate::answers::{outcome_of, warnings_of, WarningEntry};
 use crate::arrays::{matrix, row, rows, vector, Row, Rows};
-use crate::closed_loop::FaultEntry;
 use crate::machine::Machine;
+use crate::sensors::{self, FaultEntry};
 use hydrocrane_ode::{Effort, Tolerances};
-use hydrocrane_sim::{Commands, Layout, Outcome, OutcomeKind, PayloadChange, PayloadEvent, Run, RunOptions, Warning};
+use hydrocrane_sim::{Commands, Layout, OutcomeKind, PayloadChange, PayloadEvent, Run, RunOptions};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -117,18 +118,6 @@ pub fn record_of<'py>(py: Python<'py>, machine: &Machine, run: Run) -> PyResult<
     Ok(out)
 }
 
-/// Kind, text, cure and time of each.
-pub type WarningEntry = (&'static str, String, String, f64);
-
-pub fn warnings_of(warnings: Vec<Warning>) -> Vec<WarningEntry> {
-    warnings.into_iter().map(|w| (w.kind, w.text, w.cure, w.time)).collect()
-}
-
-/// Kind, time and message.
-pub fn outcome_of(outcome: Outcome) -> (&'static str, f64, String) {
-    (outcome.kind.name(), outcome.time, outcome.message)
-}
-
 /// `steps`: accepted and rejected.
 pub fn statistics_of(py: Python<'_>, steps: (u64, u64), effort: Effort) -> PyResult<Bound<'_, PyDict>> {
     let stats = PyDict::new(py);
@@ -173,7 +162,7 @@ impl Simulator {
     ) -> PyResult<Self> {
         let largest = step.unwrap_or(sample_time.min(0.05));
         let options = options(payload, method, rtol, None, largest, false);
-        let sensors = crate::closed_loop::sensors(machine, sensors, seed, &faults)?;
+        let sensors = sensors::sensors(machine, sensors, seed, &faults)?;
         Ok(Simulator {
             inner: hydrocrane_sim::Simulator::new(machine.model.clone(), sample_time, options).with_sensors(sensors),
         })

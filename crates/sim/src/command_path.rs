@@ -1,8 +1,8 @@
 //! The command path: from a controller's command to the spools by signal chain, limits and delays.
 
-use crate::model::MAX_JOINTS;
 use hydrocrane_machine::model::{SignalChain, Valve};
 use hydrocrane_machine::Machine;
+use hydrocrane_plant::layout::MAX_JOINTS;
 use std::collections::VecDeque;
 
 /// The command path of each cylinder.

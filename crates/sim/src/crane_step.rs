@@ -104,7 +104,7 @@ impl<T: Real, const N: usize> Linearised<T> for Here<'_, T, N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::RunOptions;
+    use crate::options::RunOptions;
     use crate::{EquilibriumMode, Model, Simulator, StateSpace};
     use hydrocrane_machine::{load, OverrideValue};
     use hydrocrane_num::Lanes;

@@ -3,15 +3,17 @@
 //! What the operator does takes effect at the controller's next sample and is written down there, so that
 //! [`simulate_phases`](crate::simulate_phases) with the same options repeats the drive to the last bit.
 
+use crate::driven::{stepper, Driven};
+use crate::faults::{start_fault, state_fault};
 use crate::model::Model;
+use crate::options::RunOptions;
 use crate::outcome::Outcome;
 use crate::payload::{Loads, PayloadChange, PayloadEvent};
 use crate::phases::states_fault;
-use crate::run::{start_fault, state_fault, stepper, Driven, RunOptions};
 use crate::sampled::{plan_fault, ClosedLoop, Event, SampledPlan};
 use crate::sensing::Sensors;
 use crate::stick::Sticks;
-use crate::warnings::Warning;
+use crate::warning::Warning;
 use hydrocrane_control::controller::Controller;
 use std::sync::Arc;
 

@@ -4,7 +4,7 @@
 //! Slices of joints, cylinders and states have the lengths that [`StateSpace::layout`] tells; SI units throughout.
 
 #[cfg(feature = "batch")]
-use crate::batch::{self, Kernel};
+use crate::batch::kernel::{self, Kernel};
 use crate::controller_model::cylinder_model;
 use crate::controllers;
 use crate::sensor_monitor;
@@ -14,9 +14,6 @@ use hydrocrane_control::feed_forward::{steady_speed, SupplyPressures};
 use hydrocrane_control::inverse_kinematics::{self, Printed, TooFewRevolute};
 use hydrocrane_control::keep_out::Region;
 use hydrocrane_plant::{Crane, Dynamics, Hydraulics, Kinematics, StateSpace};
-
-/// Most joints a chain can have here.
-pub const MAX_JOINTS: usize = hydrocrane_ode::MAX_BORDER;
 
 /// A crane with what may be asked of it beyond its equations: controllers that believe it, and copies of it in lanes.
 pub trait Model: Kinematics + Dynamics + Hydraulics + StateSpace {
@@ -73,7 +70,7 @@ impl<const N: usize> Model for Crane<N> {
 
     #[cfg(feature = "batch")]
     fn kernel(&self, wanted: Option<&str>) -> Box<dyn Kernel> {
-        batch::kernel(self.plant(), self.layout(), wanted)
+        kernel::kernel(self.plant(), self.layout(), wanted)
     }
 
     fn controller(&self, name: &str) -> Result<Box<dyn Controller>, String> {

@@ -3,10 +3,12 @@
 //! A phase goes on from the state, the load, the energies, the sticks and the commands under way of the one before, with
 //! its controller and its sensors as at the start of a run. theory: docs/theory/simulation.md
 
+use crate::driven::{stepper, Driven};
+use crate::faults::{start_fault, state_fault};
 use crate::model::Model;
+use crate::options::{Run, RunOptions};
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::recorder::Recorder;
-use crate::run::{start_fault, state_fault, stepper, Driven, Run, RunOptions};
 use crate::sampled::{plan_fault, ClosedLoop, Event, SampledPlan, Samples};
 use hydrocrane_control::controller::Controller;
 

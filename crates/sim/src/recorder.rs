@@ -1,9 +1,10 @@
 //! Collects what a run computes at the times that are to be recorded.
 
+use crate::driven::Driven;
 use crate::model::Model;
+use crate::options::{Run, RunOptions};
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::payload::PAYLOAD_TERMS;
-use crate::run::{Driven, Run, RunOptions};
 use crate::warnings::Watch;
 use hydrocrane_ode::{Effort, Stepper};
 

@@ -5,12 +5,13 @@
 //! inside the right-hand side.
 
 use crate::command_path::CommandPaths;
+use crate::driven::Driven;
 use crate::model::Model;
+use crate::options::RunOptions;
 use crate::outcome::{Outcome, OutcomeKind};
-use crate::phases::{simulate_phases, Phase};
 use crate::recorder::Recorder;
-use crate::run::{given_up, step, Driven, Run, RunOptions};
 use crate::sensing::Sensors;
+use crate::stepping::{given_up, step};
 use crate::stick::{Hand, Sticks, ROUNDING};
 use crate::warnings::Watch;
 use hydrocrane_control::controller::{Controller, Fault};
@@ -59,31 +60,6 @@ impl Samples {
         self.set_points.clear();
         self.commands.clear();
     }
-}
-
-/// A run with its samples.
-#[derive(Debug, Clone)]
-pub struct SampledRun {
-    pub run: Run,
-    pub samples: Samples,
-    pub events: Vec<Event>,
-}
-
-/// Runs `model` from `x0` to `end` under `controller`, recording states at `record` (ascending times).
-#[allow(clippy::too_many_arguments)]
-pub fn simulate_sampled(
-    model: &dyn Model,
-    x0: &[f64],
-    end: f64,
-    controller: &mut dyn Controller,
-    plan: &SampledPlan,
-    record: &[f64],
-    options: &RunOptions,
-    keep_going: &mut dyn FnMut(f64) -> bool,
-) -> SampledRun {
-    let only = Phase { from: 0.0, model, controller, plan: plan.clone() };
-    let mut done = simulate_phases(x0, end, only, Vec::new(), record, options, keep_going);
-    SampledRun { run: done.run, samples: done.samples.swap_remove(0), events: done.events }
 }
 
 /// Why a plan cannot be carried out, if it cannot.

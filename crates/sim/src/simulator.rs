@@ -1,12 +1,16 @@
 //! Step by step simulation for people's own controllers: commands held over one sample time.
 
 use crate::command_path::CommandPaths;
+use crate::driven::{stepper, Driven};
+use crate::faults::start_fault;
 use crate::model::Model;
+use crate::options::RunOptions;
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::payload::{change_payload, PayloadEvent};
-use crate::run::{start_fault, step, stepper, Driven, RunOptions};
 use crate::sensing::Sensors;
-use crate::warnings::{Warning, Watch};
+use crate::stepping::step;
+use crate::warning::Warning;
+use crate::warnings::Watch;
 use hydrocrane_ode::Stepper;
 use std::sync::Arc;
 

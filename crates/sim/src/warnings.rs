@@ -1,8 +1,9 @@
 //! What makes a run doubtful, with its cause and its cure.          reference: docs/reference/warnings.md
 
+use crate::driven::Driven;
 use crate::model::Model;
 use crate::payload::PAYLOAD_TERMS;
-use crate::run::Driven;
+use crate::warning::Warning;
 use hydrocrane_machine::model::{Cavitation, Cylinder};
 use hydrocrane_machine::Machine;
 use hydrocrane_ode::Stepper;
@@ -10,19 +11,6 @@ use hydrocrane_plant::ledger::{ground_terms, LEDGER_PER_CYLINDER, LEDGER_TERMS};
 use hydrocrane_plant::limits::in_words;
 use hydrocrane_plant::limits::JointLimits;
 use hydrocrane_plant::outputs::energies;
-
-/// Why a run may be wrong.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Warning {
-    /// When it began, s.
-    pub time: f64,
-    /// Short stable name.
-    pub kind: &'static str,
-    /// What was found, with its numbers and units.
-    pub text: String,
-    /// What helps.
-    pub cure: String,
-}
 
 /// Pressure that a chamber is rated for where the machine file says nothing, as a multiple of the supply pressure.
 const RATING: f64 = 1.5;

@@ -1,6 +1,6 @@
 //! What there is to see and to steer, told once per drive.
 
-use crate::cockpit::{Drive, TICK};
+use crate::drive::{Drive, TICK};
 use crate::frame::{corners, ledger_terms, signals};
 use crate::ground;
 use crate::offered;

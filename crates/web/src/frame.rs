@@ -1,6 +1,6 @@
 //! The numbers of an instant in one row, for charts and drawing.
 
-use crate::cockpit::Drive;
+use crate::drive::Drive;
 use hydrocrane_sim::{ground_terms, Model, LEDGER_PER_CYLINDER, LEDGER_TERMS, PAYLOAD_TERMS};
 use serde_json::{json, Value};
 

@@ -1,6 +1,6 @@
 //! The ground that a drive has: the machine's own, or the region named `ground` that controllers keep the tip out of.
 
-use crate::request::stated;
+use crate::values::stated;
 use hydrocrane_machine::{Machine, OverrideValue};
 use serde_json::{json, Value};
 

@@ -4,16 +4,20 @@
 
 mod cockpit;
 mod description;
+mod drive;
 pub mod face;
 mod frame;
 mod friction;
+mod friction_level;
 mod ground;
 mod offered;
 mod problem;
 mod replay;
 mod request;
 mod saved;
+mod values;
 
-pub use cockpit::{Cockpit, TICK};
+pub use cockpit::Cockpit;
+pub use drive::TICK;
 pub use problem::Problem;
 pub use request::Request;

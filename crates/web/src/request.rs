@@ -3,6 +3,7 @@
 use crate::friction;
 use crate::ground;
 use crate::problem::Problem;
+use crate::values::stated;
 use hydrocrane_machine::{
     bundled_scenarios, load, parse, parse_scenario, quantity, Machine, OverrideValue, CONTROLLERS, MOST_SEED,
 };
@@ -197,21 +198,6 @@ fn usual_pose(machine: &str) -> Vec<(String, f64)> {
 fn replace(changes: &mut Vec<(String, OverrideValue)>, others: Vec<(String, OverrideValue)>) {
     changes.retain(|(key, _)| !others.iter().any(|(other, _)| other == key));
     changes.extend(others);
-}
-
-/// The numbers that the machine states for a key.
-pub fn stated(machine: &Machine, key: &str) -> Option<OverrideValue> {
-    let entry = machine.provenance.iter().find(|entry| entry.key == key && !entry.value.si.is_empty())?;
-    Some(in_si(&entry.value.si, 1.0))
-}
-
-pub fn in_si(values: &[f64], factor: f64) -> OverrideValue {
-    let si: Vec<OverrideValue> = values.iter().map(|v| OverrideValue::Number(v * factor)).collect();
-    if let [one] = si.as_slice() {
-        one.clone()
-    } else {
-        OverrideValue::List(si)
-    }
 }
 
 fn override_value(key: &str, value: &Value) -> Result<OverrideValue, Problem> {

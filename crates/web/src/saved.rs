@@ -1,6 +1,6 @@
 //! A drive as a scenario file.
 
-use crate::cockpit::{Drive, Setting, TICK};
+use crate::drive::{Drive, Setting, TICK};
 use crate::problem::Problem;
 use hydrocrane_machine::OverrideValue;
 use hydrocrane_sim::Sticks;

@@ -2,9 +2,9 @@
 
 use super::kernel::{Group, WIDTH};
 use crate::command_path::{apply_signal_chain, delay};
-use crate::model::MAX_JOINTS;
 use hydrocrane_machine::model::Valve;
 use hydrocrane_machine::Machine;
+use hydrocrane_plant::layout::MAX_JOINTS;
 use std::collections::VecDeque;
 
 /// Rounding allowed between a time of arrival and the time at hand.

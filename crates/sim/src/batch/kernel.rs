@@ -4,12 +4,12 @@
 //! same bits.
 
 use crate::crane_step::{CraneStep, Scene};
-use crate::model::MAX_JOINTS;
 use hydrocrane_num::register::Register;
 #[cfg(target_arch = "x86_64")]
 use hydrocrane_num::register_x86::{Avx2, Avx512, Sse2};
 use hydrocrane_num::{Field, Lanes, Real};
 use hydrocrane_plant::layout::Layout;
+use hydrocrane_plant::layout::MAX_JOINTS;
 use hydrocrane_plant::plant::Plant;
 use hydrocrane_plant::precision::Precision;
 use hydrocrane_plant::rhs::Evaluator;

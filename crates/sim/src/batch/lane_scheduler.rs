@@ -6,8 +6,8 @@
 use super::command_path::{BatchCommandPath, Plan};
 use super::kernel::{Group, StepKernel, StepResult, Trial, WIDTH};
 use super::Status;
-use crate::model::MAX_JOINTS;
 use crate::outcome::OutcomeKind;
+use hydrocrane_plant::layout::MAX_JOINTS;
 
 /// Share of a step by which what remains may be longer than whole steps: rounding must not add one.
 const EVEN: f64 = 1e-6;

@@ -5,7 +5,7 @@
 //! instruction set.                                                        theory: docs/theory/batch.md
 
 mod command_path;
-mod kernel;
+pub(crate) mod kernel;
 mod lane_scheduler;
 
 pub use kernel::{kernel, Demand, Group, Kernel, StepKernel, StepResult, Trial, WIDTH};
@@ -100,7 +100,7 @@ impl Batch {
 
     /// Puts a crane at time zero into `state` with `payload` (kg). The error says why it cannot start there.
     pub fn reset(&mut self, crane: usize, state: &[f64], payload: f64) -> Result<(), String> {
-        if let Some(fault) = crate::run::state_fault(self.model.as_ref(), state) {
+        if let Some(fault) = crate::faults::state_fault(self.model.as_ref(), state) {
             return Err(fault);
         }
         let (group, lane) = (crane / WIDTH, crane % WIDTH);

@@ -1,13 +1,13 @@
 //! The driven crane with the derivatives of its states by parameters: s' = J s + df/dp, by dual numbers.
 
 use super::construction::{Inputs, WIDTH};
-use crate::model::MAX_JOINTS;
-use crate::run::Driven;
+use crate::driven::Driven;
 use hydrocrane_num::{Dual, Real};
 use hydrocrane_ode::BlockArrow;
 use hydrocrane_ode::Linearisation;
 use hydrocrane_ode::System;
 use hydrocrane_plant::layout::Layout;
+use hydrocrane_plant::layout::MAX_JOINTS;
 use hydrocrane_plant::rhs::Evaluator;
 use std::cell::RefCell;
 

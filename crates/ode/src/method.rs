@@ -1,0 +1,67 @@
+//! What a one-step method is.
+
+use crate::system::System;
+
+/// A one-step method with an interpolant and an embedded error estimate.
+pub trait Method: Send + Sync {
+    /// Order of the solution.
+    fn order(&self) -> u32;
+    /// Exponent of the error estimate, for step control.
+    fn estimate_order(&self) -> u32 {
+        self.order()
+    }
+    /// Whether the method takes fixed steps: they are shortened only if they do not follow the equations.
+    fn even_steps(&self) -> bool {
+        false
+    }
+    /// Prepares what all attempts of the step from `(t, x)` share. Called once per accepted state.
+    fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], restart: Restart);
+    /// Tries a step of size `h` from `x`. Writes the new state and the error estimate; `false` where the linear system
+    /// cannot be solved. Keeps the data of the interpolant.
+    fn attempt(&mut self, system: &dyn System, t: f64, h: f64, x: &[f64], to: &mut Target) -> bool;
+    /// The state at the fraction `theta` of the last attempt; valid until the next `begin`.
+    fn interpolate(&self, theta: f64, x: &mut [f64]);
+    /// Evaluations so far: right-hand sides, Jacobians, factorisations.
+    fn effort(&self) -> Effort;
+}
+
+/// What has changed at the beginning of a step since the end of the last attempt.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Restart {
+    /// Nothing.
+    None,
+    /// The input; the state is the same.
+    Input,
+    /// The state or the right-hand side; or there was no attempt.
+    State,
+}
+
+/// States smaller than this are set to zero: decaying spools would end in subnormal numbers, which are slow.
+pub const FLUSH: f64 = 1e-30;
+
+/// Sets states below [`FLUSH`] to zero.
+pub(crate) fn flush(x: &mut [f64]) {
+    for x in x {
+        *x = if x.abs() < FLUSH { 0.0 } else { *x };
+    }
+}
+
+/// Results of an attempt.
+pub struct Target {
+    pub x: Vec<f64>,
+    pub error: Vec<f64>,
+}
+
+impl Target {
+    /// Room for `n` states.
+    pub fn new(n: usize) -> Self {
+        Target { x: vec![0.0; n], error: vec![0.0; n] }
+    }
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Effort {
+    pub derivatives: u64,
+    pub jacobians: u64,
+    pub factorisations: u64,
+}

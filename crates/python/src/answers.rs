@@ -1,0 +1,15 @@
+//! Outcomes and warnings as Python gets them.
+
+use hydrocrane_sim::{Outcome, Warning};
+
+/// Kind, text, cure and time of each.
+pub type WarningEntry = (&'static str, String, String, f64);
+
+pub fn warnings_of(warnings: Vec<Warning>) -> Vec<WarningEntry> {
+    warnings.into_iter().map(|w| (w.kind, w.text, w.cure, w.time)).collect()
+}
+
+/// Kind, time and message.
+pub fn outcome_of(outcome: Outcome) -> (&'static str, f64, String) {
+    (outcome.kind.name(), outcome.time, outcome.message)
+}

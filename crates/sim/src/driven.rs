@@ -1,0 +1,86 @@
+//! A model under commands and loads: the system that a method steps.
+
+use crate::model::Model;
+use crate::options::RunOptions;
+use crate::payload::Loads;
+use hydrocrane_ode::{method, Linearisation, Stepper, System};
+use hydrocrane_plant::layout::MAX_JOINTS;
+
+/// The model under commands, as the integrator sees it.
+pub(crate) struct Driven<'a> {
+    pub model: &'a dyn Model,
+    pub payload: f64,
+    pub loads: Loads,
+    /// Commands at `since` and their rates of change, constant over the interval at hand.
+    pub base: [f64; MAX_JOINTS],
+    pub slope: [f64; MAX_JOINTS],
+    pub since: f64,
+}
+
+impl<'a> Driven<'a> {
+    /// The model with its spools centred.
+    pub fn new(model: &'a dyn Model, options: &RunOptions, since: f64) -> Self {
+        Driven {
+            model,
+            payload: options.payload,
+            loads: Loads::new(&options.payload_changes),
+            base: [0.0; MAX_JOINTS],
+            slope: [0.0; MAX_JOINTS],
+            since,
+        }
+    }
+
+    pub fn command(&self, t: f64) -> [f64; MAX_JOINTS] {
+        std::array::from_fn(|c| self.base[c] + self.slope[c] * (t - self.since))
+    }
+
+    /// Picks up and lets go the loads that are due at the time of `stepper`.
+    pub fn change_payload(&mut self, stepper: &mut Stepper) {
+        if self.loads.come_and_go(self.model, stepper.t, &mut stepper.x, &mut self.payload) {
+            stepper.restart();
+        }
+    }
+}
+
+impl System for Driven<'_> {
+    fn dimension(&self) -> usize {
+        self.model.layout().len()
+    }
+    fn derivative(&self, t: f64, x: &[f64], dx: &mut [f64]) {
+        self.model.derivative(x, &self.command(t), self.payload, dx);
+    }
+    fn quadrature_rates(&self, x: &[f64], dw: &mut [f64]) {
+        self.model.powers(x, self.payload, dw);
+    }
+    fn linearise(&self, t: f64, x: &[f64], at: &mut Linearisation) {
+        let (rate, jacobian) = at.block_arrow(self.model.layout().axes(), 0);
+        self.model.linearise(x, &self.command(t), self.payload, rate, &mut jacobian[0]);
+    }
+    fn update_input(&self, t: f64, x: &[f64], at: &mut Linearisation) {
+        let (rate, jacobian) = at.block_arrow(self.model.layout().axes(), 0);
+        self.model.update_input(x, &self.command(t), rate, &mut jacobian[0]);
+    }
+    fn time_derivative(&self, _t: f64, _x: &[f64], dfdt: &mut [f64]) -> bool {
+        let driven = self.slope != [0.0; MAX_JOINTS];
+        if driven {
+            self.model.command_derivative(&self.slope, dfdt);
+        }
+        driven
+    }
+    fn admissible(&self, x: &[f64]) -> bool {
+        self.model.admissible(x)
+    }
+    fn scales(&self) -> &[f64] {
+        &self.model.layout().scales
+    }
+    fn error_size(&self, reached: &[f64], error: &[f64]) -> f64 {
+        self.model.error_size(reached, error)
+    }
+}
+
+/// A stepper at time zero; `None` where there is no such method, which [`start_fault`] finds first.
+pub(crate) fn stepper(x0: &[f64], model: &dyn Model, options: &RunOptions) -> Option<Stepper> {
+    let method = method(&options.method, x0.len())?;
+    let stepper = Stepper::new(method, options.tolerances, 0.0, x0, options.quadratures(model));
+    Some(stepper.with_jumps(!model.machine().errata.friction_map))
+}

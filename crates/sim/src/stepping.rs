@@ -1,0 +1,50 @@
+//! One step, what it leads to, and when a run is given up.
+
+use crate::driven::Driven;
+use crate::faults::failed;
+use crate::options::RunOptions;
+use crate::outcome::{Outcome, OutcomeKind};
+use crate::warnings::Watch;
+use hydrocrane_ode::{Stepper, System, CRAWL_ATTEMPTS};
+
+/// One step, at most to `limit`, and a look at where it led.
+pub(crate) fn step(stepper: &mut Stepper, watch: &mut Watch, driven: &Driven, limit: f64) -> Result<(), Outcome> {
+    step_of(driven, stepper, watch, driven, limit)
+}
+
+/// One step of `system`, whose states begin with those of the crane that is `driven`.
+pub(crate) fn step_of(
+    system: &dyn System,
+    stepper: &mut Stepper,
+    watch: &mut Watch,
+    driven: &Driven,
+    limit: f64,
+) -> Result<(), Outcome> {
+    let stepped = stepper.step(system, limit).map_err(|failure| failed(driven.model, stepper, failure));
+    watch.look(stepper, driven);
+    stepped
+}
+
+/// Why a run ends early though every step so far was good.
+pub(crate) fn given_up(
+    stepper: &mut Stepper,
+    options: &RunOptions,
+    keep_going: &mut dyn FnMut(f64) -> bool,
+) -> Option<Outcome> {
+    if stepper.accepted >= options.max_steps {
+        let message = format!("gave up after {} steps; loosen the tolerance or shorten the run", stepper.accepted);
+        return Some(Outcome { kind: OutcomeKind::SolverFailed, time: stepper.t, message });
+    }
+    if let Some(advance) = stepper.crawls() {
+        let message = format!(
+            "{CRAWL_ATTEMPTS} steps went on by only {advance:.1e} s; a law jumps here (friction or orifice law as printed?): \
+             take `ros3l`, whose steps are even, smooth the friction by `smoothing-velocity`, or loosen the tolerance"
+        );
+        return Some(Outcome { kind: OutcomeKind::SolverFailed, time: stepper.t, message });
+    }
+    if stepper.accepted.is_multiple_of(256) && !keep_going(stepper.t) {
+        let message = "stopped from outside".to_string();
+        return Some(Outcome { kind: OutcomeKind::Interrupted, time: stepper.t, message });
+    }
+    None
+}

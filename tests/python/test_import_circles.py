@@ -1,0 +1,66 @@
+"""No file of a crate or of the page needs a file that needs it. Python's own files: test_layout.py."""
+
+from __future__ import annotations
+
+import graphlib
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+CRATES = sorted(path.parent.name for path in (ROOT / "crates").glob("*/Cargo.toml"))
+
+
+def modules(crate: str) -> dict[str, Path]:
+    """Path of a module inside its crate -> its file; the root of a crate only lists modules, binaries stand apart."""
+    source = ROOT / "crates" / crate / "src"
+    files = {}
+    for path in source.rglob("*.rs"):
+        parts = [part for part in path.relative_to(source).with_suffix("").parts if part != "mod"]
+        if parts != ["lib"] and parts[0] != "bin":
+            files["::".join(parts)] = path
+    return files
+
+
+def named(path: str, known: dict[str, Path]) -> str | None:
+    """The longest module that a path of names begins with."""
+    parts = path.split("::")
+    heads = ("::".join(parts[:count]) for count in range(len(parts), 0, -1))
+    return next((head for head in heads if head in known), None)
+
+
+def uses(module: str, known: dict[str, Path]) -> set[str]:
+    """Modules of the same crate that a module names outside of its tests and comments."""
+    code = known[module].read_text(encoding="utf-8").split("#[cfg(test)]\nmod tests")[0]
+    code = re.sub(r"//.*", "", code)
+    own = module if known[module].name == "mod.rs" else module.rpartition("::")[0]
+    paths = re.findall(r"\bcrate::((?:\w+::)*\w+)", code)
+    paths += [f"{own}::{path}".removeprefix("::") for path in re.findall(r"\bsuper::((?:\w+::)*\w+)", code)]
+    for group in re.findall(r"use crate::\{([^;]*)\};", code):
+        paths += re.findall(r"(?:^|,)\s*((?:\w+::)*\w+)", group)
+    return {found for path in paths if (found := named(path, known)) and found != module}
+
+
+def circle(graph: dict[str, set[str]]) -> list[str]:
+    try:
+        graphlib.TopologicalSorter(graph).prepare()
+    except graphlib.CycleError as error:
+        return error.args[1]
+    return []
+
+
+@pytest.mark.parametrize("crate", CRATES)
+def test_files_of_a_crate_use_each_other_in_no_circle(crate):
+    known = modules(crate)
+    assert not circle({module: uses(module, known) for module in known})
+
+
+def test_files_of_the_page_import_each_other_in_no_circle():
+    files = {path.stem: path.read_text(encoding="utf-8") for path in (ROOT / "cockpit/src").glob("*.ts")}
+    assert len(files) > 20
+    assert not circle({name: set(re.findall(r'from "\./([\w-]+)"', text)) for name, text in files.items()})
+
+
+def test_a_circle_is_found():
+    assert circle({"a": {"b"}, "b": {"c"}, "c": {"a"}}) and not circle({"a": {"b"}, "b": set()})
