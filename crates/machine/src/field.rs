@@ -2,6 +2,7 @@
 
 use crate::document::{Origin, Place, Scalar};
 use crate::errors::{ErrorKind, MachineError};
+use crate::keys::{Key, Kind, Sign};
 use crate::log::Log;
 use crate::model::{Form, Recorded, Unusual};
 use crate::nearest::{choose, suggestion};
@@ -16,14 +17,6 @@ pub const POINT_EXAMPLE: &str = "a point, for example \"(0.2, -0.1) m\"";
 /// Values of one list: sticks for an hour, a hundred times a second.
 pub const MOST_ROWS: usize = 400_000;
 
-/// The sign a value must have.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sign {
-    Any,
-    NonNegative,
-    Positive,
-}
-
 /// A value, with what is needed to report it.
 pub struct Field<'a> {
     pub path: String,
@@ -31,6 +24,8 @@ pub struct Field<'a> {
     pub value: &'a Scalar,
     pub origin: &'a Origin,
     pub log: &'a Log,
+    /// As it is declared.
+    pub key: &'static Key,
 }
 
 impl<'a> Field<'a> {
@@ -54,16 +49,28 @@ impl<'a> Field<'a> {
         }
     }
 
-    pub fn choice<T: Copy>(&self, choices: &[(&str, T)]) -> Result<T> {
+    /// Which of the declared choices it names; `values` are what they stand for, in their order.
+    pub fn choice<T: Copy>(&self, values: &[T]) -> Result<T> {
+        let names = self.key.choices();
+        debug_assert_eq!(names.len(), values.len(), "`{}` is declared with other choices", self.path);
+        let choices: Vec<(&str, T)> = names.iter().copied().zip(values.iter().copied()).collect();
+        self.choice_of(&choices)
+    }
+
+    /// As [`Self::choice`], where other values of the file decide which of the declared choices there are.
+    pub fn choice_of<T: Copy>(&self, choices: &[(&str, T)]) -> Result<T> {
+        debug_assert!(choices.iter().all(|(name, _)| self.key.choices().contains(name)), "`{}`", self.path);
         let text = self.text()?;
         choose(text, choices).map_err(|help| {
             self.error(ErrorKind::InvalidChoice, format!("`{text}` is not among the choices")).help(help)
         })
     }
 
-    pub fn quantity(&self, quantity: &Quantity, sign: Sign) -> Result<f64> {
+    /// A quantity of which other values of the file decide what it is.
+    pub fn quantity_of(&self, quantity: &Quantity) -> Result<f64> {
+        debug_assert!(self.key.allows(quantity), "`{}` is declared as another quantity", self.path);
         self.record()?;
-        let value = self.scalar(self.value, self.place, quantity, sign)?;
+        let value = self.scalar(self.value, self.place, quantity)?;
         self.keep(&[value], &[quantity], Form::One);
         Ok(value)
     }
@@ -73,8 +80,19 @@ impl<'a> Field<'a> {
         self.log.keep(&self.path, Recorded { si: si.to_vec(), units, form });
     }
 
+    /// A pair of the declared quantity.
+    pub fn pair(&self) -> Result<[f64; 2]> {
+        let quantity = self.kind().quantity();
+        self.pair_of([&quantity, &quantity])
+    }
+
+    fn kind(&self) -> Kind {
+        self.key.kind().unwrap_or_else(|| panic!("`{}` is declared as no quantity", self.path))
+    }
+
     /// A value that applies to both entries, or a list of two; `quantities` gives what each entry must be.
-    pub fn pair(&self, quantities: [&Quantity; 2], sign: Sign) -> Result<[f64; 2]> {
+    pub fn pair_of(&self, quantities: [&Quantity; 2]) -> Result<[f64; 2]> {
+        debug_assert!(quantities.iter().all(|quantity| self.key.allows(quantity)), "`{}`", self.path);
         self.record()?;
         let [a, b] = match self.value {
             Scalar::List(items) => match items.as_slice() {
@@ -87,22 +105,23 @@ impl<'a> Field<'a> {
             },
             value => [(value, self.place); 2],
         };
-        let pair = [self.scalar(a.0, a.1, quantities[0], sign)?, self.scalar(b.0, b.1, quantities[1], sign)?];
+        let pair = [self.scalar(a.0, a.1, quantities[0])?, self.scalar(b.0, b.1, quantities[1])?];
         let form = if matches!(self.value, Scalar::List(_)) { Form::Two } else { Form::Shared };
         self.keep(&pair, &quantities, form);
         Ok(pair)
     }
 
-    /// A list of quantities of one kind.
-    pub fn series(&self, quantity: &Quantity) -> Result<Vec<f64>> {
+    /// A list of quantities of the declared kind.
+    pub fn series(&self) -> Result<Vec<f64>> {
         self.record()?;
+        let quantity = &self.kind().quantity();
         let items = self.list()?;
-        let numbers = items.iter().map(|(value, place)| Ok(self.signed(value, place, quantity, Sign::Any)?.1));
+        let numbers = items.iter().map(|(value, place)| Ok(self.signed(value, place, quantity)?.1));
         let series = numbers.collect::<Result<Vec<f64>>>()?;
         // The largest stands for all: series are long.
         let largest = (0..series.len()).max_by(|a, b| series[*a].abs().total_cmp(&series[*b].abs()));
         if let Some((value, place)) = largest.map(|index| &items[index]) {
-            self.scalar(value, place, quantity, Sign::Any)?;
+            self.scalar(value, place, quantity)?;
         }
         self.keep(&series, &[quantity], Form::List);
         Ok(series)
@@ -113,7 +132,7 @@ impl<'a> Field<'a> {
         self.record()?;
         let items = self.list()?.iter().map(|(value, place)| self.point_from(value, place));
         let points = items.collect::<Result<Vec<[f64; 2]>>>()?;
-        self.keep(&points.concat(), &[&quantities::length()], Form::List);
+        self.keep(&points.concat(), &[&quantities::LENGTH.quantity()], Form::List);
         Ok(points)
     }
 
@@ -139,13 +158,13 @@ impl<'a> Field<'a> {
     pub fn point(&self) -> Result<[f64; 2]> {
         self.record()?;
         let point = self.point_from(self.value, self.place)?;
-        let length = quantities::length();
+        let length = quantities::LENGTH.quantity();
         self.keep(&point, &[&length, &length], Form::Two);
         Ok(point)
     }
 
     fn point_from(&self, value: &Scalar, place: &Place) -> Result<[f64; 2]> {
-        let length = Quantity::new("length", "m");
+        let length = quantities::LENGTH.quantity();
         let report = |message: String| {
             place.error(ErrorKind::WrongType, &self.path, message).help(format!("give {POINT_EXAMPLE}"))
         };
@@ -162,22 +181,22 @@ impl<'a> Field<'a> {
         };
         let convert = |number: f64| {
             let converted = self.convert(number, unit, place, &length)?;
-            self.judge(number, None, converted, place, &length, Sign::Any)?;
+            self.judge(number, None, converted, place, &length)?;
             Ok(converted)
         };
         Ok([convert(numbers[0])?, convert(numbers[1])?])
     }
 
     /// A value in SI, of the right sign and size.
-    fn scalar(&self, value: &Scalar, place: &Place, quantity: &Quantity, sign: Sign) -> Result<f64> {
-        let (number, converted) = self.signed(value, place, quantity, sign)?;
+    fn scalar(&self, value: &Scalar, place: &Place, quantity: &Quantity) -> Result<f64> {
+        let (number, converted) = self.signed(value, place, quantity)?;
         let written = if let Scalar::Text(text) = value { Some(text.trim()) } else { None };
-        self.judge(number, written, converted, place, quantity, sign)?;
+        self.judge(number, written, converted, place, quantity)?;
         Ok(converted)
     }
 
     /// A number as it was given and in SI, of the right sign.
-    fn signed(&self, value: &Scalar, place: &Place, quantity: &Quantity, sign: Sign) -> Result<(f64, f64)> {
+    fn signed(&self, value: &Scalar, place: &Place, quantity: &Quantity) -> Result<(f64, f64)> {
         let (number, unit) = match value {
             // Callers' numbers are SI; a file states the unit.
             Scalar::Number(number) if quantity.is_number() || matches!(place, Place::Override(_)) => {
@@ -194,6 +213,7 @@ impl<'a> Field<'a> {
             }
         };
         let converted = self.convert(number, unit, place, quantity)?;
+        let sign = self.key.sign();
         let allowed = match sign {
             Sign::Any => true,
             Sign::NonNegative => converted >= 0.0,
@@ -209,16 +229,8 @@ impl<'a> Field<'a> {
 
     /// Refuses a value that is far from usual, and notes one that is unusual. `number` is what was given in some unit,
     /// as `written`; without a text it is in SI.
-    fn judge(
-        &self,
-        number: f64,
-        written: Option<&str>,
-        si: f64,
-        place: &Place,
-        quantity: &Quantity,
-        sign: Sign,
-    ) -> Result<()> {
-        let verdict = plausible::judge(&self.path, quantity, number, si, sign == Sign::Positive);
+    fn judge(&self, number: f64, written: Option<&str>, si: f64, place: &Place, quantity: &Quantity) -> Result<()> {
+        let verdict = plausible::judge(self.key, quantity, number, si);
         let in_si = || format!("{} {}", plausible::short(si), quantity.unit).trim_end().to_string();
         let shown = written.map_or_else(in_si, str::to_string);
         match verdict {

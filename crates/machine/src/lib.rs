@@ -7,6 +7,7 @@ mod bundled;
 mod document;
 mod errors;
 mod field;
+mod keys;
 mod load;
 mod log;
 mod merge;
@@ -16,14 +17,18 @@ mod plausible;
 mod quantities;
 mod reader;
 pub mod scenario;
+#[cfg(feature = "schema")]
+mod schema;
 mod sections;
 mod units;
 
 pub use bundled::{bundled_machines, bundled_scenarios};
 pub use errors::{shortened, ErrorKind, FilePosition, Location, MachineError, ERROR_SLUGS};
+pub use keys::{Key, CONTROLLERS, PLAUSIBILITY};
 pub use load::{load, parse, Template};
 pub use merge::OverrideValue;
 pub use model::Machine;
 pub use scenario::{load_scenario, parse_scenario, parse_scenario_with, Scenario, MOST_SEED};
-pub use sections::{CONTROLLERS, PLAUSIBILITY};
+#[cfg(feature = "schema")]
+pub use schema::{schema, FileKind};
 pub use units::quantity;

@@ -1,38 +1,43 @@
 //! The quantities that keys of machine and scenario files expect.
 
+use crate::keys::Kind;
 use crate::units::{Dimension, Quantity};
 
 macro_rules! quantities {
-    ($($function:ident = $name:literal in $unit:literal;)*) => {
-        $(pub fn $function() -> Quantity { Quantity::new($name, $unit) })*
+    ($($constant:ident = $name:literal in $unit:literal;)*) => {
+        $(pub const $constant: Kind = Kind { name: $name, unit: $unit };)*
 
         /// Name of the quantity that has this dimension, where one of the above does.
         pub fn name_of(dimension: Dimension) -> Option<&'static str> {
-            [$($function()),*].iter().find(|quantity| quantity.dimension == dimension).map(|quantity| quantity.name)
+            [$($constant),*].iter().find(|kind| kind.quantity().dimension == dimension).map(|kind| kind.name)
         }
     };
 }
 
 quantities! {
-    length = "length" in "m";
-    angle = "angle" in "rad";
-    time = "time" in "s";
-    mass = "mass" in "kg";
-    inertia = "moment of inertia" in "kg m^2";
-    acceleration = "acceleration" in "m/s^2";
-    velocity = "velocity" in "m/s";
-    angular_frequency = "angular frequency" in "rad/s";
-    force = "force" in "N";
-    stiffness = "stiffness" in "N/m";
-    damping = "damping coefficient" in "N s/m";
-    pressure = "pressure" in "Pa";
-    volume = "volume" in "m^3";
-    flow = "volume flow" in "m^3/s";
-    conductance = "leakage conductance" in "m^3/(s Pa)";
-    density = "density" in "kg/m^3";
-    viscosity = "dynamic viscosity" in "Pa s";
-    voltage = "voltage" in "V";
+    LENGTH = "length" in "m";
+    ANGLE = "angle" in "rad";
+    TIME = "time" in "s";
+    MASS = "mass" in "kg";
+    INERTIA = "moment of inertia" in "kg m^2";
+    ACCELERATION = "acceleration" in "m/s^2";
+    VELOCITY = "velocity" in "m/s";
+    ANGULAR_FREQUENCY = "angular frequency" in "rad/s";
+    FORCE = "force" in "N";
+    STIFFNESS = "stiffness" in "N/m";
+    DAMPING = "damping coefficient" in "N s/m";
+    PRESSURE = "pressure" in "Pa";
+    VOLUME = "volume" in "m^3";
+    FLOW = "volume flow" in "m^3/s";
+    CONDUCTANCE = "leakage conductance" in "m^3/(s Pa)";
+    DENSITY = "density" in "kg/m^3";
+    VISCOSITY = "dynamic viscosity" in "Pa s";
+    VOLTAGE = "voltage" in "V";
 }
+
+/// Of the dimension of an angular frequency, so that messages do not name it.
+pub const ANGULAR_VELOCITY: Kind = Kind { name: "angular velocity", unit: "rad/s" };
+pub const NUMBER: Kind = Kind { name: "plain number", unit: "" };
 
 /// N (s/m)^exponent: a friction force over a power of the velocity.
 pub fn viscous_friction(exponent: f64) -> Quantity {

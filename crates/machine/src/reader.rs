@@ -1,45 +1,77 @@
-//! Reads a table: its keys are checked against the known ones, its values come out typed.
+//! Reads a table: its keys are checked against the declared ones, its values come out typed.
+//!
+//! Values are asked for by name and read as [`crate::keys`] declares them. Asking for a key that is not declared is an
+//! error of this program and panics.
 
 use crate::document::{join, Entry, Node, NodeKind, Place};
 use crate::errors::{ErrorKind, MachineError};
+pub use crate::field::Field;
 use crate::field::POINT_EXAMPLE;
-pub use crate::field::{Field, Sign};
+use crate::keys::{find, Key, Value};
 pub use crate::log::Log;
 use crate::nearest::suggestion;
 use crate::units::Quantity;
 
 type Result<T> = std::result::Result<T, MachineError>;
 
-/// A table whose keys have been checked against the known ones.
+/// A table whose keys have been checked against the declared ones.
 #[derive(Clone)]
 pub struct Reader<'a> {
     entries: &'a [Entry],
     pub place: &'a Place,
     pub path: String,
     log: &'a Log,
+    keys: &'static [Key],
 }
 
 impl<'a> Reader<'a> {
-    /// Opens the table `node`; a key outside `known` is an error. `None` takes any key: the keys are names.
-    pub fn open(node: &'a Node, path: String, known: Option<&[&str]>, log: &'a Log) -> Result<Self> {
+    /// The whole of a file, whose top has these `keys`.
+    pub fn root(tree: &'a Node, keys: &'static [Key], log: &'a Log) -> Result<Self> {
+        Self::open(tree, String::new(), keys, log)
+    }
+
+    /// Opens the table `node`; a key that is not declared is an error.
+    fn open(node: &'a Node, path: String, keys: &'static [Key], log: &'a Log) -> Result<Self> {
+        let reader = Self::unchecked(node, path, keys, log)?;
+        if !keys.iter().any(Key::is_for_any_name) {
+            let known: Vec<&str> = keys.iter().map(|key| key.name).collect();
+            reader.check_keys(&known)?;
+        }
+        Ok(reader)
+    }
+
+    fn unchecked(node: &'a Node, path: String, keys: &'static [Key], log: &'a Log) -> Result<Self> {
         let Some(entries) = node.entries() else {
             let found = format!("expected a table, found {}", node.kind_name());
             return Err(node.place.error(ErrorKind::WrongType, &path, found).help(format!("head it by [{path}]")));
         };
-        for entry in entries {
-            if let Some(known) = known.filter(|known| !known.contains(&entry.key.as_str())) {
-                let help = match entry.key.as_str() {
-                    // TOML counts a key to the table above it, wherever its author wanted it.
-                    key @ ("extends" | "include") => {
-                        format!("`{key}` belongs above the first table of a machine file, above this [{path}]")
-                    }
-                    key => suggestion(key, known.iter().copied()),
-                };
-                let key = join(&path, &entry.key);
-                return Err(entry.place.error(ErrorKind::UnknownKey, &key, "unknown key").help(help));
+        Ok(Self { entries, place: &node.place, path, log, keys })
+    }
+
+    /// A key outside `known` is an error.
+    fn check_keys(&self, known: &[&str]) -> Result<()> {
+        let Some(entry) = self.entries.iter().find(|entry| !known.contains(&entry.key.as_str())) else {
+            return Ok(());
+        };
+        let help = match entry.key.as_str() {
+            // TOML counts a key to the table above it, wherever its author wanted it.
+            key @ ("extends" | "include") => {
+                format!("`{key}` belongs above the first table of a machine file, above this [{}]", self.path)
             }
-        }
-        Ok(Self { entries, place: &node.place, path, log })
+            key => suggestion(key, known.iter().copied()),
+        };
+        Err(entry.place.error(ErrorKind::UnknownKey, &join(&self.path, &entry.key), "unknown key").help(help))
+    }
+
+    /// The declaration of `key`.
+    ///
+    /// # Panics
+    /// If there is none.
+    fn declared(&self, key: &str) -> &'static Key {
+        let declared = find(self.keys, key).unwrap_or_else(|| panic!("`{}` is not declared", join(&self.path, key)));
+        #[cfg(test)]
+        crate::keys::asked::note(declared);
+        declared
     }
 
     fn entry(&self, key: &str) -> Option<&'a Entry> {
@@ -66,29 +98,63 @@ impl<'a> Reader<'a> {
         place.error(kind, &join(&self.path, key), message)
     }
 
-    /// A sub-table with known keys.
-    pub fn table(&self, key: &str, known: &[&str]) -> Result<Option<Reader<'a>>> {
+    /// A sub-table.
+    pub fn table(&self, key: &str) -> Result<Option<Reader<'a>>> {
+        let keys = self.keys_below(key);
         let Some(entry) = self.entry(key) else { return Ok(None) };
-        Reader::open(&entry.node, join(&self.path, key), Some(known), self.log).map(Some)
+        Reader::open(&entry.node, join(&self.path, key), keys, self.log).map(Some)
     }
 
-    /// The named sub-tables of `[key.<name>]`, each with known keys.
-    pub fn named_tables(&self, key: &str, known: &[&str]) -> Result<Vec<(&'a str, Reader<'a>)>> {
+    /// A sub-table; where the file has none, one without keys.
+    pub fn table_or_empty(&self, key: &str) -> Result<Reader<'a>> {
+        let empty = || Reader { entries: &[], path: join(&self.path, key), keys: self.keys_below(key), ..self.clone() };
+        Ok(self.table(key)?.unwrap_or_else(empty))
+    }
+
+    /// A sub-table in which only the keys `known` are allowed, of those that are declared.
+    pub fn table_of(&self, key: &str, known: &[&str]) -> Result<Option<Reader<'a>>> {
+        let Some(table) = self.names(key)? else { return Ok(None) };
+        table.check_keys(known)?;
+        Ok(Some(table))
+    }
+
+    /// The named sub-tables of `[key.<name>]`.
+    pub fn named_tables(&self, key: &str) -> Result<Vec<(&'a str, Reader<'a>)>> {
+        let keys = self.keys_below(key);
         let Some(names) = self.names(key)? else { return Ok(Vec::new()) };
         names
             .entries
             .iter()
             .map(|entry| {
                 let path = join(&names.path, &entry.key);
-                Ok((entry.key.as_str(), Reader::open(&entry.node, path, Some(known), self.log)?))
+                Ok((entry.key.as_str(), Reader::open(&entry.node, path, keys, self.log)?))
             })
             .collect()
     }
 
-    /// A sub-table whose keys are names.
+    /// A sub-table whose keys are not checked: they are names, or checked elsewhere.
     pub fn names(&self, key: &str) -> Result<Option<Reader<'a>>> {
+        let keys = self.keys_below(key);
         let Some(entry) = self.entry(key) else { return Ok(None) };
-        Reader::open(&entry.node, join(&self.path, key), None, self.log).map(Some)
+        Reader::unchecked(&entry.node, join(&self.path, key), keys, self.log).map(Some)
+    }
+
+    /// The keys of a table, or of each of several tables with names.
+    fn keys_below(&self, key: &str) -> &'static [Key] {
+        match self.declared(key).value {
+            Value::Table(keys) | Value::Tables(keys) => keys,
+            _ => &[],
+        }
+    }
+
+    /// The keys that are declared by name.
+    pub fn known(&self) -> impl Iterator<Item = &'static str> {
+        self.keys.iter().filter(|key| !key.is_for_any_name()).map(|key| key.name)
+    }
+
+    /// The declared choices of a key.
+    pub fn choices(&self, key: &str) -> &'static [&'static str] {
+        self.declared(key).choices()
     }
 
     pub fn keys(&self) -> impl Iterator<Item = &'a str> + use<'a> {
@@ -101,11 +167,12 @@ impl<'a> Reader<'a> {
     }
 
     pub fn optional(&self, key: &str) -> Result<Option<Field<'a>>> {
+        let declared = self.declared(key);
         let Some(entry) = self.entry(key) else { return Ok(None) };
         let path = join(&self.path, key);
         match &entry.node.kind {
             NodeKind::Value { value, origin } => {
-                Ok(Some(Field { path, place: &entry.node.place, value, origin, log: self.log }))
+                Ok(Some(Field { path, place: &entry.node.place, value, origin, log: self.log, key: declared }))
             }
             NodeKind::Table(_) => Err(entry
                 .place
@@ -118,16 +185,45 @@ impl<'a> Reader<'a> {
         self.optional(key)?.ok_or_else(|| self.missing(key, format!("give {help}")))
     }
 
-    pub fn quantity(&self, key: &str, quantity: &Quantity, sign: Sign) -> Result<f64> {
-        self.required(key, &quantity.example())?.quantity(quantity, sign)
+    /// The declared quantity.
+    fn quantity_at(&self, key: &str) -> Quantity {
+        let kind = self.declared(key).kind();
+        kind.unwrap_or_else(|| panic!("`{}` is declared as no quantity", join(&self.path, key))).quantity()
     }
 
-    pub fn optional_quantity(&self, key: &str, quantity: &Quantity, sign: Sign) -> Result<Option<f64>> {
-        self.optional(key)?.map(|field| field.quantity(quantity, sign)).transpose()
+    pub fn quantity(&self, key: &str) -> Result<f64> {
+        self.quantity_of(key, &self.quantity_at(key))
     }
 
-    pub fn quantity_or(&self, key: &str, quantity: &Quantity, sign: Sign, default: f64) -> Result<f64> {
-        Ok(self.optional_quantity(key, quantity, sign)?.unwrap_or(default))
+    /// As [`Self::quantity`], where other values decide which of the declared quantities it is.
+    pub fn quantity_of(&self, key: &str, quantity: &Quantity) -> Result<f64> {
+        self.required(key, &quantity.example())?.quantity_of(quantity)
+    }
+
+    pub fn optional_quantity(&self, key: &str) -> Result<Option<f64>> {
+        self.optional(key)?.map(|field| field.quantity_of(&self.quantity_at(key))).transpose()
+    }
+
+    /// The quantity at `key`, or its declared default.
+    pub fn quantity_or_default(&self, key: &str) -> Result<f64> {
+        self.quantity_or_default_of(key, &self.quantity_at(key))
+    }
+
+    pub fn quantity_or_default_of(&self, key: &str, quantity: &Quantity) -> Result<f64> {
+        match self.optional(key)? {
+            Some(field) => field.quantity_of(quantity),
+            None => Ok(self.default_of(key, quantity)),
+        }
+    }
+
+    fn default_of(&self, key: &str, quantity: &Quantity) -> f64 {
+        let default = self.declared(key).default_in(quantity.dimension);
+        default.unwrap_or_else(|| panic!("`{}` is declared without a default", join(&self.path, key)))
+    }
+
+    pub fn pair(&self, key: &str) -> Result<[f64; 2]> {
+        let quantity = self.quantity_at(key);
+        self.required(key, &quantity.example())?.pair_of([&quantity, &quantity])
     }
 
     pub fn point(&self, key: &str) -> Result<[f64; 2]> {
@@ -142,13 +238,21 @@ impl<'a> Reader<'a> {
         self.optional(key)?.map_or(Ok(default), |field| field.text())
     }
 
-    pub fn choice<T: Copy>(&self, key: &str, choices: &[(&str, T)]) -> Result<T> {
-        let names: Vec<&str> = choices.iter().map(|(name, _)| *name).collect();
-        self.required(key, &format!("one of {}", names.join(", ")))?.choice(choices)
+    /// Which of the declared choices the key names; `values` are what they stand for, in their order.
+    pub fn choice<T: Copy>(&self, key: &str, values: &[T]) -> Result<T> {
+        let choices = self.choices(key).join(", ");
+        self.required(key, &format!("one of {choices}"))?.choice(values)
     }
 
-    pub fn choice_or<T: Copy>(&self, key: &str, choices: &[(&str, T)], default: T) -> Result<T> {
-        self.optional(key)?.map_or(Ok(default), |field| field.choice(choices))
+    pub fn optional_choice<T: Copy>(&self, key: &str, values: &[T]) -> Result<Option<T>> {
+        self.optional(key)?.map(|field| field.choice(values)).transpose()
+    }
+
+    pub fn choice_or_default<T: Copy>(&self, key: &str, values: &[T]) -> Result<T> {
+        let declared = self.declared(key);
+        let default = declared.choices().iter().position(|choice| declared.defaults.contains(choice));
+        let default = default.unwrap_or_else(|| panic!("`{}` is declared without a default", join(&self.path, key)));
+        Ok(self.optional_choice(key, values)?.unwrap_or(values[default]))
     }
 
     /// Which of two groups of keys the table uses: 0 or 1. Keys of both are a conflict; `None` where there are none.

@@ -11,14 +11,13 @@ pub use sensor_fault::{FaultKind, SensorFault};
 use crate::bundled::{bundled_machines, bundled_scenarios};
 use crate::document::{self, Node, NodeKind, Scalar, SourceFile};
 use crate::errors::{ErrorKind, MachineError};
+use crate::keys;
 use crate::load::{self, is_path, Source};
 use crate::merge::{apply_override, Override, OverrideValue};
 use crate::model::Machine;
 use crate::nearest::suggestion;
-use crate::quantities::{length, mass, pressure, time};
-use crate::reader::{Field, Log, Reader, Sign};
+use crate::reader::{Field, Log, Reader};
 use crate::sections::coordinate;
-use crate::units::Quantity;
 
 type Result<T> = std::result::Result<T, MachineError>;
 
@@ -96,28 +95,10 @@ pub struct Solver {
     pub step: Option<f64>,
 }
 
-const ROOT_KEYS: [&str; 10] = [
-    "scenario",
-    "overrides",
-    "initial",
-    "payload",
-    "command",
-    "controller",
-    "joystick",
-    "phase",
-    "sensor-fault",
-    "solver",
-];
-const SCENARIO_KEYS: [&str; 8] =
-    ["name", "title", "machine", "duration", "record-interval", "payload", "seed", "recorded-by"];
-const METHODS: [(&str, &str); 4] =
-    [("rodas5p", "rodas5p"), ("ros4l", "ros4l"), ("tsit5", "tsit5"), (FIXED_STEPS, FIXED_STEPS)];
+/// What the choices of `interpolation` stand for.
+const INTERPOLATIONS: [Interpolation; 2] = [Interpolation::Hold, Interpolation::Linear];
 /// The method that takes steps of the size it is given.
 const FIXED_STEPS: &str = "ros3l";
-const DEFAULT_RECORD_INTERVAL: f64 = 0.01;
-const DEFAULT_RTOL: f64 = 1e-4;
-/// Larger steps let a method miss a change of command, s.
-const DEFAULT_MAX_STEP: f64 = 0.05;
 
 /// Loads the scenario `source`, a bundled name or a path, with `overrides` by dotted key in place of its values.
 /// Names and units are checked against its machine.
@@ -180,8 +161,8 @@ fn build(source: &Source, overrides: &[(String, OverrideValue)], machine_text: O
     }
     // A scenario describes no machine, so that its values carry no provenance.
     let log = Log::new(false);
-    let root = Reader::open(&tree, String::new(), Some(&ROOT_KEYS), &log)?;
-    let Some(head) = root.table("scenario", &SCENARIO_KEYS)? else {
+    let root = Reader::root(&tree, keys::SCENARIO, &log)?;
+    let Some(head) = root.table("scenario")? else {
         return Err(root.missing("scenario", "add the table [scenario]"));
     };
     let machine_overrides = overrides_in(&root, "overrides")?;
@@ -189,7 +170,7 @@ fn build(source: &Source, overrides: &[(String, OverrideValue)], machine_text: O
     let text = machine_text.filter(|_| is_path(&name)).map(str::to_string);
     let machine_source = MachineSource { name, text };
     let machine = machine(&head, &machine_source, &machine_overrides)?;
-    let payload = head.optional_quantity("payload", &mass(), Sign::NonNegative)?;
+    let payload = head.optional_quantity("payload")?;
     let joystick = closed_loop::joystick(&root, &machine, source)?;
     let controller = closed_loop::controller(&root, joystick.as_ref(), &machine_source, &machine_overrides)?;
     let stated = Stated { machine: &machine, overrides: &machine_overrides };
@@ -202,7 +183,6 @@ fn build(source: &Source, overrides: &[(String, OverrideValue)], machine_text: O
         joystick: joystick.as_ref(),
     };
     let phases = phase::read(&root, &machine, source, before)?;
-    let positive = |key: &str| head.quantity(key, &time(), Sign::Positive);
     Ok(Scenario {
         name: head.text("name")?.into(),
         title: head.text_or("title", "")?.into(),
@@ -210,8 +190,8 @@ fn build(source: &Source, overrides: &[(String, OverrideValue)], machine_text: O
         overrides: plain(machine_overrides),
         payload,
         payload_changes: payload_changes(&root)?,
-        duration: positive("duration")?,
-        record_interval: head.quantity_or("record-interval", &time(), Sign::Positive, DEFAULT_RECORD_INTERVAL)?,
+        duration: head.quantity("duration")?,
+        record_interval: head.quantity_or_default("record-interval")?,
         initial: initial(&root, &machine)?,
         commands: commands(&root, &machine)?,
         cylinders: machine.cylinders.iter().map(|cylinder| cylinder.name.clone()).collect(),
@@ -328,10 +308,10 @@ fn override_value(value: &Scalar) -> Option<OverrideValue> {
 
 /// Loads taken up and let go: the payload from each time on.
 fn payload_changes(root: &Reader) -> Result<Vec<(f64, f64)>> {
-    let Some(table) = root.table("payload", &["time", "mass"])? else { return Ok(Vec::new()) };
+    let Some(table) = root.table("payload")? else { return Ok(Vec::new()) };
     let time_field = table.required("time", "a list of times, for example [\"2 s\", \"6 s\"]")?;
     let mass_field = table.required("mass", "a list of masses, for example [\"100 kg\", \"0 kg\"]")?;
-    let (times, masses) = (time_field.series(&time())?, mass_field.series(&mass())?);
+    let (times, masses) = (time_field.series()?, mass_field.series()?);
     check_series(&times, &masses, &time_field, &mass_field)?;
     if times[0] <= 0.0 {
         let message = format!("the payload cannot change at {} s, before the run has begun", times[0]);
@@ -347,7 +327,7 @@ fn payload_changes(root: &Reader) -> Result<Vec<(f64, f64)>> {
 }
 
 fn initial(root: &Reader, machine: &Machine) -> Result<Initial> {
-    let Some(table) = root.table("initial", &["pressures", "joint", "pressure"])? else {
+    let Some(table) = root.table("initial")? else {
         return Ok(Initial { joints: Vec::new(), pressures: Pressures::Equilibrium });
     };
     let mut joints = Vec::new();
@@ -355,14 +335,14 @@ fn initial(root: &Reader, machine: &Machine) -> Result<Initial> {
         for name in names.keys() {
             let joint =
                 &machine.joints[known_name(&names, name, "joint", machine.joints.iter().map(|j| j.name.as_str()))?];
-            joints.push((name.to_string(), names.quantity(name, &coordinate(&joint.kind), Sign::Any)?));
+            joints.push((name.to_string(), names.quantity_of(name, &coordinate(&joint.kind))?));
         }
     }
     Ok(Initial { joints, pressures: pressures(&table, machine)? })
 }
 
 fn pressures(table: &Reader, machine: &Machine) -> Result<Pressures> {
-    table.choice_or("pressures", &[("equilibrium", ())], ())?;
+    table.choice_or_default("pressures", &[()])?;
     let Some(names) = table.names("pressure")? else { return Ok(Pressures::Equilibrium) };
     if table.has("pressures") {
         let message = "excludes `pressures`, which is given too";
@@ -372,7 +352,7 @@ fn pressures(table: &Reader, machine: &Machine) -> Result<Pressures> {
     for name in names.keys() {
         known_cylinder(&names, name, machine)?;
         let field = names.required(name, "two pressures")?;
-        explicit.push((name.to_string(), field.pair([&pressure(), &pressure()], Sign::Any)?));
+        explicit.push((name.to_string(), field.pair()?));
     }
     let missing = machine.cylinders.iter().find(|cylinder| !names.has(&cylinder.name));
     match missing {
@@ -400,7 +380,7 @@ fn known_cylinder(table: &Reader, name: &str, machine: &Machine) -> Result<usize
 
 fn commands(root: &Reader, machine: &Machine) -> Result<Vec<SpoolCommand>> {
     let Some(names) = root.names("command")? else { return Ok(Vec::new()) };
-    let tables = root.named_tables("command", &["time", "spool", "interpolation"])?;
+    let tables = root.named_tables("command")?;
     let read = |(name, table): (&str, Reader)| {
         let valve = &machine.cylinders[known_cylinder(&names, name, machine)?].valve;
         command(name, &table, valve.stroke)
@@ -413,13 +393,9 @@ fn command(name: &str, table: &Reader, stroke: f64) -> Result<SpoolCommand> {
     let spool_field = table.required("spool", "a list of spool positions, for example [\"0 mm\", \"10 mm\"]")?;
     let command = SpoolCommand {
         cylinder: name.into(),
-        time: time_field.series(&time())?,
-        spool: spool_field.series(&length())?,
-        interpolation: table.choice_or(
-            "interpolation",
-            &[("hold", Interpolation::Hold), ("linear", Interpolation::Linear)],
-            Interpolation::Hold,
-        )?,
+        time: time_field.series()?,
+        spool: spool_field.series()?,
+        interpolation: table.choice_or_default("interpolation", &INTERPOLATIONS)?,
     };
     check_series(&command.time, &command.spool, &time_field, &spool_field)?;
     match command.spool.iter().find(|spool| spool.abs() > stroke * (1.0 + 1e-9)) {
@@ -450,13 +426,9 @@ fn check_series(at: &[f64], values: &[f64], time: &Field, series: &Field) -> Res
 }
 
 fn solver(root: &Reader) -> Result<Solver> {
-    let number = Quantity::number();
-    let Some(table) = root.table("solver", &["method", "rtol", "atol", "max-step", "step"])? else {
-        let method = METHODS[0].0.into();
-        return Ok(Solver { method, rtol: DEFAULT_RTOL, atol: None, max_step: DEFAULT_MAX_STEP, step: None });
-    };
-    let method = table.choice_or("method", &METHODS, METHODS[0].0)?;
-    let step = table.optional_quantity("step", &time(), Sign::Positive)?;
+    let table = root.table_or_empty("solver")?;
+    let method = table.choice_or_default("method", table.choices("method"))?;
+    let step = table.optional_quantity("step")?;
     match step {
         None if method == FIXED_STEPS => {
             return Err(table.missing("step", format!("`{method}` takes fixed steps; give for example step = \"5 ms\"")))
@@ -471,9 +443,9 @@ fn solver(root: &Reader) -> Result<Solver> {
     Ok(Solver {
         method: method.into(),
         step,
-        rtol: table.quantity_or("rtol", &number, Sign::Positive, DEFAULT_RTOL)?,
-        atol: table.optional_quantity("atol", &number, Sign::Positive)?,
-        max_step: table.quantity_or("max-step", &time(), Sign::Positive, DEFAULT_MAX_STEP)?,
+        rtol: table.quantity_or_default("rtol")?,
+        atol: table.optional_quantity("atol")?,
+        max_step: table.quantity_or_default("max-step")?,
     })
 }
 
@@ -481,7 +453,7 @@ fn solver(root: &Reader) -> Result<Solver> {
 pub const MOST_SEED: u64 = 1 << 53;
 
 fn seed(head: &Reader) -> Result<u64> {
-    let seed = head.quantity_or("seed", &Quantity::number(), Sign::NonNegative, 0.0)?;
+    let seed = head.quantity_or_default("seed")?;
     if seed.fract() == 0.0 && seed <= MOST_SEED as f64 {
         return Ok(seed as u64);
     }

@@ -75,7 +75,7 @@ pub fn tip_gain(machine: &Machine, key: &str) -> f64 {
 /// SI unit of a gain of `tip`, as the file format has it; empty for a plain number.
 pub fn tip_gain_unit(key: &str) -> &'static str {
     let gains = hydrocrane_machine::CONTROLLERS.iter().find(|(name, _)| *name == "tip").map_or(&[][..], |(_, g)| g);
-    gains.iter().find(|(name, _)| *name == key).map_or("", |(_, unit)| unit)
+    gains.iter().find(|gain| gain.name == key).and_then(|gain| gain.kind()).map_or("", |kind| kind.unit)
 }
 
 /// Settings of `tip` for a machine.

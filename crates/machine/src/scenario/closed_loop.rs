@@ -1,14 +1,12 @@
 //! `[controller]` and `[joystick]` of a scenario: who drives the spools, and what the operator wants.
 
-use super::{overrides_in, plain, Interpolation, MachineSource, Result};
+use super::{overrides_in, plain, Interpolation, MachineSource, Result, INTERPOLATIONS};
 use crate::errors::ErrorKind;
+use crate::keys::{CONTROLLERS, LEVER, TIP_AXES};
 use crate::load::Source;
 use crate::merge::{Override, OverrideValue};
 use crate::model::Machine;
-use crate::quantities::{time, velocity};
-use crate::reader::{Field, Reader, Sign};
-use crate::sections::CONTROLLERS;
-use crate::units::Quantity;
+use crate::reader::{Field, Reader};
 
 /// A sampled controller and how it is connected to the crane.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,10 +56,6 @@ pub enum StickMode {
     Lever,
 }
 
-/// Lever control stands beside the controllers that take gains.
-const LEVER: &str = "lever";
-const STICK_KEYS: [&str; 7] = ["mode", "time", "interpolation", "dead-zone", "full-speed", "ramp", "log"];
-
 impl Joystick {
     /// Whether a controller takes sticks of this mode.
     pub fn fits(&self, controller: &ControllerChoice) -> bool {
@@ -86,7 +80,7 @@ pub fn controller(
     overrides: &[Override],
 ) -> Result<Option<ControllerChoice>> {
     let fitting = fitting(stick);
-    let Some(table) = root.table("controller", &["name", "period", "delay", "sensors", "believed", "monitor"])? else {
+    let Some(table) = root.table("controller")? else {
         let (sensors, believed, monitor) = (SensorQuality::Ideal, Vec::new(), None);
         let alone = ControllerChoice { name: fitting.into(), period: None, delay: 0.0, sensors, believed, monitor };
         return Ok(stick.map(|_| alone));
@@ -97,18 +91,13 @@ pub fn controller(
             .key_error(ErrorKind::ConflictingKeys, "controller", message)
             .help("either a controller or spool commands move the crane"));
     }
-    let names: Vec<(&str, &str)> = CONTROLLERS.iter().map(|(name, _)| (*name, *name)).chain([(LEVER, LEVER)]).collect();
     let choice = ControllerChoice {
-        name: table.choice_or("name", &names, fitting)?.into(),
-        period: table.optional_quantity("period", &time(), Sign::Positive)?,
-        delay: table.quantity_or("delay", &time(), Sign::NonNegative, 0.0)?,
-        sensors: table.choice_or(
-            "sensors",
-            &[("ideal", SensorQuality::Ideal), ("data-sheet", SensorQuality::DataSheet)],
-            SensorQuality::Ideal,
-        )?,
+        name: table.optional_choice("name", table.choices("name"))?.unwrap_or(fitting).into(),
+        period: table.optional_quantity("period")?,
+        delay: table.quantity_or_default("delay")?,
+        sensors: table.choice_or_default("sensors", &[SensorQuality::Ideal, SensorQuality::DataSheet])?,
         believed: believed(&table, machine, overrides)?,
-        monitor: table.choice_or("monitor", &[("on", Some(true)), ("off", Some(false))], None)?,
+        monitor: table.optional_choice("monitor", &[true, false])?,
     };
     check_mode(&table, &choice, stick)?;
     Ok(Some(choice))
@@ -142,33 +131,32 @@ pub fn joystick(root: &Reader, machine: &Machine, source: &Source) -> Result<Opt
             .key_error(ErrorKind::ConflictingKeys, "joystick", message)
             .help("either sticks or spool commands move the crane"));
     }
-    let mode = open.choice_or("mode", &[("tip", StickMode::Tip), ("lever", StickMode::Lever)], StickMode::Tip)?;
+    let mode = open.choice_or_default("mode", &[StickMode::Tip, StickMode::Lever])?;
     let axes: Vec<&str> = match mode {
-        StickMode::Tip => vec!["x", "z"],
+        StickMode::Tip => TIP_AXES.to_vec(),
         StickMode::Lever => machine.cylinders.iter().map(|cylinder| cylinder.name.as_str()).collect(),
     };
-    let known: Vec<&str> = STICK_KEYS.into_iter().chain(axes.iter().copied()).collect();
-    let Some(table) = root.table("joystick", &known)? else { return Ok(None) };
+    let mut known: Vec<&str> = open.known().filter(|key| !TIP_AXES.contains(key)).collect();
+    known.extend(&axes);
+    let Some(table) = root.table_of("joystick", &known)? else { return Ok(None) };
     let (time_values, deflections) = series(&table, &axes)?;
     let log = table.optional("log")?.map(|field| Ok(beside(source, field.text()?))).transpose()?;
-    let number = Quantity::number();
-    let dead_zone = table.quantity_or("dead-zone", &number, Sign::NonNegative, 0.0)?;
+    let dead_zone = table.quantity_or_default("dead-zone")?;
     if dead_zone >= 1.0 {
         let message = format!("a dead zone of {dead_zone} leaves nothing of the stick");
         return Err(table
             .error(ErrorKind::OutOfRange, "dead-zone", message)
             .help("give a share below 1, such as 0.05"));
     }
-    let linear_or_held = [("hold", Interpolation::Hold), ("linear", Interpolation::Linear)];
     Ok(Some(Joystick {
         mode,
         time: time_values,
         axes: deflections,
         log,
-        interpolation: table.choice_or("interpolation", &linear_or_held, Interpolation::Hold)?,
+        interpolation: table.choice_or_default("interpolation", &INTERPOLATIONS)?,
         dead_zone,
-        full_speed: table.optional_quantity("full-speed", &velocity(), Sign::Positive)?,
-        ramp: table.quantity_or("ramp", &time(), Sign::NonNegative, 0.0)?,
+        full_speed: table.optional_quantity("full-speed")?,
+        ramp: table.quantity_or_default("ramp")?,
     }))
 }
 
@@ -187,7 +175,7 @@ fn series(table: &Reader, axes: &[&str]) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
         return Ok((Vec::new(), vec![Vec::new(); axes.len()]));
     }
     let time_field = table.required("time", "a list of times, for example [\"0 s\", \"1 s\"]")?;
-    let times = time_field.series(&time())?;
+    let times = time_field.series()?;
     if !axes.iter().any(|axis| table.has(axis)) {
         return Err(table.missing(axes[0], "give the deflection of one axis or more, for example [1, 0]"));
     }
@@ -196,7 +184,7 @@ fn series(table: &Reader, axes: &[&str]) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
         let values = match table.optional(axis)? {
             None => vec![0.0; times.len()],
             Some(field) => {
-                let values = field.series(&Quantity::number())?;
+                let values = field.series()?;
                 super::check_series(&times, &values, &time_field, &field)?;
                 check_range(&field, &values)?;
                 values

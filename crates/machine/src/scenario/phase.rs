@@ -6,8 +6,7 @@ use crate::errors::ErrorKind;
 use crate::load::Source;
 use crate::merge::{Override, OverrideValue};
 use crate::model::Machine;
-use crate::quantities::time;
-use crate::reader::{Reader, Sign};
+use crate::reader::Reader;
 
 /// From `time` on the machine has further overrides, and the crane is driven like this.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,7 +24,6 @@ pub struct Phase {
 
 /// Each loads the machine anew.
 const MOST_PHASES: usize = 1000;
-const KEYS: [&str; 4] = ["time", "overrides", "controller", "joystick"];
 
 /// What holds where a phase begins.
 pub struct Before<'a> {
@@ -38,7 +36,7 @@ pub struct Before<'a> {
 /// The phases in order of time.
 pub fn read(root: &Reader, machine: &Machine, source: &Source, before: Before) -> Result<Vec<Phase>> {
     let mut tables = Vec::new();
-    for (name, table) in root.named_tables("phase", &KEYS)? {
+    for (name, table) in root.named_tables("phase")? {
         tables.push((begin(&table)?, name, table));
     }
     if tables.is_empty() {
@@ -108,7 +106,7 @@ fn check_load(added: &[Override], before: &[Override], time: f64) -> Result<()> 
 
 fn begin(table: &Reader) -> Result<f64> {
     table.required("time", "the time when it begins, for example \"2 s\"")?;
-    table.quantity("time", &time(), Sign::Positive)
+    table.quantity("time")
 }
 
 /// The controller that the phase states; else the one before, or the one that a stick of the other mode calls for.

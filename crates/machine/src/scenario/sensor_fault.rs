@@ -4,8 +4,8 @@ use super::{ControllerChoice, Result, SensorQuality};
 use crate::errors::ErrorKind;
 use crate::model::Machine;
 use crate::nearest::suggestion;
-use crate::quantities::{angle, force, length, pressure, time, velocity};
-use crate::reader::{Field, Reader, Sign};
+use crate::quantities::{ANGLE, ANGULAR_VELOCITY, FORCE, LENGTH, PRESSURE, VELOCITY};
+use crate::reader::{Field, Reader};
 use crate::sections::coordinate;
 use crate::units::Quantity;
 
@@ -29,10 +29,8 @@ pub enum FaultKind {
     DropOut,
 }
 
-const KEYS: [&str; 5] = ["signal", "kind", "from", "until", "size"];
-
 pub fn read(root: &Reader, machine: &Machine, controller: Option<&ControllerChoice>) -> Result<Vec<SensorFault>> {
-    let tables = root.named_tables("sensor-fault", &KEYS)?;
+    let tables = root.named_tables("sensor-fault")?;
     let Some(choice) = controller else {
         return match tables.is_empty() {
             true => Ok(Vec::new()),
@@ -48,8 +46,10 @@ pub fn read(root: &Reader, machine: &Machine, controller: Option<&ControllerChoi
 /// Every signal that a run with this controller measures, with its quantity.
 fn measured(machine: &Machine, choice: &ControllerChoice) -> Vec<(String, Quantity)> {
     let joints = machine.joints.iter().map(|j| (format!("joint.{}.q", j.name), coordinate(&j.kind)));
-    let pressures =
-        machine.cylinders.iter().flat_map(|c| [1, 2].map(|side| (format!("cylinder.{}.p{side}", c.name), pressure())));
+    let pressures = machine
+        .cylinders
+        .iter()
+        .flat_map(|c| [1, 2].map(|side| (format!("cylinder.{}.p{side}", c.name), PRESSURE.quantity())));
     let mut signals: Vec<(String, Quantity)> = joints.chain(pressures).collect();
     if choice.sensors == SensorQuality::DataSheet {
         for sensor in &machine.sensors {
@@ -65,26 +65,26 @@ fn measured(machine: &Machine, choice: &ControllerChoice) -> Vec<(String, Quanti
 fn quantity(machine: &Machine, signal: &str) -> Quantity {
     let rate = |name: &str| {
         let joint = machine.joints.iter().find(|j| j.name == name);
-        let turns = joint.is_some_and(|j| coordinate(&j.kind).dimension == angle().dimension);
+        let turns = joint.is_some_and(|j| coordinate(&j.kind).dimension == ANGLE.quantity().dimension);
         if turns {
-            Quantity::new("angular velocity", "rad/s")
+            ANGULAR_VELOCITY.quantity()
         } else {
-            velocity()
+            VELOCITY.quantity()
         }
     };
     match signal.split('.').collect::<Vec<_>>()[..] {
-        [.., "force"] => force(),
-        [.., "x"] => length(),
+        [.., "force"] => FORCE.quantity(),
+        [.., "x"] => LENGTH.quantity(),
         [_, name, "qd"] => rate(name),
-        _ => velocity(),
+        _ => VELOCITY.quantity(),
     }
 }
 
 fn fault(table: &Reader, measured: &[(String, Quantity)]) -> Result<SensorFault> {
     let signal = table.required("signal", "a signal, for example \"joint.boom.q\"")?;
     let quantity = quantity_of(&signal, measured)?;
-    let from = table.quantity("from", &time(), Sign::NonNegative)?;
-    let until = table.optional_quantity("until", &time(), Sign::Positive)?;
+    let from = table.quantity("from")?;
+    let until = table.optional_quantity("until")?;
     if let Some(end) = until.filter(|end| *end <= from) {
         let message = format!("the fault ends at {end} s, before it begins at {from} s");
         return Err(table.error(ErrorKind::OutOfRange, "until", message).help("give a time after `from`"));
@@ -102,10 +102,9 @@ fn quantity_of<'q>(signal: &Field, measured: &'q [(String, Quantity)]) -> Result
 }
 
 fn kind(table: &Reader, quantity: &Quantity) -> Result<FaultKind> {
-    let kinds = [("freeze", FaultKind::Freeze), ("jump", FaultKind::Jump(0.0)), ("drop-out", FaultKind::DropOut)];
-    let kind = table.choice("kind", &kinds)?;
+    let kind = table.choice("kind", &[FaultKind::Freeze, FaultKind::Jump(0.0), FaultKind::DropOut])?;
     if matches!(kind, FaultKind::Jump(_)) {
-        return Ok(FaultKind::Jump(table.quantity("size", quantity, Sign::Any)?));
+        return Ok(FaultKind::Jump(table.quantity_of("size", quantity)?));
     }
     if table.has("size") {
         let message = "only a jump has a size";

@@ -3,7 +3,7 @@
 use crate::errors::ErrorKind;
 use crate::reader::Reader;
 use crate::sections::reference;
-use crate::sections::{joint, link, Result};
+use crate::sections::Result;
 
 /// Tables of the links and joints in chain order; `joints[i]` connects `links[i]` to `links[i + 1]`.
 pub struct Chain<'a> {
@@ -20,13 +20,13 @@ struct Connection<'a> {
 }
 
 pub fn read<'a>(root: &Reader<'a>) -> Result<Chain<'a>> {
-    let links = root.named_tables("link", &link::KEYS)?;
+    let links = root.named_tables("link")?;
     if links.is_empty() {
         return Err(root.missing("link", "a machine has a base and at least one moving link: add tables [link.<name>]"));
     }
     let names: Vec<&str> = links.iter().map(|(name, _)| *name).collect();
     let mut connections = Vec::new();
-    for (name, table) in root.named_tables("joint", &joint::KEYS)? {
+    for (name, table) in root.named_tables("joint")? {
         let parent = reference::index(&table.required("parent", "the name of a link")?, "link", &names)?;
         let child = reference::index(&table.required("child", "the name of a link")?, "link", &names)?;
         connections.push(Connection { name, table, parent, child });

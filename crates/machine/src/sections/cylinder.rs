@@ -4,43 +4,15 @@ use std::f64::consts::PI;
 
 use crate::errors::ErrorKind;
 use crate::model::{Cylinder, EndStop, FourBar, Joint, JointKind, Leakage, Link, RodPin};
-use crate::quantities::{conductance, damping, length, pressure, stiffness, volume};
-use crate::reader::{Reader, Sign};
+use crate::reader::Reader;
 use crate::sections::chain::Chain;
 use crate::sections::{closure, friction, reference, valve, Result};
 
-const KEYS: [&str; 23] = [
-    "joint",
-    "barrel",
-    "rod",
-    "linkage",
-    "bore",
-    "rod-diameter",
-    "barrel-length",
-    "piston-length",
-    "rod-length",
-    "barrel-offset",
-    "rod-offset",
-    "stroke",
-    "closed-length",
-    "port-diameter",
-    "dead-length",
-    "dead-volume",
-    "leakage-gap",
-    "gland-length",
-    "internal-leakage",
-    "external-leakage",
-    "end-stop",
-    "pressure-rating",
-    "printed",
-];
-const LINKAGE_KEYS: [&str; 5] = ["rocker-pivot", "coupler-pivot", "rocker-length", "coupler-length", "side"];
-
 pub fn read(root: &Reader, chain: &Chain, links: &[Link], joints: &[Joint]) -> Result<Vec<Cylinder>> {
-    let tables = root.named_tables("cylinder", &KEYS)?;
+    let tables = root.named_tables("cylinder")?;
     let tables = reference::one_to_one("cylinder", tables, "joint", &chain.joints)?;
-    let valves = reference::one_to_one("valve", root.named_tables("valve", &valve::KEYS)?, "cylinder", &tables)?;
-    let frictions = root.named_tables("friction", &friction::KEYS)?;
+    let valves = reference::one_to_one("valve", root.named_tables("valve")?, "cylinder", &tables)?;
+    let frictions = root.named_tables("friction")?;
     let frictions = reference::one_to_one("friction", frictions, "cylinder", &tables)?;
     let mut cylinders = Vec::new();
     for (index, (name, table)) in tables.iter().enumerate() {
@@ -67,14 +39,14 @@ fn read_cylinder(
     friction: crate::model::Friction,
 ) -> Result<Cylinder> {
     let travel = travel(table)?;
-    let bore = table.quantity("bore", &length(), Sign::Positive)?;
-    let rod_diameter = table.quantity("rod-diameter", &length(), Sign::Positive)?;
+    let bore = table.quantity("bore")?;
+    let rod_diameter = table.quantity("rod-diameter")?;
     if rod_diameter >= bore {
         let message = "the rod is not thinner than the bore";
         return Err(table.error(ErrorKind::OutOfRange, "rod-diameter", message).help("exchange the two diameters?"));
     }
-    let port_diameter = table.optional_quantity("port-diameter", &length(), Sign::Positive)?;
-    let printed = table.table("printed", &["dead-volume", "external-leakage-from"])?;
+    let port_diameter = table.optional_quantity("port-diameter")?;
+    let printed = table.table("printed")?;
     Ok(Cylinder {
         name: name.into(),
         joint: index,
@@ -90,7 +62,7 @@ fn read_cylinder(
         port_diameter,
         leakage: leakage(table, printed.as_ref(), bore)?,
         end_stop: end_stop(table, travel.stroke)?,
-        pressure_rating: table.optional_quantity("pressure-rating", &pressure(), Sign::Positive)?,
+        pressure_rating: table.optional_quantity("pressure-rating")?,
         valve,
         friction,
     })
@@ -106,7 +78,7 @@ struct Travel {
 fn travel(table: &Reader) -> Result<Travel> {
     let groups: [&[&str]; 2] =
         [&["barrel-length", "rod-length", "barrel-offset", "rod-offset"], &["stroke", "closed-length"]];
-    let positive = |key: &str| table.quantity(key, &length(), Sign::Positive);
+    let positive = |key: &str| table.quantity(key);
     let group = table.either(groups)?.ok_or_else(|| {
         table.missing("stroke", "give it with `closed-length`, or the lengths of barrel, piston and rod")
     })?;
@@ -115,7 +87,7 @@ fn travel(table: &Reader) -> Result<Travel> {
         return Ok(Travel { stroke, mid_length: positive("closed-length")? + 0.5 * stroke, rod_contact: None });
     }
     let [barrel, piston, rod] = [positive("barrel-length")?, positive("piston-length")?, positive("rod-length")?];
-    let offset = |key: &str| table.quantity(key, &length(), Sign::NonNegative);
+    let offset = |key: &str| table.quantity(key);
     if piston >= barrel {
         let message = "the piston is not shorter than the barrel";
         return Err(table.error(ErrorKind::OutOfRange, "piston-length", message).help("exchange the two lengths?"));
@@ -133,14 +105,14 @@ fn rod_pin(table: &Reader, links: &[Link]) -> Result<RodPin> {
     match table.either([&["rod"], &["linkage"]])? {
         Some(0) => Ok(RodPin::Point(reference::point(&table.required("rod", "a point as \"link.point\"")?, links)?)),
         Some(_) => {
-            let linkage = table.table("linkage", &LINKAGE_KEYS)?.expect("`either` found the table");
+            let linkage = table.table("linkage")?.expect("`either` found the table");
             let pivot = |key: &str| reference::point(&linkage.required(key, "a point as \"link.point\"")?, links);
             Ok(RodPin::FourBar(FourBar {
                 rocker_pivot: pivot("rocker-pivot")?,
                 coupler_pivot: pivot("coupler-pivot")?,
-                rocker_length: linkage.quantity("rocker-length", &length(), Sign::Positive)?,
-                coupler_length: linkage.quantity("coupler-length", &length(), Sign::Positive)?,
-                side: linkage.choice("side", &[("left", 1.0), ("right", -1.0)])?,
+                rocker_length: linkage.quantity("rocker-length")?,
+                coupler_length: linkage.quantity("coupler-length")?,
+                side: linkage.choice("side", &[1.0, -1.0])?,
             }))
         }
         None => Err(table.missing("rod", "give the rod's pin as \"link.point\", or a table `linkage`")),
@@ -150,37 +122,35 @@ fn rod_pin(table: &Reader, links: &[Link]) -> Result<RodPin> {
 fn dead_volume(table: &Reader, port_diameter: Option<f64>) -> Result<[f64; 2]> {
     match table.either([&["dead-length"], &["dead-volume"]])? {
         Some(0) => {
-            let dead_length = table.quantity("dead-length", &length(), Sign::Positive)?;
+            let dead_length = table.quantity("dead-length")?;
             let diameter = port_diameter.ok_or_else(|| table.missing("port-diameter", "`dead-length` needs it"))?;
             Ok([0.25 * PI * diameter.powi(2) * dead_length; 2])
         }
-        Some(_) => table.required("dead-volume", "a volume")?.pair([&volume(), &volume()], Sign::Positive),
+        Some(_) => table.required("dead-volume", "a volume")?.pair(),
         None => Err(table.missing("dead-volume", "give it, or `dead-length` with `port-diameter`")),
     }
 }
 
 fn printed_dead_volume(printed: &Reader) -> Result<Option<[f64; 2]>> {
     let field = printed.optional("dead-volume")?;
-    field.map(|field| field.pair([&volume(), &volume()], Sign::Positive)).transpose()
+    field.map(|field| field.pair()).transpose()
 }
 
 fn leakage(table: &Reader, printed: Option<&Reader>, bore: f64) -> Result<Leakage> {
     let from_piston_side = match printed {
-        Some(printed) => {
-            printed.choice_or("external-leakage-from", &[("piston-side", true), ("rod-side", false)], false)?
-        }
+        Some(printed) => printed.choice_or_default("external-leakage-from", &[true, false])?,
         None => false,
     };
     match table.either([&["leakage-gap", "gland-length"], &["internal-leakage", "external-leakage"]])? {
         Some(0) => Ok(Leakage::Gap {
             gap: gap(table, bore)?,
-            piston_length: table.quantity("piston-length", &length(), Sign::Positive)?,
-            gland_length: table.quantity("gland-length", &length(), Sign::Positive)?,
+            piston_length: table.quantity("piston-length")?,
+            gland_length: table.quantity("gland-length")?,
             printed_external_from_piston_side: from_piston_side,
         }),
         Some(_) => Ok(Leakage::Conductance {
-            internal: table.quantity("internal-leakage", &conductance(), Sign::NonNegative)?,
-            external: table.quantity("external-leakage", &conductance(), Sign::NonNegative)?,
+            internal: table.quantity("internal-leakage")?,
+            external: table.quantity("external-leakage")?,
         }),
         None => {
             Err(table
@@ -191,7 +161,7 @@ fn leakage(table: &Reader, printed: Option<&Reader>, bore: f64) -> Result<Leakag
 
 /// The gap around the piston, which leaves something of the piston.
 fn gap(table: &Reader, bore: f64) -> Result<f64> {
-    let gap = table.quantity("leakage-gap", &length(), Sign::Positive)?;
+    let gap = table.quantity("leakage-gap")?;
     if gap < 0.5 * bore {
         return Ok(gap);
     }
@@ -202,13 +172,13 @@ fn gap(table: &Reader, bore: f64) -> Result<f64> {
 }
 
 fn end_stop(table: &Reader, stroke: f64) -> Result<EndStop> {
-    let Some(stop) = table.table("end-stop", &["zone", "stiffness", "damping"])? else {
+    let Some(stop) = table.table("end-stop")? else {
         return Err(table.missing("end-stop", "add it with zone, stiffness and damping"));
     };
     let end_stop = EndStop {
-        zone: stop.quantity("zone", &length(), Sign::Positive)?,
-        stiffness: stop.quantity("stiffness", &stiffness(), Sign::Positive)?,
-        damping: stop.quantity("damping", &damping(), Sign::NonNegative)?,
+        zone: stop.quantity("zone")?,
+        stiffness: stop.quantity("stiffness")?,
+        damping: stop.quantity("damping")?,
     };
     if end_stop.zone <= 0.5 * stroke {
         return Ok(end_stop);

@@ -5,24 +5,10 @@ use crate::model::{Cylinder, Errata, Leakage, Machine};
 use crate::reader::Reader;
 use crate::sections::Result;
 
-const KEYS: [&str; 11] = [
-    "gravity-sign",
-    "inertia-about",
-    "orifice-law",
-    "extension-leakage",
-    "extension-dead-volume",
-    "leakage-viscosity",
-    "end-stop",
-    "friction-map",
-    "ik-quadrant",
-    "ik-unreachable",
-    "ik-extension",
-];
-
 pub fn read(root: &Reader, cylinders: &[Cylinder]) -> Result<Errata> {
-    let table = root.table("errata", &KEYS)?;
+    let table = root.table("errata")?;
     let corrected = |key: &str| match &table {
-        Some(table) => table.choice_or(key, &[("corrected", true), ("as-printed", false)], true),
+        Some(table) => table.choice_or_default(key, &[true, false]),
         None => Ok(true),
     };
     let errata = Errata {
@@ -76,7 +62,7 @@ fn check_printed_values(table: &Reader, errata: &Errata, cylinders: &[Cylinder])
 
 /// As [`check_printed_values`], for the value of the fluid.
 pub fn check_printed_viscosity(root: &Reader, machine: &Machine) -> Result<()> {
-    let table = root.table("errata", &KEYS)?;
+    let table = root.table("errata")?;
     match table {
         Some(table) if !machine.errata.leakage_viscosity && machine.fluid.printed_leakage_viscosity.is_none() => {
             Err(no_printed_value(&table, "leakage-viscosity", "fluid.printed.leakage-viscosity"))

@@ -2,23 +2,8 @@
 
 use crate::errors::ErrorKind;
 use crate::model::{Cavitation, Fluid, Supply};
-use crate::quantities::{density, pressure, viscosity};
-use crate::reader::{Reader, Sign};
+use crate::reader::Reader;
 use crate::sections::{required_table, Result};
-use crate::units::Quantity;
-
-const KEYS: [&str; 10] = [
-    "density",
-    "bulk-modulus",
-    "bulk-modulus-max",
-    "bulk-c1",
-    "bulk-c2",
-    "bulk-reference-pressure",
-    "cavitation",
-    "vacuum",
-    "viscosity",
-    "printed",
-];
 
 /// How far vacuum lies below zero at least, Pa: gas that fills a chamber at once has no equations.
 const LEAST_VACUUM: f64 = 1e4;
@@ -34,19 +19,19 @@ struct BulkModulus {
 }
 
 pub fn read(root: &Reader) -> Result<Fluid> {
-    let table = required_table(root, "fluid", &KEYS)?;
+    let table = required_table(root, "fluid")?;
     let bulk = bulk_modulus(&table)?;
     Ok(Fluid {
-        density: table.quantity("density", &density(), Sign::Positive)?,
+        density: table.quantity("density")?,
         bulk_modulus_max: bulk.max,
         bulk_c1: bulk.c1,
         bulk_c2: bulk.c2,
         bulk_reference_pressure: bulk.reference_pressure,
         cavitation: cavitation(&table)?,
-        viscosity: table.quantity("viscosity", &viscosity(), Sign::Positive)?,
+        viscosity: table.quantity("viscosity")?,
         printed_leakage_viscosity: table
-            .table("printed", &["leakage-viscosity"])?
-            .map(|printed| printed.quantity("leakage-viscosity", &viscosity(), Sign::Positive))
+            .table("printed")?
+            .map(|printed| printed.quantity("leakage-viscosity"))
             .transpose()?,
     })
 }
@@ -57,7 +42,7 @@ fn bulk_modulus(table: &Reader) -> Result<BulkModulus> {
     match table.either(groups)? {
         // With c1 = 0 and c2 = 100, half the decimal logarithm is one.
         Some(0) => {
-            let max = table.quantity("bulk-modulus", &pressure(), Sign::Positive)?;
+            let max = table.quantity("bulk-modulus")?;
             Ok(BulkModulus { max, c1: 0.0, c2: 100.0, reference_pressure: 1e5 })
         }
         Some(_) => varying_bulk_modulus(table),
@@ -66,12 +51,11 @@ fn bulk_modulus(table: &Reader) -> Result<BulkModulus> {
 }
 
 fn varying_bulk_modulus(table: &Reader) -> Result<BulkModulus> {
-    let number = Quantity::number();
     let bulk = BulkModulus {
-        max: table.quantity("bulk-modulus-max", &pressure(), Sign::Positive)?,
-        c1: table.quantity("bulk-c1", &number, Sign::NonNegative)?,
-        c2: table.quantity("bulk-c2", &number, Sign::Positive)?,
-        reference_pressure: table.quantity("bulk-reference-pressure", &pressure(), Sign::Positive)?,
+        max: table.quantity("bulk-modulus-max")?,
+        c1: table.quantity("bulk-c1")?,
+        c2: table.quantity("bulk-c2")?,
+        reference_pressure: table.quantity("bulk-reference-pressure")?,
     };
     if bulk.c2 <= 1.0 {
         return Err(table
@@ -87,8 +71,8 @@ fn varying_bulk_modulus(table: &Reader) -> Result<BulkModulus> {
 }
 
 fn cavitation(table: &Reader) -> Result<Cavitation> {
-    let free_gas = table.choice("cavitation", &[("free-gas", true), ("none", false)])?;
-    let vacuum = table.optional_quantity("vacuum", &pressure(), Sign::Any)?;
+    let free_gas = table.choice("cavitation", &[true, false])?;
+    let vacuum = table.optional_quantity("vacuum")?;
     if !free_gas {
         return Ok(Cavitation::None);
     }
@@ -102,11 +86,8 @@ fn cavitation(table: &Reader) -> Result<Cavitation> {
 }
 
 pub fn supply(root: &Reader) -> Result<Supply> {
-    let table = required_table(root, "supply", &["pressure", "tank-pressure"])?;
-    let supply = Supply {
-        pressure: table.quantity("pressure", &pressure(), Sign::NonNegative)?,
-        tank_pressure: table.quantity("tank-pressure", &pressure(), Sign::NonNegative)?,
-    };
+    let table = required_table(root, "supply")?;
+    let supply = Supply { pressure: table.quantity("pressure")?, tank_pressure: table.quantity("tank-pressure")? };
     if supply.pressure >= supply.tank_pressure {
         return Ok(supply);
     }

@@ -2,42 +2,26 @@
 
 use crate::errors::ErrorKind;
 use crate::model::{Friction, FrictionModel};
-use crate::quantities::{damping, force, stiffness, velocity, viscous_friction};
-use crate::reader::{Reader, Sign};
+use crate::quantities::viscous_friction;
+use crate::reader::Reader;
 use crate::sections::Result;
-use crate::units::Quantity;
-
-pub const KEYS: [&str; 12] = [
-    "cylinder",
-    "model",
-    "coulomb",
-    "breakaway",
-    "stribeck-velocity",
-    "stribeck-exponent",
-    "viscous",
-    "viscous-exponent",
-    "smoothing-velocity",
-    "bristle-stiffness",
-    "bristle-damping",
-    "bristle-damping-velocity",
-];
 
 /// Powers of the velocity beyond this are no friction law.
 const LARGEST_EXPONENT: f64 = 10.0;
 
 pub fn read(table: &Reader) -> Result<Friction> {
-    let model = table.choice("model", &[("lugre", FrictionModel::LuGre), ("static", FrictionModel::Static)])?;
+    let model = table.choice("model", &[FrictionModel::LuGre, FrictionModel::Static])?;
     let viscous_exponent = exponent(table, "viscous-exponent")?;
     let bristle = Bristle::read(table, model)?;
     let friction = Friction {
         model,
-        coulomb: pair(table, "coulomb", &force(), Sign::NonNegative)?,
-        breakaway: pair(table, "breakaway", &force(), Sign::NonNegative)?,
-        stribeck_velocity: pair(table, "stribeck-velocity", &velocity(), Sign::Positive)?,
+        coulomb: table.pair("coulomb")?,
+        breakaway: table.pair("breakaway")?,
+        stribeck_velocity: table.pair("stribeck-velocity")?,
         stribeck_exponent: exponent(table, "stribeck-exponent")?,
         viscous: viscous(table, viscous_exponent)?,
         viscous_exponent,
-        smoothing_velocity: table.optional_quantity("smoothing-velocity", &velocity(), Sign::Positive)?,
+        smoothing_velocity: table.optional_quantity("smoothing-velocity")?,
         bristle_stiffness: bristle.stiffness,
         bristle_damping: bristle.damping,
         bristle_damping_velocity: bristle.damping_velocity,
@@ -46,12 +30,8 @@ pub fn read(table: &Reader) -> Result<Friction> {
     Ok(friction)
 }
 
-fn pair(table: &Reader, key: &str, quantity: &Quantity, sign: Sign) -> Result<[f64; 2]> {
-    table.required(key, &quantity.example())?.pair([quantity, quantity], sign)
-}
-
 fn exponent(table: &Reader, key: &str) -> Result<[f64; 2]> {
-    let exponents = pair(table, key, &Quantity::number(), Sign::Positive)?;
+    let exponents = table.pair(key)?;
     if exponents.iter().all(|exponent| *exponent <= LARGEST_EXPONENT) {
         return Ok(exponents);
     }
@@ -63,7 +43,7 @@ fn exponent(table: &Reader, key: &str) -> Result<[f64; 2]> {
 fn viscous(table: &Reader, exponents: [f64; 2]) -> Result<[f64; 2]> {
     let quantities = exponents.map(viscous_friction);
     let field = table.required("viscous", &quantities[0].example())?;
-    field.pair([&quantities[0], &quantities[1]], Sign::NonNegative)
+    field.pair_of([&quantities[0], &quantities[1]])
 }
 
 /// LuGre alone demands the bristle's values; the static map ignores them, so that `model` can be overridden.
@@ -75,17 +55,17 @@ struct Bristle {
 
 impl Bristle {
     fn read(table: &Reader, model: FrictionModel) -> Result<Self> {
-        let damping_velocity = table.optional_quantity("bristle-damping-velocity", &velocity(), Sign::Positive)?;
+        let damping_velocity = table.optional_quantity("bristle-damping-velocity")?;
         let [stiffness_key, damping_key] = ["bristle-stiffness", "bristle-damping"];
         if model == FrictionModel::LuGre {
             return Ok(Self {
-                stiffness: table.quantity(stiffness_key, &stiffness(), Sign::Positive)?,
-                damping: table.quantity(damping_key, &damping(), Sign::NonNegative)?,
+                stiffness: table.quantity(stiffness_key)?,
+                damping: table.quantity(damping_key)?,
                 damping_velocity,
             });
         }
-        table.optional_quantity(stiffness_key, &stiffness(), Sign::Positive)?;
-        table.optional_quantity(damping_key, &damping(), Sign::NonNegative)?;
+        table.optional_quantity(stiffness_key)?;
+        table.optional_quantity(damping_key)?;
         Ok(Self { stiffness: 0.0, damping: 0.0, damping_velocity: None })
     }
 }

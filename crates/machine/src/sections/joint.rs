@@ -2,17 +2,11 @@
 
 use crate::errors::ErrorKind;
 use crate::model::{AngleConvention, Joint, JointKind, Link};
-use crate::quantities;
-use crate::reader::{Reader, Sign};
+use crate::quantities::{ANGLE, LENGTH};
+use crate::reader::Reader;
 use crate::sections::chain::Chain;
 use crate::sections::{reference, Result};
 use crate::units::Quantity;
-
-pub const KEYS: [&str; 10] =
-    ["type", "parent", "child", "at", "convention", "direction", "zero", "positive", "limits", "dead-centre-margin"];
-
-/// Distance kept from a dead centre where the file states none: 2 deg, 1 mm.
-const DEFAULT_MARGIN: (f64, f64) = (2.0 * std::f64::consts::PI / 180.0, 1e-3);
 
 pub fn read(chain: &Chain, links: &[Link]) -> Result<Vec<Joint>> {
     let joints = chain.joints.iter().enumerate();
@@ -20,42 +14,44 @@ pub fn read(chain: &Chain, links: &[Link]) -> Result<Vec<Joint>> {
 }
 
 fn read_joint(name: &str, table: &Reader, parent: &Link) -> Result<Joint> {
-    let revolute = table.choice("type", &[("revolute", true), ("prismatic", false)])?;
+    let revolute = table.choice("type", &[true, false])?;
     let at = table.required("at", "the name of a point of the parent link")?;
     let (kind, sense) = if revolute { revolute_kind(table)? } else { prismatic_kind(table)? };
     let coordinate = coordinate(&kind);
-    let default_margin = if revolute { DEFAULT_MARGIN.0 } else { DEFAULT_MARGIN.1 };
     Ok(Joint {
         name: name.into(),
         kind,
         at: reference::point_on(&at, at.text()?, parent)?.position,
-        zero: table.quantity_or("zero", &coordinate, Sign::Any, 0.0)?,
+        zero: table.quantity_or_default_of("zero", &coordinate)?,
         sense,
         limits: limits(table, &coordinate)?,
-        dead_centre_margin: table.quantity_or("dead-centre-margin", &coordinate, Sign::NonNegative, default_margin)?,
+        dead_centre_margin: table.quantity_or_default_of("dead-centre-margin", &coordinate)?,
     })
 }
 
 /// What the joint's coordinate is: an angle or a length.
 pub fn coordinate(kind: &JointKind) -> Quantity {
     match kind {
-        JointKind::Revolute(_) => quantities::angle(),
-        JointKind::Prismatic { .. } => quantities::length(),
+        JointKind::Revolute(_) => ANGLE.quantity(),
+        JointKind::Prismatic { .. } => LENGTH.quantity(),
     }
 }
 
 fn revolute_kind(table: &Reader) -> Result<(JointKind, f64)> {
     forbid(table, "direction", "prismatic")?;
-    let conventions = [("included", AngleConvention::Included), ("relative", AngleConvention::Relative)];
-    let senses = [("counter-clockwise", 1.0), ("clockwise", -1.0)];
-    let convention = table.choice("convention", &conventions)?;
-    Ok((JointKind::Revolute(convention), table.choice_or("positive", &senses, 1.0)?))
+    let convention = table.choice("convention", &[AngleConvention::Included, AngleConvention::Relative])?;
+    Ok((JointKind::Revolute(convention), sense(table, [("counter-clockwise", 1.0), ("clockwise", -1.0)])?))
 }
 
 fn prismatic_kind(table: &Reader) -> Result<(JointKind, f64)> {
     forbid(table, "convention", "revolute")?;
-    let direction = table.quantity("direction", &quantities::angle(), Sign::Any)?;
-    Ok((JointKind::Prismatic { direction }, table.choice_or("positive", &[("along", 1.0), ("against", -1.0)], 1.0)?))
+    let direction = table.quantity("direction")?;
+    Ok((JointKind::Prismatic { direction }, sense(table, [("along", 1.0), ("against", -1.0)])?))
+}
+
+/// The sense in which the coordinate grows; the first where the file states none.
+fn sense(table: &Reader, senses: [(&str, f64); 2]) -> Result<f64> {
+    Ok(table.optional("positive")?.map(|field| field.choice_of(&senses)).transpose()?.unwrap_or(senses[0].1))
 }
 
 fn forbid(table: &Reader, key: &str, kind: &str) -> Result<()> {
@@ -68,7 +64,7 @@ fn forbid(table: &Reader, key: &str, kind: &str) -> Result<()> {
 
 fn limits(table: &Reader, coordinate: &Quantity) -> Result<Option<[f64; 2]>> {
     let Some(field) = table.optional("limits")? else { return Ok(None) };
-    let [low, high] = field.pair([coordinate, coordinate], Sign::Any)?;
+    let [low, high] = field.pair_of([coordinate, coordinate])?;
     if low < high {
         return Ok(Some([low, high]));
     }

@@ -10,7 +10,7 @@ const MOST_CORNERS: usize = 1000;
 /// Name and corners of each polygon that is heeded.
 pub fn read(root: &Reader) -> Result<Vec<(String, Vec<[f64; 2]>)>> {
     let (mut heeded, mut all) = (Vec::new(), 0);
-    for (name, table) in root.named_tables("keep-out", &["outline", "status"])? {
+    for (name, table) in root.named_tables("keep-out")? {
         let corners = polygon(&table)?;
         all += corners.len();
         if all > MOST_CORNERS {
@@ -20,7 +20,7 @@ pub fn read(root: &Reader) -> Result<Vec<(String, Vec<[f64; 2]>)>> {
                 .help("draw the regions with fewer corners"));
         }
         // A machine that extends another has no other way to be rid of its regions.
-        if table.choice_or("status", &[("active", true), ("inactive", false)], true)? {
+        if table.choice_or_default("status", &[true, false])? {
             heeded.push((name.to_string(), corners));
         }
     }

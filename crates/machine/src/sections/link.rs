@@ -3,13 +3,9 @@
 use crate::document::join;
 use crate::errors::ErrorKind;
 use crate::model::{InertiaAbout, Link, Point};
-use crate::quantities;
-use crate::reader::{Reader, Sign};
+use crate::reader::Reader;
 use crate::sections::chain::Chain;
 use crate::sections::Result;
-
-pub const KEYS: [&str; 8] =
-    ["axis", "mass", "centre-of-gravity", "inertia", "inertia-about", "outline", "point", "body"];
 
 /// Mass properties with the moment of inertia about the centre of gravity.
 #[derive(Clone, Copy)]
@@ -25,7 +21,7 @@ pub fn read(chain: &Chain) -> Result<Vec<Link>> {
 }
 
 fn read_link(index: usize, name: &str, table: &Reader) -> Result<Link> {
-    let axis = table.quantity_or("axis", &quantities::angle(), Sign::Any, 0.0)?;
+    let axis = table.quantity_or_default("axis")?;
     let outline = table.optional("outline")?.map(|field| field.points()).transpose()?.unwrap_or_default();
     let mut link = Link {
         name: name.into(),
@@ -57,14 +53,13 @@ fn points(index: usize, table: &Reader) -> Result<Vec<Point>> {
 
 /// The link's own mass, centre of gravity and inertia; the inertia of a fixed base may be left out.
 fn own_mass(link: &mut Link, table: &Reader, is_base: bool) -> Result<()> {
-    link.mass = table.quantity("mass", &quantities::mass(), Sign::Positive)?;
+    link.mass = table.quantity("mass")?;
     link.centre_of_gravity = table.point("centre-of-gravity")?;
     if is_base && !table.has("inertia") {
         return Ok(());
     }
-    link.inertia = table.quantity("inertia", &quantities::inertia(), Sign::NonNegative)?;
-    let choices = [("frame", InertiaAbout::Frame), ("centre-of-gravity", InertiaAbout::CentreOfGravity)];
-    link.inertia_about = table.choice("inertia-about", &choices)?;
+    link.inertia = table.quantity("inertia")?;
+    link.inertia_about = table.choice("inertia-about", &[InertiaAbout::Frame, InertiaAbout::CentreOfGravity])?;
     let about_centre = about_centre_of_gravity(link);
     if about_centre.inertia < 0.0 {
         let least = link.inertia - about_centre.inertia;
@@ -77,15 +72,14 @@ fn own_mass(link: &mut Link, table: &Reader, is_base: bool) -> Result<()> {
 }
 
 fn bodies(table: &Reader) -> Result<Vec<Body>> {
-    let known = ["mass", "centre-of-gravity", "inertia"];
     let read = |(_, body): (&str, Reader)| {
         Ok(Body {
-            mass: body.quantity("mass", &quantities::mass(), Sign::Positive)?,
+            mass: body.quantity("mass")?,
             centre_of_gravity: body.point("centre-of-gravity")?,
-            inertia: body.quantity("inertia", &quantities::inertia(), Sign::NonNegative)?,
+            inertia: body.quantity("inertia")?,
         })
     };
-    table.named_tables("body", &known)?.into_iter().map(read).collect()
+    table.named_tables("body")?.into_iter().map(read).collect()
 }
 
 fn distance_squared(a: [f64; 2], b: [f64; 2]) -> f64 {

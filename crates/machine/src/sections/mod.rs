@@ -16,46 +16,21 @@ mod sensor;
 mod signal_chain;
 mod valve;
 
-pub use control::{CONTROLLERS, PLAUSIBILITY};
 pub use joint::coordinate;
 
 use crate::document::Node;
 use crate::errors::MachineError;
+use crate::keys;
 use crate::model::{Equilibrium, Machine};
-use crate::quantities;
-use crate::reader::{Log, Reader, Sign};
+use crate::reader::{Log, Reader};
 
 type Result<T> = std::result::Result<T, MachineError>;
-
-const ROOT_KEYS: [&str; 18] = [
-    "extends",
-    "include",
-    "machine",
-    "environment",
-    "link",
-    "joint",
-    "cylinder",
-    "valve",
-    "friction",
-    "fluid",
-    "supply",
-    "payload",
-    "equilibrium",
-    "sensor",
-    "keep-out",
-    "ground",
-    "control",
-    "errata",
-];
-
-/// Gauge pressure of the chamber that carries less at rest, where the file states none, Pa.
-const DEFAULT_BACK_PRESSURE: f64 = 10e5;
 
 /// Builds the machine that a merged tree describes.
 pub fn machine(tree: &Node) -> Result<Machine> {
     let log = Log::new(true);
-    let root = Reader::open(tree, String::new(), Some(&ROOT_KEYS), &log)?;
-    let head = required_table(&root, "machine", &["name", "title", "description", "tip"])?;
+    let root = Reader::root(tree, keys::MACHINE, &log)?;
+    let head = required_table(&root, "machine")?;
 
     // Chain order first: every index of the model follows it.
     let chain = chain::read(&root)?;
@@ -91,21 +66,17 @@ pub fn machine(tree: &Node) -> Result<Machine> {
 }
 
 /// A table that every machine has.
-fn required_table<'a>(root: &Reader<'a>, key: &'static str, known: &[&str]) -> Result<Reader<'a>> {
-    root.table(key, known)?.ok_or_else(|| root.missing(key, format!("add the table [{key}]")))
+fn required_table<'a>(root: &Reader<'a>, key: &str) -> Result<Reader<'a>> {
+    root.table(key)?.ok_or_else(|| root.missing(key, format!("add the table [{key}]")))
 }
 
 fn gravity(root: &Reader) -> Result<f64> {
-    required_table(root, "environment", &["gravity"])?.quantity(
-        "gravity",
-        &quantities::acceleration(),
-        Sign::NonNegative,
-    )
+    required_table(root, "environment")?.quantity("gravity")
 }
 
 fn equilibrium(root: &Reader) -> Result<Equilibrium> {
-    let table = root.table("equilibrium", &["back-pressure"])?;
-    let pressure =
-        table.map(|table| table.quantity("back-pressure", &quantities::pressure(), Sign::NonNegative)).transpose()?;
-    Ok(Equilibrium { back_pressure: pressure.unwrap_or(DEFAULT_BACK_PRESSURE) })
+    let table = root.table_or_empty("equilibrium")?;
+    let stated = root.has("equilibrium");
+    let key = "back-pressure";
+    Ok(Equilibrium { back_pressure: if stated { table.quantity(key)? } else { table.quantity_or_default(key)? } })
 }

@@ -4,30 +4,11 @@ use crate::document::join;
 use crate::errors::ErrorKind;
 use crate::model::{Cylinder, Joint, Sensor};
 use crate::nearest::suggestion;
-use crate::quantities::{angle, force, length, pressure, time, voltage};
-use crate::reader::{Field, Reader, Sign};
+use crate::quantities::{ANGLE, FORCE, LENGTH, PRESSURE, TIME, VOLTAGE};
+use crate::reader::{Field, Reader};
 use crate::sections::Result;
 use crate::units::Quantity;
 
-const KEYS: [&str; 17] = [
-    "measures",
-    "kind",
-    "range",
-    "full-scale",
-    "span",
-    "pulses",
-    "resolution",
-    "division-error",
-    "accuracy",
-    "linearity",
-    "repeatability",
-    "noise",
-    "bits",
-    "live-zero",
-    "sensitivity",
-    "rise-time",
-    "supply-voltage",
-];
 /// Kinds, and the property keys of each beside the common ones.
 const KINDS: [(&str, &[&str]); 4] = [
     ("incremental-encoder", &["pulses", "resolution", "division-error"]),
@@ -41,13 +22,13 @@ const CYLINDER_SIGNALS: [&str; 5] = ["x", "v", "p1", "p2", "force"];
 
 pub fn read(root: &Reader, joints: &[Joint], cylinders: &[Cylinder]) -> Result<Vec<Sensor>> {
     let read = |(name, table): (&str, Reader)| {
-        let (kind, own) = KINDS[table.choice("kind", &std::array::from_fn::<_, 4, _>(|i| (KINDS[i].0, i)))?];
+        let (kind, own) = table.choice("kind", &KINDS)?;
         let measures = table.required("measures", "a signal, for example \"joint.boom.q\"")?;
         check_signal(&measures, joints, cylinders)?;
         let properties = properties(&table, kind, own)?;
         Ok(Sensor { name: name.into(), measures: measures.text()?.into(), kind: kind.into(), properties })
     };
-    root.named_tables("sensor", &KEYS)?.into_iter().map(read).collect()
+    root.named_tables("sensor")?.into_iter().map(read).collect()
 }
 
 fn properties(table: &Reader, kind: &str, own: &[&str]) -> Result<Vec<(String, f64)>> {
@@ -57,7 +38,7 @@ fn properties(table: &Reader, kind: &str, own: &[&str]) -> Result<Vec<(String, f
             let help = format!("its properties: {}, {}", own.join(", "), COMMON.join(", "));
             return Err(table.error(ErrorKind::ConflictingKeys, key, format!("no property of a {kind}")).help(help));
         }
-        properties.push((key.to_string(), table.quantity(key, &property(kind, key), Sign::Positive)?));
+        properties.push((key.to_string(), table.quantity_of(key, &property(kind, key))?));
     }
     check_complete(table, kind)?;
     Ok(properties)
@@ -72,12 +53,12 @@ fn check_complete(table: &Reader, kind: &str) -> Result<()> {
     } else if !["range", "full-scale", "span"].iter().any(|key| table.has(key)) {
         return Err(table.missing("range", format!("give {}", property(kind, "range").example())));
     }
-    let live_zero = table.quantity_or("live-zero", &Quantity::number(), Sign::NonNegative, 0.0)?;
+    let live_zero = table.optional_quantity("live-zero")?.unwrap_or(0.0);
     if live_zero >= MOST_LIVE_ZERO {
         let message = format!("a live zero of {live_zero} leaves no output for the range");
         return Err(table.error(ErrorKind::OutOfRange, "live-zero", message).help("give for example \"10 %\""));
     }
-    let bits = table.quantity_or("bits", &Quantity::number(), Sign::Positive, 1.0)?;
+    let bits = table.optional_quantity("bits")?.unwrap_or(1.0);
     if bits.fract() == 0.0 && bits <= MOST_BITS {
         return Ok(());
     }
@@ -92,17 +73,17 @@ const MOST_BITS: f64 = 32.0;
 
 fn property(kind: &str, key: &str) -> Quantity {
     let measured = match kind {
-        "incremental-encoder" => angle(),
-        "pressure-transmitter" => pressure(),
-        "load-cell" => force(),
-        _ => length(),
+        "incremental-encoder" => ANGLE.quantity(),
+        "pressure-transmitter" => PRESSURE.quantity(),
+        "load-cell" => FORCE.quantity(),
+        _ => LENGTH.quantity(),
     };
     match key {
         "range" | "full-scale" | "span" | "resolution" => measured,
         // Electrical degrees: 360 to a pulse.
-        "division-error" => angle(),
-        "rise-time" => time(),
-        "supply-voltage" => voltage(),
+        "division-error" => ANGLE.quantity(),
+        "rise-time" => TIME.quantity(),
+        "supply-voltage" => VOLTAGE.quantity(),
         // Output per supply voltage and unit of what is measured, for potentiometers; per full scale for load cells.
         "sensitivity" if kind == "wire-potentiometer" => Quantity::new("sensitivity", "1/m"),
         _ => Quantity::number(),

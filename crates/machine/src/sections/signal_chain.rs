@@ -2,24 +2,19 @@
 
 use crate::errors::ErrorKind;
 use crate::model::SignalChain;
-use crate::quantities::{length, time};
-use crate::reader::{Reader, Sign};
+use crate::reader::Reader;
 use crate::sections::Result;
-use crate::units::Quantity;
-
-const KEYS: [&str; 6] = ["offset", "gain", "dead-band", "low", "high", "delay"];
 
 /// The chain of the valve in `valve`, whose spool moves `stroke` both ways.
 pub fn read(valve: &Reader, stroke: f64) -> Result<SignalChain> {
-    let identity = SignalChain { offset: 0.0, gain: 1.0, dead_band: 0.0, low: -stroke, high: stroke, delay: 0.0 };
-    let Some(table) = valve.table("command", &KEYS)? else { return Ok(identity) };
+    let table = valve.table_or_empty("command")?;
     let chain = SignalChain {
-        offset: table.quantity_or("offset", &length(), Sign::Any, identity.offset)?,
-        gain: table.quantity_or("gain", &Quantity::number(), Sign::Any, identity.gain)?,
-        dead_band: table.quantity_or("dead-band", &length(), Sign::NonNegative, identity.dead_band)?,
-        low: table.quantity_or("low", &length(), Sign::Any, identity.low)?,
-        high: table.quantity_or("high", &length(), Sign::Any, identity.high)?,
-        delay: table.quantity_or("delay", &time(), Sign::NonNegative, identity.delay)?,
+        offset: table.quantity_or_default("offset")?,
+        gain: table.quantity_or_default("gain")?,
+        dead_band: table.quantity_or_default("dead-band")?,
+        low: table.optional_quantity("low")?.unwrap_or(-stroke),
+        high: table.optional_quantity("high")?.unwrap_or(stroke),
+        delay: table.quantity_or_default("delay")?,
     };
     check(&table, &chain, stroke)?;
     Ok(chain)

@@ -3,50 +3,26 @@
 use crate::errors::ErrorKind;
 use crate::model::{PrintedBlend, Valve, ValveKind};
 use crate::nearest::suggestion;
-use crate::quantities::{acceleration, angular_frequency, conductance, flow, length, pressure, time, velocity};
-use crate::reader::{Reader, Sign};
+use crate::reader::Reader;
 use crate::sections::{signal_chain, Result};
-use crate::units::Quantity;
-
-pub const KEYS: [&str; 16] = [
-    "cylinder",
-    "type",
-    "stroke",
-    "nominal-flow",
-    "nominal-pressure-drop",
-    "nominal-edge-pressure-drop",
-    "transition-pressure",
-    "natural-frequency",
-    "damping-ratio",
-    "overlap",
-    "leakage",
-    "velocity-limit",
-    "acceleration-limit",
-    "delay",
-    "command",
-    "printed",
-];
 
 pub fn read(name: &str, table: &Reader) -> Result<Valve> {
-    let stroke = table.quantity("stroke", &length(), Sign::Positive)?;
+    let stroke = table.quantity("stroke")?;
     let valve = Valve {
         name: name.into(),
-        kind: table.choice("type", &[("4/3", ValveKind::FourThree), ("regenerative", ValveKind::Regenerative)])?,
+        kind: table.choice("type", &[ValveKind::FourThree, ValveKind::Regenerative])?,
         stroke,
-        nominal_flow: table.quantity("nominal-flow", &flow(), Sign::Positive)?,
+        nominal_flow: table.quantity("nominal-flow")?,
         edge_pressure_drop: edge_pressure_drop(table)?,
-        transition_pressure: table.quantity("transition-pressure", &pressure(), Sign::Positive)?,
-        printed_blend: table
-            .table("printed", &["blend-low", "blend-high", "blend-ports"])?
-            .map(printed_blend)
-            .transpose()?,
-        natural_frequency: table.quantity("natural-frequency", &angular_frequency(), Sign::Positive)?,
-        damping_ratio: table.quantity("damping-ratio", &Quantity::number(), Sign::Positive)?,
-        overlap: table.quantity_or("overlap", &length(), Sign::NonNegative, 0.0)?,
-        leakage: table.quantity_or("leakage", &conductance(), Sign::NonNegative, 0.0)?,
-        velocity_limit: table.optional_quantity("velocity-limit", &velocity(), Sign::Positive)?,
-        acceleration_limit: table.optional_quantity("acceleration-limit", &acceleration(), Sign::Positive)?,
-        delay: table.quantity_or("delay", &time(), Sign::NonNegative, 0.0)?,
+        transition_pressure: table.quantity("transition-pressure")?,
+        printed_blend: table.table("printed")?.map(printed_blend).transpose()?,
+        natural_frequency: table.quantity("natural-frequency")?,
+        damping_ratio: table.quantity("damping-ratio")?,
+        overlap: table.quantity_or_default("overlap")?,
+        leakage: table.quantity_or_default("leakage")?,
+        velocity_limit: table.optional_quantity("velocity-limit")?,
+        acceleration_limit: table.optional_quantity("acceleration-limit")?,
+        delay: table.quantity_or_default("delay")?,
         command: signal_chain::read(table, stroke)?,
     };
     if valve.overlap < valve.stroke {
@@ -65,15 +41,15 @@ pub fn read(name: &str, table: &Reader) -> Result<Valve> {
 fn edge_pressure_drop(table: &Reader) -> Result<f64> {
     let [both, one] = ["nominal-pressure-drop", "nominal-edge-pressure-drop"];
     match table.either([&["nominal-pressure-drop"], &["nominal-edge-pressure-drop"]])? {
-        Some(0) => Ok(0.5 * table.quantity(both, &pressure(), Sign::Positive)?),
-        Some(_) => table.quantity(one, &pressure(), Sign::Positive),
+        Some(0) => Ok(0.5 * table.quantity(both)?),
+        Some(_) => table.quantity(one),
         None => Err(table.missing(both, format!("give it, the drop over both edges, or `{one}`"))),
     }
 }
 
 fn printed_blend(table: Reader) -> Result<PrintedBlend> {
-    let low = table.quantity("blend-low", &pressure(), Sign::NonNegative)?;
-    let high = table.quantity("blend-high", &pressure(), Sign::Positive)?;
+    let low = table.quantity("blend-low")?;
+    let high = table.quantity("blend-high")?;
     if low >= high {
         let message = "`blend-low` is not below `blend-high`";
         return Err(table.error(ErrorKind::CrossedLimits, "blend-low", message).help("exchange the two"));

@@ -275,7 +275,7 @@ fn a_jump_that_stays_is_not_believed_however_steady_it_reads() {
 
 #[test]
 fn every_threshold_of_the_file_format_has_a_default_and_no_other() {
-    let keys = hydrocrane_machine::PLAUSIBILITY.1.iter().map(|(key, _)| *key);
+    let keys = hydrocrane_machine::PLAUSIBILITY.1.iter().map(|key| key.name);
     assert_eq!(keys.collect::<Vec<_>>(), PLAUSIBILITY.map(|(key, _)| key));
 }
 

@@ -1,0 +1,146 @@
+//! `[control]` and `[errata]`.
+
+use super::Sign::{NonNegative, Positive};
+use super::{Key, Kind, Usual};
+use crate::quantities::{NUMBER, TIME};
+
+/// The controllers that a scenario can name and a machine file can give gains to, with the keys of their tables.
+pub const CONTROLLERS: [(&str, &[Key]); 2] = [("tip", TIP), ("heinze-pid", HEINZE_PID)];
+
+/// Thresholds of the sensor monitor.
+pub const PLAUSIBILITY: (&str, &[Key]) = ("plausibility", THRESHOLDS);
+
+pub static CONTROL: &[Key] = &[
+    Key::quantity("period", &[TIME], Positive)
+        .otherwise("the controller's own")
+        .usual(&[("0.2 ms", "1 s", 2.0)])
+        .means("Time between samples."),
+    Key::table(CONTROLLERS[0].0, CONTROLLERS[0].1).means("Gains of tip control.").source("theory/control/tip.md"),
+    Key::table(CONTROLLERS[1].0, CONTROLLERS[1].1)
+        .means("Settings of the thesis' controller.")
+        .source("theory/control/heinze_pid.md"),
+    Key::table(PLAUSIBILITY.0, PLAUSIBILITY.1)
+        .means("Thresholds of the sensor monitor.")
+        .source("theory/control/plausibility.md"),
+];
+
+const METRE: Kind = gain_in("m");
+const SECOND: Kind = gain_in("s");
+const PER_METRE: Kind = gain_in("1/m");
+const PER_SECOND: Kind = gain_in("1/s");
+const SPEED: Kind = gain_in("m/s");
+const BANDWIDTH: Kind = gain_in("rad/s");
+const FULL_SPEED: &[Usual] = &[("1 mm/s", "10 m/s", 100.0)];
+
+const fn gain_in(unit: &'static str) -> Kind {
+    Kind { name: "gain", unit }
+}
+
+const fn gain(name: &'static str, kind: &'static [Kind]) -> Key {
+    Key::quantity(name, kind, NonNegative)
+}
+
+const TIP: &[Key] = &[
+    gain("full-speed", &[SPEED])
+        .otherwise("that of the fastest joint alone, in the middle of all ranges")
+        .usual(FULL_SPEED)
+        .means("Speed of the tip at full stick."),
+    gain("stick-bandwidth", &[BANDWIDTH])
+        .defaults(&["15 rad/s"])
+        .means("Bandwidth with which the commanded velocity follows the stick."),
+    gain("path-rate", &[PER_SECOND]).defaults(&["30 1/s"]).means("Rate at which the set-point returns to its line."),
+    gain("limit-rate", &[PER_SECOND])
+        .defaults(&["2 1/s"])
+        .means("Largest speed towards a limit (joints) or a region (tip), per distance from it."),
+    gain("keep-out-margin", &[METRE])
+        .defaults(&["50 mm"])
+        .means("Distance of the set-point from regions to keep out of."),
+    gain("telescope-centring", &[PER_METRE])
+        .defaults(&["0.5 1/m"])
+        .means("Gain that draws the telescope to the middle of its range."),
+    gain("position-gain", &[PER_SECOND]).defaults(&["4 1/s"]).means("Piston velocity per position error."),
+    gain("damping", &[PER_SECOND])
+        .defaults(&["5 1/s"])
+        .means("Pressure feedback that damps the oscillation of the oil column."),
+    gain("damping-low", &[BANDWIDTH]).defaults(&["5 rad/s"]).means("Lower end of the band of the pressure feedback."),
+    gain("damping-high", &[BANDWIDTH]).defaults(&["20 rad/s"]).means("Upper end of the band of the pressure feedback."),
+    gain("observer-bandwidth", &[BANDWIDTH])
+        .defaults(&["5 rad/s"])
+        .means("Bandwidth with which the observed position follows the measured one."),
+    gain("pressure-bandwidth", &[BANDWIDTH])
+        .defaults(&["15 rad/s"])
+        .means("Bandwidth of the low-pass on the pressures of the feed-forward."),
+    gain("reserve", &[NUMBER]).defaults(&["0.95"]).means("Share of the spool stroke that the commanded speed may use."),
+    gain("rest-band", &[METRE]).defaults(&["0.2 mm"]).means("Position error that is not corrected at rest."),
+    gain("lag-limit", &[METRE]).defaults(&["30 mm"]).means("Lag of the tip at which the set-point waits."),
+    gain("settling-time", &[SECOND])
+        .defaults(&["0.5 s"])
+        .means("Time after a stop during which every error is corrected."),
+];
+
+const HEINZE_PID: &[Key] = &[
+    gain("full-speed", &[SPEED]).defaults(&["1 m/s"]).usual(FULL_SPEED).means("Speed of the tip at full stick."),
+    gain("set-point-interval", &[SECOND]).otherwise("the period").means("Time between set-points."),
+    gain("limit-rate", &[PER_SECOND]).defaults(&["2 1/s"]).means("As for `tip`."),
+    gain("keep-out-margin", &[METRE]).defaults(&["50 mm"]).means("As for `tip`."),
+    Key::choice("working-area", &["limited", "none"])
+        .defaults(&["limited"])
+        .means("Whether the set-point is limited to the working area.")
+        .source("theory/control/working_area.md"),
+    Key::choice("extension", &["penalty", "zero"])
+        .defaults(&["zero"])
+        .means("Telescope: `zero` keeps it in, `penalty` chooses its position by a penalty function, (131).")
+        .source("theory/control/penalty.md"),
+    Key::table("motion-weight", MOTION_WEIGHT).means("Weights $w_1$ to $w_3$, with the joint's range as the unit."),
+    Key::table("middle-weight", MIDDLE_WEIGHT).means("Weights $w_4$ to $w_6$, with the joint's range as the unit."),
+];
+
+static MOTION_WEIGHT: &[Key] =
+    &[gain("<joint>", &[NUMBER]).defaults(&["1"]).means("Weight of the joint's motion, in its range.")];
+static MIDDLE_WEIGHT: &[Key] = &[gain("<joint>", &[NUMBER])
+    .defaults(&["0.1"])
+    .means("Weight of the joint's distance from the middle of its range.")];
+
+const THRESHOLDS: &[Key] = &[
+    gain("jump", &[METRE])
+        .defaults(&["0.5 mm"])
+        .means("Displacement of a piston in one sample that only one of three residuals shows."),
+    gain("frozen", &[METRE])
+        .defaults(&["1 mm"])
+        .means("Travel of a piston during which its position reading may stay the same."),
+    gain("frozen-pressure", &[METRE])
+        .defaults(&["10 mm"])
+        .means("Travel of a piston during which a pressure reading may stay the same."),
+    gain("flow-tolerance", &[NUMBER]).defaults(&["0.25"]).means("Error of the valve law, share of the flow."),
+    gain("pressure-tolerance", &[NUMBER])
+        .defaults(&["0.03"])
+        .means("Least error of pressures, share of the supply pressure."),
+    gain("stroke-margin", &[NUMBER])
+        .defaults(&["0.05"])
+        .means("How far beyond its stroke a piston may read, share of the stroke."),
+    gain("pressure-limit", &[NUMBER])
+        .defaults(&["2"])
+        .means("Highest plausible pressure, per supply pressure times ratio of the areas."),
+    gain("recovery-time", &[SECOND])
+        .defaults(&["0.5 s"])
+        .means("Time for which a sensor must read plausibly before it is used again."),
+];
+
+const fn erratum(name: &'static str) -> Key {
+    Key::choice(name, &["corrected", "as-printed"]).defaults(&["corrected"])
+}
+
+pub static ERRATA: &[Key] = &[
+    erratum("gravity-sign").means("Sign of gravity in the equations of motion."),
+    erratum("inertia-about").means("Point that moments of inertia refer to."),
+    erratum("orifice-law")
+        .means("Flow through the metering edges; as printed with the blend of `valve.<name>.printed`."),
+    erratum("extension-leakage").means("Chamber that the telescope's external leakage leaves."),
+    erratum("extension-dead-volume").means("Dead volume of the telescope's cylinder."),
+    erratum("leakage-viscosity").means("Viscosity in the leakage law."),
+    erratum("end-stop").means("Force of the end stops."),
+    erratum("friction-map").means("Static friction map near standstill."),
+    erratum("ik-quadrant").means("Quadrant of the inverse kinematics."),
+    erratum("ik-unreachable").means("Inverse kinematics of points out of reach."),
+    erratum("ik-extension").means("Extension of the telescope in the inverse kinematics."),
+];

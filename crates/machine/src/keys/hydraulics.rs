@@ -1,0 +1,343 @@
+//! `[cylinder]`, `[valve]`, `[friction]`, `[fluid]`, `[supply]` and `[equilibrium]`.
+
+use super::Sign::{Any, NonNegative, Positive};
+use super::{Key, Value};
+use crate::quantities::{
+    ACCELERATION, ANGULAR_FREQUENCY, CONDUCTANCE, DAMPING, DENSITY, FLOW, FORCE, LENGTH, NUMBER, PRESSURE, STIFFNESS,
+    TIME, VELOCITY, VISCOSITY, VOLUME,
+};
+
+/// Of groups of which a file gives one.
+const PARTS: &str = "this group, or `stroke` and `closed-length`";
+const TRAVEL: &str = "this group, or the lengths of the parts";
+const GAPS: &str = "this group, or `internal-leakage` and `external-leakage`";
+const CONDUCTANCES: &str = "this group, or `leakage-gap` and `gland-length`";
+
+pub static CYLINDER: &[Key] = &[
+    Key::text("joint").required().means("The joint that the cylinder moves."),
+    Key::text("barrel").required().means("Pin of the barrel, as `link.point`."),
+    Key::text("rod").otherwise("this, or `linkage`").means("Pin of the rod, as `link.point`."),
+    Key::table("linkage", LINKAGE)
+        .otherwise("this, or `rod`")
+        .means("The four-bar through which the rod moves the joint."),
+    Key::quantity("bore", &[LENGTH], Positive)
+        .required()
+        .usual(&[("10 mm", "600 mm", 1e3)])
+        .means("Diameter of the piston."),
+    Key::quantity("rod-diameter", &[LENGTH], Positive)
+        .required()
+        .usual(&[("3 mm", "500 mm", 1e3)])
+        .means("Diameter of the rod, below the bore."),
+    Key::quantity("barrel-length", &[LENGTH], Positive)
+        .otherwise(PARTS)
+        .usual(&[("20 mm", "20 m", 50.0)])
+        .means("Length of the barrel; barrel less piston is the stroke.")
+        .source("thesis (1)"),
+    Key::quantity("piston-length", &[LENGTH], Positive)
+        .otherwise("with `barrel-length` or `leakage-gap`")
+        .usual(&[("2 mm", "1 m", 1e3)])
+        .means("Length of the piston, below that of the barrel."),
+    Key::quantity("rod-length", &[LENGTH], Positive)
+        .otherwise(PARTS)
+        .usual(&[("10 mm", "20 m", 50.0)])
+        .means("Length of the rod.")
+        .source("thesis (2)"),
+    Key::quantity("barrel-offset", &[LENGTH], NonNegative)
+        .otherwise(PARTS)
+        .usual(&[("1 mm", "5 m", 200.0)])
+        .means("Distance from the barrel's pin to the barrel."),
+    Key::quantity("rod-offset", &[LENGTH], NonNegative)
+        .otherwise(PARTS)
+        .usual(&[("1 mm", "5 m", 200.0)])
+        .means("Distance from the rod to the rod's pin."),
+    Key::quantity("stroke", &[LENGTH], Positive)
+        .otherwise(TRAVEL)
+        .usual(&[("10 mm", "15 m", 60.0)])
+        .means("Travel of the piston."),
+    Key::quantity("closed-length", &[LENGTH], Positive)
+        .otherwise(TRAVEL)
+        .usual(&[("30 mm", "20 m", 50.0)])
+        .means("Length from pin to pin, fully retracted."),
+    Key::quantity("port-diameter", &[LENGTH], Positive)
+        .otherwise("no pressure rise in the connectors")
+        .usual(&[("1 mm", "150 mm", 1e3)])
+        .means("Diameter of the connectors."),
+    Key::quantity("dead-length", &[LENGTH], Positive)
+        .otherwise("this with `port-diameter`, or `dead-volume`")
+        .usual(&[("1 mm", "20 m", 50.0)])
+        .means("Length of the line, of the diameter of the port, that makes the dead volume."),
+    Key::pair("dead-volume", &[VOLUME], Positive)
+        .otherwise("this, or `dead-length`")
+        .usual(&[("0.1 ml", "50 l", 1e3)])
+        .means("Dead volume of the chambers (piston side, rod side)."),
+    Key::quantity("leakage-gap", &[LENGTH], Positive)
+        .otherwise(GAPS)
+        .usual(&[("0.5 um", "0.5 mm", 1e6)])
+        .means("Annular gap around piston and gland; it needs `piston-length`.")
+        .source("theory/hydraulics/leakage.md"),
+    Key::quantity("gland-length", &[LENGTH], Positive)
+        .otherwise(GAPS)
+        .usual(&[("1 mm", "1 m", 1e3)])
+        .means("Length of the gap around the rod.")
+        .source("theory/hydraulics/leakage.md"),
+    Key::quantity("internal-leakage", &[CONDUCTANCE], NonNegative)
+        .otherwise(CONDUCTANCES)
+        .usual(&[("0 m^3/(s Pa)", "1e-10 m^3/(s Pa)", 1e3)])
+        .means("Leakage conductance between the chambers."),
+    Key::quantity("external-leakage", &[CONDUCTANCE], NonNegative)
+        .otherwise(CONDUCTANCES)
+        .usual(&[("0 m^3/(s Pa)", "1e-10 m^3/(s Pa)", 1e3)])
+        .means("Leakage conductance from the rod side to the outside."),
+    Key::table("end-stop", END_STOP).required().means("The stops at both ends of the stroke."),
+    Key::quantity("pressure-rating", &[PRESSURE], Positive)
+        .otherwise("1.5 times the supply pressure")
+        .means("Pressure that the chambers are rated for; a run warns above it."),
+    Key::table("printed", PRINTED_CYLINDER).otherwise("none").means("Values of the printed program, for `[errata]`."),
+];
+
+static LINKAGE: &[Key] = &[
+    Key::text("rocker-pivot").required().means("Pivot of the rocker, a point of the parent as `link.point`."),
+    Key::text("coupler-pivot").required().means("Pivot of the coupler, a point of the child as `link.point`."),
+    Key::quantity("rocker-length", &[LENGTH], Positive)
+        .required()
+        .usual(&[("10 mm", "10 m", 100.0)])
+        .means("Distance from the rocker's pivot to the rod's pin."),
+    Key::quantity("coupler-length", &[LENGTH], Positive)
+        .required()
+        .usual(&[("10 mm", "10 m", 100.0)])
+        .means("Distance from the coupler's pivot to the rod's pin."),
+    Key::choice("side", &["left", "right"])
+        .required()
+        .means("Side on which the rod's pin lies, seen from the rocker's pivot to the coupler's."),
+];
+
+static END_STOP: &[Key] = &[
+    Key::quantity("zone", &[LENGTH], Positive)
+        .required()
+        .usual(&[("0.5 mm", "500 mm", 100.0)])
+        .means("Length at each end over which the stop acts, at most half the stroke."),
+    Key::quantity("stiffness", &[STIFFNESS], Positive)
+        .required()
+        .usual(&[("100 kN/m", "10 MN/mm", 1e4)])
+        .means("Stiffness of the stop."),
+    Key::quantity("damping", &[DAMPING], NonNegative)
+        .required()
+        .usual(&[("100 N s/m", "100 MN s/m", 100.0)])
+        .means("Damping of the stop."),
+];
+
+static PRINTED_CYLINDER: &[Key] = &[
+    Key::pair("dead-volume", &[VOLUME], Positive)
+        .otherwise("none")
+        .usual(&[("0.1 ml", "50 l", 1e3)])
+        .means("Dead volume that the printed program uses (piston side, rod side)."),
+    Key::choice("external-leakage-from", &["piston-side", "rod-side"])
+        .defaults(&["rod-side"])
+        .means("Chamber that the external leakage of the printed program leaves."),
+];
+
+pub static VALVE: &[Key] = &[
+    Key::text("cylinder").required().means("The cylinder that the valve feeds."),
+    Key::choice("type", &["4/3", "regenerative"])
+        .required()
+        .means("`4/3`, or `regenerative`: port B is always connected to the supply."),
+    Key::quantity("stroke", &[LENGTH], Positive)
+        .required()
+        .usual(&[("0.1 mm", "100 mm", 1e3)])
+        .means("Largest displacement of the spool, both ways."),
+    Key::quantity("nominal-flow", &[FLOW], Positive)
+        .required()
+        .usual(&[("0.1 l/min", "5000 l/min", 1e3)])
+        .means("Flow at full stroke and nominal pressure drop."),
+    Key::quantity("nominal-pressure-drop", &[PRESSURE], Positive)
+        .otherwise("this, or `nominal-edge-pressure-drop`")
+        .usual(&[("0.5 bar", "400 bar", 100.0)])
+        .means("Nominal pressure drop over both edges in series.")
+        .source("thesis (65)"),
+    Key::quantity("nominal-edge-pressure-drop", &[PRESSURE], Positive)
+        .otherwise("this, or `nominal-pressure-drop`")
+        .usual(&[("0.5 bar", "400 bar", 100.0)])
+        .means("Nominal pressure drop over one edge."),
+    Key::quantity("transition-pressure", &[PRESSURE], Positive)
+        .required()
+        .usual(&[("0.001 bar", "50 bar", 100.0)])
+        .means("Pressure drop at which the flow becomes turbulent."),
+    Key::quantity("natural-frequency", &[ANGULAR_FREQUENCY], Positive)
+        .required()
+        .usual(&[("1 Hz", "1000 Hz", 100.0)])
+        .means("Natural frequency of the spool."),
+    Key::quantity("damping-ratio", &[NUMBER], Positive)
+        .required()
+        .usual(&[("0.05", "10", 100.0)])
+        .means("Damping ratio of the spool."),
+    Key::quantity("overlap", &[LENGTH], NonNegative)
+        .defaults(&["0 m"])
+        .usual(&[("1 um", "20 mm", 1e3)])
+        .means("Half width of the closed zone."),
+    Key::quantity("leakage", &[CONDUCTANCE], NonNegative)
+        .defaults(&["0 m^3/(s Pa)"])
+        .usual(&[("0 m^3/(s Pa)", "1e-10 m^3/(s Pa)", 1e3)])
+        .means("Leakage conductance of each edge."),
+    Key::quantity("velocity-limit", &[VELOCITY], Positive)
+        .otherwise("none")
+        .usual(&[("1 mm/s", "100 m/s", 1e3)])
+        .means("Largest velocity of the spool."),
+    Key::quantity("acceleration-limit", &[ACCELERATION], Positive)
+        .otherwise("none")
+        .usual(&[("0.1 m/s^2", "1e6 m/s^2", 1e3)])
+        .means("Largest acceleration of the spool."),
+    Key::quantity("delay", &[TIME], NonNegative)
+        .defaults(&["0 s"])
+        .usual(&[("0.1 ms", "2 s", 30.0)])
+        .means("Dead time from the command to the spool."),
+    Key::table("command", SIGNAL_CHAIN)
+        .otherwise("the spool command is the controller's command")
+        .means("The signal chain from a controller's command to the spool command."),
+    Key::table("printed", PRINTED_VALVE).otherwise("none").means("Values of the printed program, for `[errata]`."),
+];
+
+static SIGNAL_CHAIN: &[Key] = &[
+    Key::quantity("offset", &[LENGTH], Any).defaults(&["0 m"]).means("Spool command at rest."),
+    Key::quantity("gain", &[NUMBER], Any)
+        .defaults(&["1"])
+        .usual(&[("0.01", "100", 1e3)])
+        .means("Spool command per controller's command outside the dead band."),
+    Key::quantity("dead-band", &[LENGTH], NonNegative)
+        .defaults(&["0 m"])
+        .means("Half width of the dead band of the controller's command."),
+    Key::quantity("low", &[LENGTH], Any).otherwise("minus the stroke").means("Lower limit of the spool command."),
+    Key::quantity("high", &[LENGTH], Any).otherwise("the stroke").means("Upper limit of the spool command."),
+    Key::quantity("delay", &[TIME], NonNegative)
+        .defaults(&["0 s"])
+        .usual(&[("0.1 ms", "2 s", 30.0)])
+        .means("Dead time of the chain, added to the valve's own."),
+];
+
+static PRINTED_VALVE: &[Key] = &[
+    Key::quantity("blend-low", &[PRESSURE], NonNegative)
+        .required()
+        .usual(&[("0.001 bar", "50 bar", 100.0)])
+        .means("Pressure drop at which the printed blend of laminar and turbulent flow begins."),
+    Key::quantity("blend-high", &[PRESSURE], Positive)
+        .required()
+        .usual(&[("0.001 bar", "50 bar", 100.0)])
+        .means("Pressure drop at which it ends."),
+    Key::new("blend-ports", Value::Texts(&["A", "B"])).required().means("Ports at which it applies."),
+];
+
+pub static FRICTION: &[Key] = &[
+    Key::text("cylinder").required().means("The cylinder whose seals these are."),
+    Key::choice("model", &["lugre", "static"])
+        .required()
+        .means("The LuGre model with a bristle state, or the static map.")
+        .source("theory/friction/lugre.md"),
+    Key::pair("coulomb", &[FORCE], NonNegative)
+        .required()
+        .usual(&[("0.1 N", "100 kN", 1e6)])
+        .means("Coulomb friction (extending, retracting)."),
+    Key::pair("breakaway", &[FORCE], NonNegative)
+        .required()
+        .usual(&[("0.1 N", "100 kN", 1e6)])
+        .means("Break-away force (extending, retracting); it includes Coulomb friction."),
+    Key::pair("stribeck-velocity", &[VELOCITY], Positive)
+        .required()
+        .usual(&[("0.01 mm/s", "1 m/s", 1e6)])
+        .means("Velocity over which friction falls from break-away to Coulomb (extending, retracting)."),
+    Key::pair("stribeck-exponent", &[NUMBER], Positive)
+        .required()
+        .usual(&[("0.1", "10", 1.0)])
+        .means("Exponent of that fall (extending, retracting), at most 10."),
+    Key::pair("viscous", &[], NonNegative)
+        .required()
+        .usual(&[("0.1", "1e7", 1e6)])
+        .means("Viscous coefficient (extending, retracting) in N (s/m)^`viscous-exponent`."),
+    Key::pair("viscous-exponent", &[NUMBER], Positive)
+        .required()
+        .usual(&[("0.1", "10", 1.0)])
+        .means("Power of the velocity in the viscous force (extending, retracting), at most 10."),
+    Key::quantity("smoothing-velocity", &[VELOCITY], Positive)
+        .otherwise("1 mm/s; as printed the sign jumps")
+        .usual(&[("0.001 mm/s", "0.1 m/s", 1e6)])
+        .means("Static map: velocity over which the sign changes."),
+    Key::quantity("bristle-stiffness", &[STIFFNESS], Positive)
+        .otherwise("required for LuGre")
+        .usual(&[("1000 N/m", "1000 MN/m", 1e6)])
+        .means("LuGre: stiffness of the bristles."),
+    Key::quantity("bristle-damping", &[DAMPING], NonNegative)
+        .otherwise("required for LuGre")
+        .usual(&[("0.1 N s/m", "10 MN s/m", 1e6)])
+        .means("LuGre: damping of the bristles."),
+    Key::quantity("bristle-damping-velocity", &[VELOCITY], Positive)
+        .otherwise("constant damping")
+        .usual(&[("0.1 mm/s", "10 m/s", 1e6)])
+        .means("LuGre: velocity over which the damping fades."),
+];
+
+/// Of the two descriptions of the bulk modulus.
+const VARYING: &str = "this group, or `bulk-modulus`";
+
+pub static FLUID: &[Key] = &[
+    Key::quantity("density", &[DENSITY], Positive)
+        .required()
+        .usual(&[("500 kg/m^3", "2000 kg/m^3", 100.0)])
+        .means("Density at tank pressure."),
+    Key::quantity("bulk-modulus", &[PRESSURE], Positive)
+        .otherwise("this, or `bulk-modulus-max` with its coefficients")
+        .usual(&[("100 MPa", "10 GPa", 10.0)])
+        .means("Constant bulk modulus."),
+    Key::quantity("bulk-modulus-max", &[PRESSURE], Positive)
+        .otherwise(VARYING)
+        .usual(&[("200 MPa", "20 GPa", 20.0)])
+        .means("Scale of the pressure-dependent bulk modulus.")
+        .source("thesis (96)"),
+    Key::quantity("bulk-c1", &[NUMBER], NonNegative)
+        .otherwise(VARYING)
+        .usual(&[("0", "10000", 1e3)])
+        .means("Its growth with pressure.")
+        .source("thesis (96)"),
+    Key::quantity("bulk-c2", &[NUMBER], Positive)
+        .otherwise(VARYING)
+        .usual(&[("1.1", "1000", 1e3)])
+        .means(
+            "Its value without pressure, above 1: half the decimal logarithm of `bulk-c2`, times `bulk-modulus-max`.",
+        )
+        .source("thesis (96)"),
+    Key::quantity("bulk-reference-pressure", &[PRESSURE], Positive)
+        .otherwise(VARYING)
+        .usual(&[("10 bar", "2000 bar", 100.0)])
+        .means("Pressure that the growth refers to.")
+        .source("thesis (96)"),
+    Key::choice("cavitation", &["free-gas", "none"])
+        .required()
+        .means("Whether gas fills chambers under vacuum; `none` as in the printed program."),
+    Key::quantity("vacuum", &[PRESSURE], Any)
+        .otherwise("required with `free-gas`")
+        .usual(&[("0.5 bar", "1.1 bar", 10.0)])
+        .means("Gauge pressure of vacuum, below zero."),
+    Key::quantity("viscosity", &[VISCOSITY], Positive)
+        .required()
+        .usual(&[("0.0005 Pa s", "5 Pa s", 1e3)])
+        .means("Dynamic viscosity."),
+    Key::table("printed", PRINTED_FLUID).otherwise("none").means("Values of the printed program, for `[errata]`."),
+];
+
+static PRINTED_FLUID: &[Key] = &[Key::quantity("leakage-viscosity", &[VISCOSITY], Positive)
+    .required()
+    .usual(&[("0.0005 Pa s", "5 Pa s", 1e3)])
+    .means("What the printed program uses for the viscosity in leakage.")];
+
+pub static SUPPLY: &[Key] = &[
+    Key::quantity("pressure", &[PRESSURE], NonNegative)
+        .required()
+        .usual(&[("5 bar", "500 bar", 4.0)])
+        .means("Supply pressure, gauge, constant."),
+    Key::quantity("tank-pressure", &[PRESSURE], NonNegative)
+        .required()
+        .usual(&[("0.01 bar", "50 bar", 40.0)])
+        .means("Tank pressure, gauge, constant."),
+];
+
+pub static EQUILIBRIUM: &[Key] = &[Key::quantity("back-pressure", &[PRESSURE], NonNegative)
+    .defaults(&["10 bar"])
+    .usual(&[("0.01 bar", "200 bar", 5.0)])
+    .means("Gauge pressure, at rest, of the chamber that carries less.")];

@@ -1,0 +1,198 @@
+//! Scenario files.
+
+use super::control::CONTROLLERS;
+use super::Sign::{Any, NonNegative, Positive};
+use super::{Key, Kind, Value};
+use crate::quantities::{ANGLE, ANGULAR_VELOCITY, FORCE, LENGTH, MASS, NUMBER, PRESSURE, TIME, VELOCITY};
+
+/// The axes of a stick that moves the tip; other axes are cylinders.
+pub const TIP_AXES: [&str; 2] = ["x", "z"];
+
+/// Lever control stands beside the controllers that take gains.
+pub const LEVER: &str = "lever";
+
+const PERIOD: (&str, &str, f64) = ("0.2 ms", "1 s", 2.0);
+const INTERPOLATION: &[&str] = &["hold", "linear"];
+
+/// Everything that may stand at the top of a scenario file.
+pub static SCENARIO: &[Key] = &[
+    Key::table("scenario", HEAD).required().means("What is run, and for how long."),
+    Key::new("overrides", Value::Overrides)
+        .otherwise("none")
+        .means("Values that replace those of the machine, by key."),
+    Key::table("initial", INITIAL).means("The state at the start."),
+    Key::table("payload", PAYLOAD)
+        .otherwise("`scenario.payload` stays")
+        .means("Loads picked up and set down on the way."),
+    Key::tables("command", COMMAND).otherwise("spools centred").means("Spool command of a cylinder against time."),
+    Key::table("controller", CONTROLLER)
+        .otherwise("that of the joystick's mode")
+        .means("The controller that drives the crane."),
+    Key::table("joystick", JOYSTICK).otherwise("sticks centred").means("Deflections of the operator's sticks."),
+    Key::tables("phase", PHASE).otherwise("none").means("What changes from a time on.").source("theory/simulation.md"),
+    Key::tables("sensor-fault", SENSOR_FAULT).otherwise("none").means("A sensor that fails."),
+    Key::table("solver", SOLVER).means("The method of integration and its tolerances."),
+];
+
+static HEAD: &[Key] = &[
+    Key::text("name").required().means("Name of the scenario, used for files."),
+    Key::text("title").otherwise("none").means("Title for charts and reports."),
+    Key::text("machine").required().means("Bundled name of the machine, or its path relative to the scenario file."),
+    Key::quantity("duration", &[TIME], Positive)
+        .required()
+        .usual(&[("1 ms", "100000 s", 100.0)])
+        .means("Simulated time."),
+    Key::quantity("record-interval", &[TIME], Positive)
+        .defaults(&["10 ms"])
+        .usual(&[("0.1 ms", "10000 s", 1e3)])
+        .means("Time between recorded points."),
+    Key::quantity("payload", &[MASS], NonNegative)
+        .otherwise("the machine's")
+        .usual(&[("0.01 kg", "50 t", 1e3)])
+        .means("Load at the tip."),
+    Key::quantity("seed", &[NUMBER], NonNegative)
+        .defaults(&["0"])
+        .means("Whole number up to 2^53 that draws the sensors' errors and noise; kept with the results."),
+    Key::text("recorded-by")
+        .otherwise("not a recorded drive")
+        .means("Version of hydrocrane whose cockpit recorded the drive; `simulate` warns if it runs another one."),
+];
+
+static INITIAL: &[Key] = &[
+    Key::choice("pressures", &["equilibrium"])
+        .defaults(&["equilibrium"])
+        .means("Pressures that hold the crane at rest; excludes `initial.pressure`."),
+    Key::table("joint", INITIAL_JOINT).means("Coordinates at the start."),
+    Key::table("pressure", INITIAL_PRESSURE)
+        .otherwise("equilibrium")
+        .means("Pressures at the start, of every cylinder."),
+];
+
+static INITIAL_JOINT: &[Key] = &[Key::quantity("<joint>", &[ANGLE, LENGTH], Any)
+    .otherwise("0")
+    // Sliding joints reach as far as the bounds of cylinders let them.
+    .usual(&[("0 deg", "360 deg", 100.0), ("0 m", "100 m", 50.0)])
+    .means("Coordinate of the joint.")];
+
+static INITIAL_PRESSURE: &[Key] = &[Key::pair("<cylinder>", &[PRESSURE], Any)
+    .usual(&[("0 bar", "1000 bar", 2.0)])
+    .means("Gauge pressures (piston side, rod side).")];
+
+static PAYLOAD: &[Key] = &[
+    Key::series("time", &[TIME]).required().means("Times of the changes, above zero and increasing."),
+    Key::series("mass", &[MASS])
+        .required()
+        .usual(&[("0.01 kg", "50 t", 1e3)])
+        .means("Load from each of these times on; a load that is picked up lies still."),
+];
+
+static COMMAND: &[Key] = &[
+    Key::series("time", &[TIME]).required().means("Times of the command, increasing."),
+    Key::series("spool", &[LENGTH]).required().means("Spool position at these times; positive extends."),
+    Key::choice("interpolation", INTERPOLATION).defaults(&["hold"]).means("What holds between two times."),
+];
+
+static CONTROLLER: &[Key] = &[
+    Key::choice("name", &[CONTROLLERS[0].0, CONTROLLERS[1].0, LEVER])
+        .otherwise("the one that takes the joystick's mode")
+        .means("The controller; excludes `command`."),
+    Key::quantity("period", &[TIME], Positive)
+        .otherwise("the machine's")
+        .usual(&[PERIOD])
+        .means("Time between samples."),
+    Key::quantity("delay", &[TIME], NonNegative)
+        .defaults(&["0 s"])
+        .usual(&[("0.1 ms", "1 s", 60.0)])
+        .means("Time that computing takes."),
+    Key::choice("sensors", &["ideal", "data-sheet"])
+        .defaults(&["ideal"])
+        .means("Ideal readings, or those of the machine's sensors with errors drawn by `scenario.seed`."),
+    Key::new("believed", Value::Overrides)
+        .otherwise("the true values")
+        .means("Values of the machine that the controller assumes, by key as in `overrides`."),
+    Key::choice("monitor", &["on", "off"])
+        .otherwise("`on` for `tip` and `heinze-pid`")
+        .means("Whether implausible sensor readings close the valves.")
+        .source("theory/control/plausibility.md"),
+];
+
+static JOYSTICK: &[Key] = &[
+    Key::choice("mode", &["tip", "lever"])
+        .defaults(&["tip"])
+        .means("`tip`: one stick moves the tip; `lever`: one axis per cylinder."),
+    Key::series("time", &[TIME]).otherwise("this, or `log`").means("Times of the deflections, increasing."),
+    Key::choice("interpolation", INTERPOLATION)
+        .defaults(&["hold"])
+        .means("What holds between two times; `hc.simulate` reads a log as `linear`."),
+    Key::quantity("dead-zone", &[NUMBER], NonNegative)
+        .defaults(&["0"])
+        .means("Share of the deflection around the centre that does nothing."),
+    Key::quantity("full-speed", &[VELOCITY], Positive)
+        .otherwise("the machine's")
+        .means("Speed of the tip at full deflection."),
+    Key::quantity("ramp", &[TIME], NonNegative)
+        .defaults(&["0 s"])
+        .means("Time that the stick takes from the centre to full deflection."),
+    Key::text("log")
+        .otherwise("this, or `time`")
+        .means("CSV, MATLAB or NetCDF file with the deflections, beside the scenario file."),
+    Key::series(TIP_AXES[0], &[NUMBER]).otherwise("centred").means("Deflection along x, from -1 to 1."),
+    Key::series(TIP_AXES[1], &[NUMBER]).otherwise("centred").means("Deflection along z, from -1 to 1."),
+    Key::series("<cylinder>", &[NUMBER])
+        .otherwise("centred")
+        .means("Deflection of the cylinder's lever, from -1 to 1, with `mode = \"lever\"`."),
+];
+
+static PHASE: &[Key] = &[
+    Key::quantity("time", &[TIME], Positive).required().means("When the phase begins."),
+    Key::new("overrides", Value::Overrides)
+        .otherwise("none")
+        .means("Further changes of the machine; the load is changed by `[payload]` instead."),
+    Key::table("controller", CONTROLLER)
+        .otherwise("stays; where the stick's mode changes, the one that takes it")
+        .means("The controller from here on; its period stays unless stated."),
+    Key::table("joystick", JOYSTICK)
+        .otherwise("stays; centred where the controller takes the other mode")
+        .means("The sticks from here on, with times since the start of the run."),
+];
+
+/// What sensors measure.
+const MEASURED: &[Kind] = &[ANGLE, LENGTH, PRESSURE, FORCE, VELOCITY, ANGULAR_VELOCITY];
+
+static SENSOR_FAULT: &[Key] = &[
+    Key::text("signal").required().means(
+        "What fails: `joint.<joint>.q`, `cylinder.<cylinder>.p1` or `.p2`; \
+         with data-sheet sensors any signal that the machine measures.",
+    ),
+    Key::choice("kind", &["freeze", "jump", "drop-out"])
+        .required()
+        .means("`freeze`: the reading stays; `jump`: it is off by `size`; `drop-out`: there is none."),
+    Key::quantity("from", &[TIME], NonNegative).required().means("When the fault begins."),
+    Key::quantity("until", &[TIME], Positive).otherwise("the end of the run").means("When the fault ends."),
+    Key::quantity("size", MEASURED, Any)
+        .otherwise("required for a jump")
+        .means("Size of the jump, in the unit of the signal."),
+];
+
+static SOLVER: &[Key] = &[
+    Key::choice("method", &["rodas5p", "ros4l", "tsit5", "ros3l"])
+        .defaults(&["rodas5p"])
+        .means("Method of integration: `rodas5p` and `ros4l` for stiff machines, `tsit5` explicit, `ros3l` with fixed steps.")
+        .source("theory/integration.md"),
+    Key::quantity("rtol", &[NUMBER], Positive)
+        .defaults(&["1e-4"])
+        .usual(&[("1e-12", "0.1", 1e3)])
+        .means("Relative tolerance; a scenario built in Python has 1e-6."),
+    Key::quantity("atol", &[NUMBER], Positive)
+        .otherwise("that of `rtol`")
+        .usual(&[("1e-15", "1", 1e3)])
+        .means("Absolute tolerance, relative to the scale of each state."),
+    Key::quantity("max-step", &[TIME], Positive)
+        .defaults(&["50 ms"])
+        .usual(&[("0.01 ms", "1 s", 1e3)])
+        .means("Largest step."),
+    Key::quantity("step", &[TIME], Positive)
+        .otherwise("required by `ros3l`, an error with the others")
+        .usual(&[("0.01 ms", "100 ms", 100.0)])
+        .means("Step of `ros3l`: no step is longer; each interval between changes of a command is divided evenly."),
+];

@@ -1,0 +1,119 @@
+//! Declarations are whole, and the reader asks for every one of them. (For a key without a declaration it cannot ask:
+//! that panics.)
+
+use super::{asked, Key, Value, MACHINE, SCENARIO};
+use crate::units::parse_scalar;
+use crate::{bundled_machines, bundled_scenarios, load, load_scenario, parse, parse_scenario};
+
+/// Every declaration with its dotted path.
+fn all(keys: &'static [Key], path: &str, found: &mut Vec<(String, &'static Key)>) {
+    for key in keys {
+        let path = format!("{path}.{}", key.name);
+        found.push((path.clone(), key));
+        if let Value::Table(below) | Value::Tables(below) = key.value {
+            all(below, &path, found);
+        }
+    }
+}
+
+fn declarations() -> Vec<(String, &'static Key)> {
+    let mut found = Vec::new();
+    all(MACHINE, "machine file", &mut found);
+    all(SCENARIO, "scenario file", &mut found);
+    found
+}
+
+/// What no bundled file has.
+const MACHINE_WITH_MORE: &str = r#"
+    extends = "rottne-f9-lab"
+    [machine]
+    class = "assumed"
+    [ground]
+    height = "-2 m"
+    support.bunk = { height = "-1 m", from = "1 m", to = "2 m" }
+    [control.heinze-pid]
+    motion-weight.boom = 1
+    middle-weight.boom = 1
+    [control.plausibility]
+    jump = "1 mm"
+    [sensor.a]
+    measures = "cylinder.lift.force"
+    kind = "load-cell"
+    full-scale = "10 kN"
+    [sensor.b]
+    measures = "cylinder.jib.x"
+    kind = "wire-potentiometer"
+    span = "1 m"
+"#;
+const SCENARIO_WITH_MORE: &str = r#"
+    [scenario]
+    name = "all"
+    machine = "rottne-f9-lab"
+    duration = "1 s"
+    [initial]
+    joint.boom = "60 deg"
+    pressure = { lift = "10 bar", jib = "10 bar", extension = "10 bar" }
+    [payload]
+    time = ["0.2 s"]
+    mass = ["10 kg"]
+    [joystick]
+    mode = "lever"
+    time = ["0 s"]
+    lift = [0]
+    [controller]
+    [phase.late]
+    time = "0.5 s"
+    controller = { name = "tip", period = "10 ms" }
+    joystick = { time = ["0 s"], x = [0] }
+    [phase.later]
+    time = "0.6 s"
+    joystick = { mode = "lever", time = ["0 s"], lift = [0] }
+    [sensor-fault.a]
+    signal = "joint.boom.q"
+    kind = "jump"
+    size = "1 deg"
+    from = "0.1 s"
+"#;
+
+#[test]
+fn every_declared_key_is_read() {
+    for (name, _) in bundled_machines() {
+        load(name, &[]).unwrap();
+    }
+    for (name, _) in bundled_scenarios() {
+        load_scenario(name, &[]).unwrap();
+    }
+    parse(MACHINE_WITH_MORE, "more.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
+    parse_scenario(SCENARIO_WITH_MORE, "more.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
+    // `extends` and `include` are read before files are merged.
+    let of_the_loader = ["machine file.extends", "machine file.include"];
+    let unread =
+        declarations().into_iter().filter(|(path, key)| !asked::has(key) && !of_the_loader.contains(&path.as_str()));
+    assert_eq!(unread.map(|(path, _)| path).collect::<Vec<_>>(), [] as [&str; 0]);
+}
+
+#[test]
+fn each_range_is_ordered_and_in_one_unit() {
+    for (path, key) in declarations() {
+        for (low, high, margin) in key.usual {
+            let [from, to] = [low, high].map(|text| parse_scalar(text).unwrap_or_else(|_| panic!("{path}: {text}")));
+            assert!(from.1.dimension == to.1.dimension, "{path}");
+            assert!(from.1.to_si(from.0) < to.1.to_si(to.0) && *margin >= 1.0, "{path}");
+        }
+    }
+}
+
+#[test]
+fn each_default_is_a_value_that_its_key_may_have() {
+    for (path, key) in declarations() {
+        for text in key.defaults {
+            if let Value::Choice(choices) = key.value {
+                assert!(choices.contains(text), "{path}: {text}");
+                continue;
+            }
+            let (_, unit) = parse_scalar(text).unwrap_or_else(|_| panic!("{path}: {text}"));
+            let fits = key.kinds().iter().any(|kind| kind.quantity().dimension == unit.dimension);
+            assert!(fits, "{path}: {text}");
+        }
+    }
+}
