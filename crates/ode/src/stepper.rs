@@ -43,7 +43,7 @@ const GROSS: f64 = 0.1;
 const GROSS_PER_SQUARE: f64 = 300.0;
 const LEAST_GROSS: f64 = 3e-6;
 /// Largest number of parts of a fixed step.
-const MOST_PARTS: u32 = 64;
+const MOST_PARTS: u32 = 256;
 /// Number of attempts that must advance by a least time (s); a slower run would take hours for a second.
 pub const CRAWL_ATTEMPTS: u64 = 1_000_000;
 const CRAWL_ADVANCE: f64 = 1e-2;

@@ -196,7 +196,8 @@ fn key(random: &mut RandomStream, lines: &mut [String]) {
     let (Some(at), Some(other)) = (keyed(random, lines), keyed(random, lines)) else { return };
     let name = lines[other].split(" = ").next().unwrap_or_default().to_string();
     let Some((own, value)) = lines[at].split_once(" = ") else { return };
-    let new = if random.uniform() < 0.5 { name } else { format!("{}{}", &own[..own.len() / 2], own) };
+    let half: String = own.chars().take(own.chars().count() / 2).collect();
+    let new = if random.uniform() < 0.5 { name } else { format!("{half}{own}") };
     lines[at] = format!("{new} = {value}");
 }
 
