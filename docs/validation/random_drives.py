@@ -144,7 +144,10 @@ def faults(core: str, rows: list[dict[str, Any]]) -> list[str]:
         if row["ledger_share"] > 0.01:
             found.append(f"ledger open by {100 * row['ledger_share']:.3g} %")
         if row["tip_far"]:
-            found.append(f"{row['tip_far']} tips up to {row['tip']:.3g} mm from the adaptive run")
+            found.append(
+                f"{row['tip_far']} tips up to {row['tip']:.3g} mm from the adaptive run, whose repeat from a start 1 um "
+                f"away is up to {row['nudged']:.3g} mm from it"
+            )
         if row["unjudged"]:
             found.append(f"{row['unjudged']} drives not judged ({row['first_unjudged']})")
         if row["sensitive"]:

@@ -291,7 +291,6 @@ def test_webassembly_tells_the_errors_of_the_command_line(drive, tmp_path):
 
 def test_the_command_serves_what_it_is_asked_to(page, monkeypatch):
     monkeypatch.setattr("hydrocrane.app.live_server.PAGE", page)
-    monkeypatch.setattr("hydrocrane.app.live_server.page_files.__defaults__", (page,))
     with cockpit_server("single-cylinder") as server:
         assert server.address.endswith("/?chosen")
         assert json.loads(server.files["/chosen.json"][1])["machine"] == "single-cylinder"

@@ -367,7 +367,7 @@ def test_a_run_is_looked_at(browser, address, run):
         assert not page.complaints
 
 
-def test_the_viewer_serves_page_and_run_alone(run):
+def test_the_viewer_serves_page_and_run_alone(run, address):
     with viewer_server(run) as server:
         names = set(server.files)
         table = np.frombuffer(server.files["/recorded.bin"][1], "<f8")

@@ -47,8 +47,9 @@ RECORDED = "/recorded.bin"
 Files = Mapping[str, tuple[str, bytes]]
 
 
-def page_files(folder: Path = PAGE) -> dict[str, tuple[str, bytes]]:
-    """Address to (type, content) of every file of the built page."""
+def page_files(folder: Path | None = None) -> dict[str, tuple[str, bytes]]:
+    """Address to (type, content) of every file of the built page, in `folder` or where the package carries it."""
+    folder = folder or PAGE
     if not (folder / "index.html").is_file():
         raise InputError(
             "the cockpit page is not built: run `make cockpit` in the project's folder, which needs Node.js, "
@@ -61,7 +62,7 @@ def page_files(folder: Path = PAGE) -> dict[str, tuple[str, bytes]]:
     return {"/": files["/index.html"], **files}
 
 
-def own_page(folder: Path = PAGE) -> dict[str, tuple[str, bytes]]:
+def own_page(folder: Path | None = None) -> dict[str, tuple[str, bytes]]:
     """As `page_files`, for a program on this computer: the page knows it, and the browser keeps nothing of it."""
     files = page_files(folder)
     files.pop(KEEPER, None)
