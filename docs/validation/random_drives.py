@@ -145,7 +145,7 @@ def faults(core: str, rows: list[dict[str, Any]]) -> list[str]:
             found.append(f"ledger open by {100 * row['ledger_share']:.3g} %")
         if row["tip_far"]:
             found.append(
-                f"{row['tip_far']} tips up to {row['tip']:.3g} mm from the adaptive run, whose repeat from a start 1 um "
+                f"{row['tip_far']} tips up to {row['tip']:.3g} mm from the adaptive run; its repeat from a start 1 um "
                 f"away is up to {row['nudged']:.3g} mm from it"
             )
         if row["unjudged"]:
