@@ -17,8 +17,6 @@ mod plausible;
 mod quantities;
 mod reader;
 pub mod scenario;
-#[cfg(feature = "schema")]
-mod schema;
 mod sections;
 mod units;
 
@@ -29,6 +27,4 @@ pub use load::{load, parse, Template};
 pub use merge::OverrideValue;
 pub use model::Machine;
 pub use scenario::{load_scenario, parse_scenario, parse_scenario_with, Scenario, MOST_SEED};
-#[cfg(feature = "schema")]
-pub use schema::{schema, FileKind};
 pub use units::quantity;
