@@ -111,9 +111,13 @@ def words_in_backticks(text: str) -> set[str]:
 
 
 def known_to_the_loader() -> set[str]:
-    """Keys and choices of machine and scenario files, from the lists in the loader's sources."""
+    """Keys and choices of machine and scenario files, from their declarations and the lists in the loader's sources."""
+    declared = [path for path in (SECTIONS.parent / "keys").glob("*.rs") if path.name != "tests.rs"]
     sources = [*SECTIONS.glob("*.rs"), SECTIONS.parent / "scenario.rs", *(SECTIONS.parent / "scenario").glob("*.rs")]
-    words = set()
+    declarations = "".join(path.read_text(encoding="utf-8") for path in declared)
+    words = set(re.findall(r'Key::\w+\(\s*"([\w-]+)"', declarations))
+    for choices in re.findall(r'Key::choice\(\s*"[\w-]+",\s*&\[([^\]]*)\]', declarations):
+        words |= set(re.findall(r'"([\w/-]+)"', choices))
     for source in sources:
         text = source.read_text(encoding="utf-8")
         lists = re.findall(r'\[\s*((?:"[\w-]+",?\s*)+)\]', text)

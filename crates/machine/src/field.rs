@@ -2,12 +2,13 @@
 
 use crate::document::{Origin, Place, Scalar};
 use crate::errors::{ErrorKind, MachineError};
-use crate::keys::{Key, Kind, Sign};
+use crate::keys::{Key, Sign};
 use crate::log::Log;
 use crate::model::{Form, Recorded, Unusual};
 use crate::nearest::{choose, suggestion};
 use crate::plausible::{self, Verdict};
 use crate::quantities;
+use crate::quantities::Kind;
 use crate::units::{self, Quantity, Unit, UnitError};
 
 type Result<T> = std::result::Result<T, MachineError>;

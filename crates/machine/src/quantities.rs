@@ -1,7 +1,23 @@
 //! The quantities that keys of machine and scenario files expect.
 
-use crate::keys::Kind;
 use crate::units::{Dimension, Quantity};
+
+/// A quantity by its name and SI unit; without a unit it is a plain number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Kind {
+    pub name: &'static str,
+    pub unit: &'static str,
+}
+
+impl Kind {
+    pub fn quantity(self) -> Quantity {
+        if self.unit.is_empty() {
+            Quantity::number()
+        } else {
+            Quantity::new(self.name, self.unit)
+        }
+    }
+}
 
 macro_rules! quantities {
     ($($constant:ident = $name:literal in $unit:literal;)*) => {

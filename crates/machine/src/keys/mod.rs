@@ -13,7 +13,7 @@ mod structure;
 pub use control::{CONTROLLERS, PLAUSIBILITY};
 pub use scenario::{LEVER, SCENARIO, TIP_AXES};
 
-use crate::quantities::ACCELERATION;
+use crate::quantities::{Kind, ACCELERATION};
 use crate::units::{self, Dimension, Quantity};
 
 /// Everything that may stand at the top of a machine file.
@@ -61,23 +61,6 @@ pub enum Sign {
     Any,
     NonNegative,
     Positive,
-}
-
-/// A quantity by its name and SI unit; without a unit it is a plain number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Kind {
-    pub name: &'static str,
-    pub unit: &'static str,
-}
-
-impl Kind {
-    pub fn quantity(self) -> Quantity {
-        if self.unit.is_empty() {
-            Quantity::number()
-        } else {
-            Quantity::new(self.name, self.unit)
-        }
-    }
 }
 
 /// What a key holds. Where several kinds are listed, other values of the file decide which one it is; none means a unit
