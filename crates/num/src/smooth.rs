@@ -159,7 +159,7 @@ mod tests {
 
     #[test]
     fn a_step_goes_from_zero_to_one_with_the_slope_it_states() {
-        assert_eq!([-3.0, 0.0, 1.0, 2.0].map(|x| step(x)), [(0.0, 0.0), (0.0, 0.0), (1.0, 0.0), (1.0, 0.0)]);
+        assert_eq!([-3.0, 0.0, 1.0, 2.0].map(step), [(0.0, 0.0), (0.0, 0.0), (1.0, 0.0), (1.0, 0.0)]);
         assert!((step(0.5f64).0 - 0.5).abs() < 1e-15);
         for x in [0.1, 0.5, 0.8] {
             let (value, slope) = step(D::variable(x, 0));
