@@ -6,7 +6,7 @@ use hydrocrane_machine::scenario::{Interpolation, Joystick, Scenario, StickMode}
 use hydrocrane_num::portable;
 use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::{
-    simulate_phases, EquilibriumMode, Model, OutcomeKind, Phase, RunOptions, SampledPlan, SensorMode, Sensors,
+    simulate_phases, Driver, EquilibriumMode, Model, OutcomeKind, Phase, RunOptions, SampledPlan, SensorMode, Sensors,
     StickKind, Sticks,
 };
 use std::time::Duration;
@@ -47,7 +47,7 @@ pub fn tip(saved: &str, model: &dyn Model, interval: f64, moved: f64) -> Result<
         max_steps: MOST_STEPS,
     };
     let began = thread_time();
-    let phase = Phase { from: 0.0, model, controller: controller.as_mut(), plan };
+    let phase = Phase { from: 0.0, model, driver: Driver::Controller(controller.as_mut(), &plan) };
     let done = simulate_phases(&x0, scenario.duration, phase, Vec::new(), &record, &options, &mut |_| {
         thread_time() - began < PATIENCE
     });

@@ -5,7 +5,7 @@ use crate::machine::Machine;
 use crate::sensors::{sensor_faults, sensor_mode, sensors, FaultEntry};
 use crate::simulation::{record_of, stopper, Settings};
 use hydrocrane_sim::controller::{Controller, Fault, Measurement, Stick};
-use hydrocrane_sim::{simulate_phases, Phase, SampledPlan, Samples, Sensors, StickKind, Sticks};
+use hydrocrane_sim::{simulate_phases, Driver, Phase, SampledPlan, Samples, Sensors, StickKind, Sticks};
 use numpy::PyArray2;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -192,8 +192,7 @@ pub fn simulate_controlled<'py>(
         let mut made = each.map(|(((from, model), controller), plan)| Phase {
             from: *from,
             model: model.as_ref(),
-            controller: controller.as_mut(),
-            plan: plan.clone(),
+            driver: Driver::Controller(controller.as_mut(), plan),
         });
         let first = made.next()?;
         Some(simulate_phases(&x0, t_end, first, made.collect(), &record, &options, &mut keep_going))

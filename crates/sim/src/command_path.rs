@@ -1,7 +1,9 @@
 //! The command path: from a controller's command to the spools by signal chain, limits and delays.
 
+use crate::driven::Driven;
 use hydrocrane_machine::model::{SignalChain, Valve};
 use hydrocrane_machine::Machine;
+use hydrocrane_ode::Stepper;
 use hydrocrane_plant::layout::MAX_JOINTS;
 use std::collections::VecDeque;
 
@@ -30,9 +32,10 @@ impl CommandPath {
 const ROUNDING: f64 = 1e-12;
 
 impl CommandPaths {
-    pub fn new(machine: &Machine) -> Self {
+    /// With the commands `arrived` (m) at the spools, and none under way.
+    pub fn new(machine: &Machine, arrived: [f64; MAX_JOINTS]) -> Self {
         let paths = machine.cylinders.iter().map(|c| CommandPath::new(&c.valve)).collect();
-        CommandPaths { paths, arrived: [0.0; MAX_JOINTS] }
+        CommandPaths { paths, arrived }
     }
 
     /// Goes on with the valves of `machine`; commands on their way still arrive on time.
@@ -52,7 +55,7 @@ impl CommandPaths {
     /// They leave in the order sent, so `now` must not fall.
     pub fn send(&mut self, now: f64, u: &[f64]) {
         for (path, &u) in self.paths.iter_mut().zip(u) {
-            let value = apply_signal_chain(&path.chain, u).clamp(-path.stroke, path.stroke);
+            let value = at_spool(&path.chain, path.stroke, u);
             path.pending.push_back((now + path.delay, value));
         }
     }
@@ -69,6 +72,14 @@ impl CommandPaths {
         self.arrived != before
     }
 
+    /// As [`Self::receive`]; where a spool command changed, the crane that is `driven` has it from here on.
+    pub fn deliver(&mut self, now: f64, driven: &mut Driven, stepper: &mut Stepper) {
+        if self.receive(now) {
+            (driven.base, driven.slope, driven.since) = (self.arrived, [0.0; MAX_JOINTS], now);
+            stepper.refresh();
+        }
+    }
+
     pub fn next_arrival(&self) -> Option<f64> {
         self.paths.iter().filter_map(|path| path.pending.front()).map(|&(t, _)| t).reduce(f64::min)
     }
@@ -77,6 +88,22 @@ impl CommandPaths {
 /// Time from a command to its arrival at the spool, s.
 pub(crate) fn delay(valve: &Valve) -> f64 {
     valve.command.delay + valve.delay
+}
+
+/// What arrives at a spool of this stroke (m) of the command `u`.
+pub(crate) fn at_spool(chain: &SignalChain, stroke: f64, u: f64) -> f64 {
+    apply_signal_chain(chain, u).clamp(-stroke, stroke)
+}
+
+/// Commands at which what arrives at a spool of this stroke (m) bends: the ends of the dead band, of the signal, of the stroke.
+pub(crate) fn kinks(chain: &SignalChain, stroke: f64) -> Vec<f64> {
+    let band = [-chain.dead_band, chain.dead_band];
+    let mut kinks: Vec<f64> = if chain.dead_band > 0.0 { band.to_vec() } else { Vec::new() };
+    let beyond = [chain.low, chain.high, -stroke, stroke].map(|end| (end - chain.offset) / chain.gain);
+    kinks.extend(beyond.iter().filter(|u| u.is_finite() && **u != 0.0).map(|u| u + chain.dead_band.copysign(*u)));
+    kinks.sort_by(f64::total_cmp);
+    kinks.dedup();
+    kinks
 }
 
 /// Applies the signal chain, without its delay, to the command `u`. Inside the dead band only the offset is left.

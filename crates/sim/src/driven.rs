@@ -34,6 +34,11 @@ impl<'a> Driven<'a> {
         std::array::from_fn(|c| self.base[c] + self.slope[c] * (t - self.since))
     }
 
+    /// From time `now` (s) on the commands stay as they are.
+    pub fn hold(&mut self, now: f64) {
+        (self.base, self.slope, self.since) = (self.command(now), [0.0; MAX_JOINTS], now);
+    }
+
     /// Picks up and lets go the loads that are due at the time of `stepper`.
     pub fn change_payload(&mut self, stepper: &mut Stepper) {
         if self.loads.come_and_go(self.model, stepper.t, &mut stepper.x, &mut self.payload) {

@@ -4,17 +4,20 @@
 //! [`simulate_phases`](crate::simulate_phases) with the same options repeats the drive to the last bit.
 
 use crate::driven::{stepper, Driven};
+use crate::event_loop::EventLoop;
 use crate::faults::{start_fault, state_fault};
 use crate::model::Model;
-use crate::options::RunOptions;
+use crate::options::{Commands, RunOptions};
 use crate::outcome::Outcome;
 use crate::payload::{Loads, PayloadChange, PayloadEvent};
 use crate::phases::states_fault;
-use crate::sampled::{plan_fault, ClosedLoop, Event, SampledPlan};
+use crate::sampled::{plan_fault, Event, Sampled, SampledPlan, Sampling};
+use crate::schedule::Schedule;
 use crate::sensing::Sensors;
 use crate::stick::Sticks;
 use crate::warning::Warning;
 use hydrocrane_control::controller::Controller;
+use hydrocrane_plant::layout::MAX_JOINTS;
 use std::sync::Arc;
 
 /// Rounding allowed between the time asked for and the end of a step, s.
@@ -23,9 +26,13 @@ const ROUNDING: f64 = 1e-9;
 pub struct Live {
     model: Arc<dyn Model>,
     controller: Box<dyn Controller>,
-    closed: ClosedLoop,
+    going: EventLoop,
+    sampled: Sampled,
+    /// Spool commands against time, until a phase under the controller begins.
+    schedule: Option<Schedule>,
     options: RunOptions,
     loads: Loads,
+    commands: CommandsAtHand,
     /// At the tip, kg: at hand, and from the next sample on.
     payload: f64,
     wanted_payload: f64,
@@ -37,6 +44,20 @@ pub struct Live {
     /// Sticks and loads are those of the plan; nobody drives.
     replaying: bool,
     ended: Option<Outcome>,
+}
+
+/// Commands at a time (s), and their rates of change from there on.
+#[derive(Debug, Clone, Copy)]
+struct CommandsAtHand {
+    base: [f64; MAX_JOINTS],
+    slope: [f64; MAX_JOINTS],
+    since: f64,
+}
+
+impl CommandsAtHand {
+    fn of(driven: &Driven) -> Self {
+        CommandsAtHand { base: driven.base, slope: driven.slope, since: driven.since }
+    }
 }
 
 impl Live {
@@ -55,9 +76,14 @@ impl Live {
             return Err(fault);
         }
         let stepper = stepper(x0, model.as_ref(), &options).ok_or_else(|| format!("no method `{}`", options.method))?;
-        let closed = ClosedLoop::new(stepper, &Driven::new(model.as_ref(), &options, 0.0), plan);
+        let driven = Driven::new(model.as_ref(), &options, 0.0);
+        let sampled = Sampled::new(0.0, x0, &driven, plan);
+        let (going, commands) = (EventLoop::new(stepper, &driven), CommandsAtHand::of(&driven));
         Ok(Live {
-            closed,
+            going,
+            sampled,
+            schedule: None,
+            commands,
             controller,
             loads: Loads::new(&options.payload_changes),
             replaying: !plan.sticks.times.is_empty(),
@@ -73,6 +99,16 @@ impl Live {
         })
     }
 
+    /// At the start: spool commands against time in place of the controller, until somebody takes over.
+    pub fn with_commands(mut self, commands: &Commands) -> Self {
+        let mut driven = Driven::new(self.model.as_ref(), &self.options, 0.0);
+        let mut schedule = Schedule::new(commands, self.model.as_ref());
+        schedule.begin(0.0, &mut driven);
+        self.commands = CommandsAtHand::of(&driven);
+        (self.schedule, self.replaying) = (Some(schedule), true);
+        self
+    }
+
     /// From the next sample on the operator holds the sticks so. What is no number counts as centred, what is left out
     /// too, and a stick ends at -1 and 1.
     pub fn set_sticks(&mut self, deflections: &[f64]) {
@@ -82,14 +118,20 @@ impl Live {
         }
     }
 
-    /// Ends a replay: from the next sample on the sticks are those of [`Self::set_sticks`].
+    /// Ends a replay: from the next sample on the sticks are those of [`Self::set_sticks`]. Spool commands against time go on
+    /// until another phase [begins](Self::go_on).
     pub fn take_over(&mut self) {
-        if self.replaying {
+        if self.replaying && self.schedule.is_none() {
             self.replaying = false;
-            self.closed.take_over(self.controller.period());
+            self.sampled.take_over(self.controller.period());
             self.loads.forget();
             self.wanted_payload = self.payload;
         }
+    }
+
+    /// Whether spool commands against time are repeated.
+    pub fn follows_commands(&self) -> bool {
+        self.schedule.is_some()
     }
 
     pub fn replaying(&self) -> bool {
@@ -106,7 +148,8 @@ impl Live {
     /// Another phase begins here: `model` under `controller`, with the sticks of `plan`, which go on where they are if they
     /// are the same ones. Tells what was done with the sticks until here. After an error everything stays as it was.
     ///
-    /// A phase that somebody begins by hand begins [at a sample](Self::finish_sample).
+    /// A phase that somebody begins by hand begins [at a sample](Self::finish_sample); it ends a repeat of spool commands, and
+    /// the loads that come with it.
     pub fn go_on(
         &mut self,
         model: Arc<dyn Model>,
@@ -123,22 +166,45 @@ impl Live {
         if (sticks.kind, sticks.axes) != (plan.sticks.kind, plan.sticks.axes) {
             self.deflections = vec![0.0; plan.sticks.axes];
         }
-        let mut driven =
-            Driven { payload: self.payload, ..Driven::new(self.model.as_ref(), &self.options, self.time()) };
-        self.closed.go_on(&mut driven, model.as_ref(), plan);
+        let before = self.model.clone();
+        let mut driven = self.driven(before.as_ref());
+        self.going.go_on(&mut driven, model.as_ref());
+        let (now, x) = (self.going.stepper.t, &self.going.stepper.x);
+        if self.schedule.take().is_some() {
+            driven.hold(now);
+            self.sampled = Sampled::new(now, x, &driven, plan);
+            self.replaying = !plan.sticks.times.is_empty();
+        } else {
+            self.sampled.go_on(now, x, &driven, plan);
+        }
+        self.commands = CommandsAtHand::of(&driven);
         (self.model, self.controller, self.set_point) = (model, controller, None);
         self.phase_end = f64::INFINITY;
         Ok(sticks)
     }
 
-    /// Goes on to the next sample after time `after` (s), where another phase can begin. An error is how the drive ended.
+    /// Goes on to the next sample after time `after` (s), where another phase can begin; under spool commands against time it
+    /// can at any time. An error is how the drive ended.
     pub fn finish_sample(&mut self, after: f64) -> Result<f64, Outcome> {
         loop {
-            match self.closed.sample_due(self.controller.period()) {
+            match self.sample_due() {
                 Some(now) if now > after => return Ok(now),
+                _ if self.schedule.is_some() && self.time() > after => return Ok(self.time()),
                 _ => self.advance(self.time() + 2.0 * ROUNDING)?,
             }
         }
+    }
+
+    /// When the next sample is taken, if that is before the next step.
+    fn sample_due(&self) -> Option<f64> {
+        let sampled = self.schedule.is_none();
+        self.going.due().filter(|now| sampled && *now >= self.sampled.next_sample(self.controller.period()))
+    }
+
+    /// The crane as it is driven at this time.
+    fn driven<'a>(&self, model: &'a dyn Model) -> Driven<'a> {
+        let CommandsAtHand { base, slope, since } = self.commands;
+        Driven { payload: self.payload, base, slope, since, ..Driven::new(model, &self.options, since) }
     }
 
     /// The phase at hand ends at `time` (s): steps end there.
@@ -152,19 +218,24 @@ impl Live {
             return Err(outcome.clone());
         }
         let model = self.model.clone();
-        let mut driven = Driven::new(model.as_ref(), &self.options, self.time());
-        driven.base = self.closed.paths.arrived;
-        driven.payload = self.payload;
+        let mut driven = self.driven(model.as_ref());
         driven.loads = std::mem::take(&mut self.loads);
         let mut going = Ok(());
         while going.is_ok() && self.time() < until - ROUNDING {
             self.write_down(&mut driven);
-            going = self.closed.step(&mut driven, self.controller.as_mut(), self.phase_end);
-            if let Some(place) = self.closed.samples.set_points.last() {
+            going = match &mut self.schedule {
+                Some(schedule) => self.going.step(&mut driven, schedule, self.phase_end),
+                None => {
+                    let mut sampling = Sampling { state: &mut self.sampled, controller: self.controller.as_mut() };
+                    self.going.step(&mut driven, &mut sampling, self.phase_end)
+                }
+            };
+            if let Some(place) = self.sampled.samples.set_points.last() {
                 self.set_point = (!place[0].is_nan()).then_some(*place);
-                self.closed.samples.clear();
+                self.sampled.samples.clear();
             }
         }
+        self.commands = CommandsAtHand::of(&driven);
         self.payload = driven.payload;
         self.loads = driven.loads;
         self.ended = going.clone().err();
@@ -173,12 +244,12 @@ impl Live {
 
     /// Notes at a sample what the operator does from there on.
     fn write_down(&mut self, driven: &mut Driven) {
-        let Some(now) = self.closed.sample_due(self.controller.period()) else { return };
+        let Some(now) = self.sample_due() else { return };
         self.sampled_until = now;
         if self.replaying {
             return;
         }
-        self.closed.hand.hold(now, &self.deflections);
+        self.sampled.hand.hold(now, &self.deflections);
         // The payload at the start is that of the pressures at the start, so that a change waits for the second sample.
         if self.wanted_payload != driven.payload && now > 0.0 {
             driven.loads.add(PayloadChange { time: now, mass: self.wanted_payload });
@@ -192,16 +263,16 @@ impl Live {
 
     /// s since the start
     pub fn time(&self) -> f64 {
-        self.closed.stepper.t
+        self.going.stepper.t
     }
 
     pub fn state(&self) -> &[f64] {
-        &self.closed.stepper.x
+        &self.going.stepper.x
     }
 
     /// Energies since the start, J: the cylinders' terms, then those of the payload; empty without ledger.
     pub fn energies(&self) -> Vec<f64> {
-        let own = self.closed.stepper.integrals();
+        let own = self.going.stepper.integrals();
         let payload = if own.is_empty() { &[][..] } else { &self.loads.account };
         [own, payload].concat()
     }
@@ -211,9 +282,9 @@ impl Live {
         self.payload
     }
 
-    /// Spool commands that have arrived at the valves, m.
-    pub fn commands(&self) -> &[f64] {
-        &self.closed.paths.arrived[..self.model.layout().joints()]
+    /// Spool commands at the valves, m.
+    pub fn commands(&self) -> Vec<f64> {
+        self.driven(self.model.as_ref()).command(self.time())[..self.model.layout().joints()].to_vec()
     }
 
     /// Where the controller wants the tip (x, z), m, where it has such a place.
@@ -223,21 +294,21 @@ impl Live {
 
     /// Deflections at the last sample, after dead zone and ramp.
     pub fn sticks_at(&self) -> &[f64] {
-        self.closed.hand.at()
+        self.sampled.hand.at()
     }
 
     pub fn sensors(&self) -> &Sensors {
-        &self.closed.sensors
+        &self.sampled.sensors
     }
 
     /// What has happened since the last call.
     pub fn events(&mut self) -> Vec<Event> {
-        std::mem::take(&mut self.closed.events)
+        std::mem::take(&mut self.sampled.events)
     }
 
     /// What has made the drive doubtful since the last call.
     pub fn warnings(&mut self) -> Vec<Warning> {
-        self.closed.watch.news(self.model.as_ref())
+        self.going.warnings(self.model.as_ref())
     }
 
     /// How the drive ended, if it has.
@@ -247,7 +318,7 @@ impl Live {
 
     /// What the operator has done with the sticks.
     pub fn sticks(&self) -> &Sticks {
-        self.closed.hand.sticks()
+        self.sampled.hand.sticks()
     }
 
     /// Payload at the start, kg, and the loads taken up and let go since.

@@ -4,21 +4,39 @@
 //! its controller and its sensors as at the start of a run. theory: docs/theory/simulation.md
 
 use crate::driven::{stepper, Driven};
+use crate::event_loop::EventLoop;
 use crate::faults::{start_fault, state_fault};
 use crate::model::Model;
-use crate::options::{Run, RunOptions};
+use crate::options::{Commands, Run, RunOptions};
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::recorder::Recorder;
-use crate::sampled::{plan_fault, ClosedLoop, Event, SampledPlan, Samples};
+use crate::sampled::{plan_fault, Event, Sampled, SampledPlan, Samples, Sampling};
+use crate::schedule::Schedule;
 use hydrocrane_control::controller::Controller;
 
-/// From a time on, `model` under `controller`.
+/// What moves the spools.
+pub enum Driver<'a> {
+    Commands(&'a Commands),
+    /// A controller, and what surrounds it.
+    Controller(&'a mut dyn Controller, &'a SampledPlan),
+}
+
+impl Driver<'_> {
+    /// Why it cannot drive, if it cannot.
+    fn fault(&self) -> Option<String> {
+        match self {
+            Driver::Commands(_) => None,
+            Driver::Controller(controller, plan) => plan_fault(plan, controller.period()),
+        }
+    }
+}
+
+/// From a time on, `model` under `driver`.
 pub struct Phase<'a> {
     /// s; of the first phase zero.
     pub from: f64,
     pub model: &'a dyn Model,
-    pub controller: &'a mut dyn Controller,
-    pub plan: SampledPlan,
+    pub driver: Driver<'a>,
 }
 
 /// A run with the samples of each phase that began.
@@ -48,27 +66,62 @@ pub fn simulate_phases<'a>(
     let Some(stepper) = stepper(x0, first.model, options) else {
         return bad_start(recorder, format!("no method `{}`", options.method));
     };
-    let mut closed = ClosedLoop::new(stepper, &driven, &first.plan);
-    let mut samples = Vec::new();
+    let mut going = EventLoop::new(stepper, &driven);
+    let mut sampled = None;
+    let (mut samples, mut events) = (Vec::new(), Vec::new());
     let mut coming = later.into_iter().filter(|phase| phase.from < end).peekable();
-    let mut controller = first.controller;
+    let mut driver = first.driver;
     let outcome = loop {
         let until = coming.peek().map_or(end, |next| next.from);
-        let outcome = closed.run(&mut driven, controller, &mut recorder, until, options, keep_going);
-        samples.push(std::mem::take(&mut closed.samples));
+        let outcome = match &mut driver {
+            Driver::Commands(commands) => {
+                let mut schedule = Schedule::new(commands, driven.model);
+                schedule.begin(going.stepper.t, &mut driven);
+                samples.push(Samples::default());
+                going.run(&mut driven, &mut schedule, &mut recorder, until, options, keep_going)
+            }
+            Driver::Controller(controller, plan) => {
+                let state = begin(&mut sampled, &going, &mut driven, plan);
+                let mut sampling = Sampling { state, controller: *controller };
+                let outcome = going.run(&mut driven, &mut sampling, &mut recorder, until, options, keep_going);
+                samples.push(std::mem::take(&mut state.samples));
+                events.append(&mut state.events);
+                outcome
+            }
+        };
         match coming.next() {
             Some(next) if outcome.kind == OutcomeKind::Completed => {
-                if let Some(message) = state_fault(next.model, &closed.stepper.x) {
+                if let Some(message) = state_fault(next.model, &going.stepper.x) {
                     break Outcome { kind: OutcomeKind::BadState, time: next.from, message };
                 }
-                closed.go_on(&mut driven, next.model, &next.plan);
-                controller = next.controller;
+                going.go_on(&mut driven, next.model);
+                driver = next.driver;
             }
             _ => break outcome,
         }
     };
-    let run = recorder.finish(outcome, Some((&closed.stepper, &driven, &mut closed.watch)));
-    PhasedRun { run, samples, events: closed.events }
+    let run = recorder.finish(outcome, Some((&going.stepper, &driven, &mut going.watch)));
+    PhasedRun { run, samples, events }
+}
+
+/// A phase under a controller begins; sticks and commands under way go on from the last such phase.
+pub(crate) fn begin<'s>(
+    sampled: &'s mut Option<Sampled>,
+    going: &EventLoop,
+    driven: &mut Driven,
+    plan: &SampledPlan,
+) -> &'s mut Sampled {
+    let (now, x) = (going.stepper.t, &going.stepper.x);
+    match sampled {
+        Some(state) => {
+            state.go_on(now, x, driven, plan);
+            state
+        }
+        None => {
+            driven.hold(now);
+            sampled.insert(Sampled::new(now, x, driven, plan))
+        }
+    }
 }
 
 fn bad_start(recorder: Recorder, message: String) -> PhasedRun {
@@ -78,7 +131,7 @@ fn bad_start(recorder: Recorder, message: String) -> PhasedRun {
 
 /// Why phases cannot follow each other, if they cannot.
 fn fault(first: &Phase, later: &[Phase]) -> Option<String> {
-    if let Some(message) = plan_fault(&first.plan, first.controller.period()) {
+    if let Some(message) = first.driver.fault() {
         return Some(message);
     }
     let mut time = 0.0;
@@ -90,12 +143,17 @@ fn fault(first: &Phase, later: &[Phase]) -> Option<String> {
             ));
         }
         time = phase.from;
-        let found = states_fault(first.model, phase.model);
-        if let Some(message) = found.or_else(|| plan_fault(&phase.plan, phase.controller.period())) {
+        let found = states_fault(first.model, phase.model).or_else(|| order_fault(phase));
+        if let Some(message) = found.or_else(|| phase.driver.fault()) {
             return Some(format!("in the phase from {time} s on: {message}"));
         }
     }
     None
+}
+
+/// Commands against time stand at the start of a run only: a controller's commands may still be under way later.
+fn order_fault(phase: &Phase) -> Option<String> {
+    matches!(phase.driver, Driver::Commands(_)).then(|| "spool commands against time begin with the run".to_string())
 }
 
 /// Why one machine cannot go on from the state of another, if it cannot.

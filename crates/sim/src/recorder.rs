@@ -1,6 +1,7 @@
 //! Collects what a run computes at the times that are to be recorded.
 
 use crate::driven::Driven;
+use crate::event_loop::Record;
 use crate::model::Model;
 use crate::options::{Run, RunOptions};
 use crate::outcome::{Outcome, OutcomeKind};
@@ -43,17 +44,6 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Every record time up to the stepper's.
-    pub fn take(&mut self, stepper: &Stepper, driven: &Driven) {
-        while self.next < self.record.len() && self.record[self.next] <= stepper.t + 1e-12 {
-            let t = self.record[self.next];
-            stepper.interpolate(t, &mut self.state);
-            stepper.interpolate_integrals(t, &mut self.energies);
-            self.push(t, driven);
-            self.next += 1;
-        }
-    }
-
     fn push(&mut self, t: f64, driven: &Driven) {
         self.run.times.push(t);
         self.run.states.extend_from_slice(&self.state);
@@ -81,5 +71,18 @@ impl<'a> Recorder<'a> {
         }
         self.run.outcome = outcome;
         self.run
+    }
+}
+
+impl Record for Recorder<'_> {
+    /// Every record time up to the stepper's.
+    fn take(&mut self, stepper: &Stepper, driven: &Driven) {
+        while self.next < self.record.len() && self.record[self.next] <= stepper.t + 1e-12 {
+            let t = self.record[self.next];
+            stepper.interpolate(t, &mut self.state);
+            stepper.interpolate_integrals(t, &mut self.energies);
+            self.push(t, driven);
+            self.next += 1;
+        }
     }
 }

@@ -1,17 +1,13 @@
-//! Open-loop runs: spool commands in, a record and an outcome out.
+//! A run under one driver from start to end.
 
-use crate::driven::{stepper, Driven};
-use crate::faults::start_fault;
 use crate::model::Model;
 use crate::options::{Commands, Run, RunOptions};
-use crate::outcome::{Outcome, OutcomeKind};
-use crate::recorder::Recorder;
-use crate::schedule::Schedule;
-use crate::stepping::{given_up, step};
-use crate::warnings::Watch;
-use hydrocrane_ode::Stepper;
+use crate::phases::{simulate_phases, Driver, Phase};
+use crate::sampled::{Event, SampledPlan, Samples};
+use hydrocrane_control::controller::Controller;
 
-/// Runs `model` from `x0` to `end`, recording at `record` (ascending times). `keep_going` is asked now and then.
+/// Runs `model` from `x0` to `end` under spool commands against time, recording at `record` (ascending times).
+/// `keep_going` is asked now and then.
 pub fn simulate(
     model: &dyn Model,
     x0: &[f64],
@@ -21,50 +17,31 @@ pub fn simulate(
     options: &RunOptions,
     keep_going: &mut dyn FnMut(f64) -> bool,
 ) -> Run {
-    let mut recorder = Recorder::new(model, record, options);
-    if let Some(message) = start_fault(model, x0, options) {
-        return recorder.finish(Outcome { kind: OutcomeKind::BadState, time: 0.0, message }, None);
-    }
-    let schedule = Schedule::new(commands, model);
-    let mut driven = Driven::new(model, options, 0.0);
-    let Some(mut stepper) = stepper(x0, model, options) else {
-        let message = format!("no method `{}`", options.method);
-        return recorder.finish(Outcome { kind: OutcomeKind::BadState, time: 0.0, message }, None);
-    };
-    let mut watch = Watch::new(&stepper, &driven);
-    let outcome = drive(&mut stepper, &mut watch, &mut driven, &schedule, end, options, &mut recorder, keep_going);
-    recorder.finish(outcome, Some((&stepper, &driven, &mut watch)))
+    let only = Phase { from: 0.0, model, driver: Driver::Commands(commands) };
+    simulate_phases(x0, end, only, Vec::new(), record, options, keep_going).run
 }
 
-/// Steps from break to break until the end or until something stops it.
+/// A run with its samples.
+#[derive(Debug, Clone)]
+pub struct SampledRun {
+    pub run: Run,
+    pub samples: Samples,
+    pub events: Vec<Event>,
+}
+
+/// As [`simulate`], under `controller`.
 #[allow(clippy::too_many_arguments)]
-fn drive(
-    stepper: &mut Stepper,
-    watch: &mut Watch,
-    driven: &mut Driven,
-    schedule: &Schedule,
+pub fn simulate_sampled(
+    model: &dyn Model,
+    x0: &[f64],
     end: f64,
+    controller: &mut dyn Controller,
+    plan: &SampledPlan,
+    record: &[f64],
     options: &RunOptions,
-    recorder: &mut Recorder,
     keep_going: &mut dyn FnMut(f64) -> bool,
-) -> Outcome {
-    schedule.apply(0.0, driven);
-    recorder.take(stepper, driven);
-    while stepper.t < end {
-        driven.change_payload(stepper);
-        let next = schedule.breaks.iter().copied().find(|&b| b > stepper.t + 1e-12);
-        let limit = next.into_iter().chain(driven.loads.next_time()).fold(end, f64::min);
-        if let Err(outcome) = step(stepper, watch, driven, limit) {
-            return outcome;
-        }
-        recorder.take(stepper, driven);
-        if next.is_some_and(|at| stepper.t >= at) {
-            schedule.apply(stepper.t, driven);
-            stepper.restart();
-        }
-        if let Some(outcome) = given_up(stepper, options, keep_going) {
-            return outcome;
-        }
-    }
-    Outcome { kind: OutcomeKind::Completed, time: stepper.t, message: "reached the end".to_string() }
+) -> SampledRun {
+    let only = Phase { from: 0.0, model, driver: Driver::Controller(controller, plan) };
+    let mut done = simulate_phases(x0, end, only, Vec::new(), record, options, keep_going);
+    SampledRun { run: done.run, samples: done.samples.swap_remove(0), events: done.events }
 }

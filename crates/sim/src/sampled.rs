@@ -6,14 +6,10 @@
 
 use crate::command_path::CommandPaths;
 use crate::driven::Driven;
-use crate::model::Model;
-use crate::options::RunOptions;
+use crate::event_loop::Events;
 use crate::outcome::{Outcome, OutcomeKind};
-use crate::recorder::Recorder;
 use crate::sensing::Sensors;
-use crate::stepping::{given_up, step};
 use crate::stick::{Hand, Sticks, ROUNDING};
-use crate::warnings::Watch;
 use hydrocrane_control::controller::{Controller, Fault};
 use hydrocrane_ode::Stepper;
 
@@ -79,10 +75,8 @@ pub(crate) fn plan_fault(plan: &SampledPlan, period: f64) -> Option<String> {
     beyond.map(|d| format!("a stick's deflection is {d}; it must lie between -1 and 1"))
 }
 
-/// Crane, sensors and sticks between the samples of a controller.
-pub(crate) struct ClosedLoop {
-    pub stepper: Stepper,
-    pub watch: Watch,
+/// Sensors, sticks and commands under way between the samples of a controller.
+pub(crate) struct Sampled {
     pub sensors: Sensors,
     pub hand: Hand,
     pub paths: CommandPaths,
@@ -90,8 +84,6 @@ pub(crate) struct ClosedLoop {
     /// When the first sample of the phase at hand is due, s, and how many it has taken.
     began: f64,
     sample: u64,
-    /// End of the stretch under constant commands, s.
-    limit: f64,
     /// Samples in a row that gave no usable command, and why the last of them did not.
     failing: u32,
     last_fault: String,
@@ -103,22 +95,19 @@ pub(crate) struct ClosedLoop {
     pub events: Vec<Event>,
 }
 
-impl ClosedLoop {
-    /// At rest in the state of `stepper`, at time zero.
-    pub fn new(stepper: Stepper, driven: &Driven, plan: &SampledPlan) -> Self {
+impl Sampled {
+    /// From time `now` (s) and state `x` on, with the spools where `driven` has them.
+    pub fn new(now: f64, x: &[f64], driven: &Driven, plan: &SampledPlan) -> Self {
         let machine = driven.model.machine();
         let mut sensors = plan.sensors.clone();
-        sensors.settle(0.0, &stepper.x);
-        ClosedLoop {
-            watch: Watch::new(&stepper, driven),
-            stepper,
+        sensors.settle(now, x);
+        Sampled {
             sensors,
-            hand: Hand::new(plan.sticks.clone()),
-            paths: CommandPaths::new(machine),
+            hand: Hand::new(plan.sticks.clone(), now),
+            paths: CommandPaths::new(machine, driven.command(now)),
             delay: plan.delay,
-            began: 0.0,
+            began: now,
             sample: 0,
-            limit: 0.0,
             failing: 0,
             last_fault: String::new(),
             given_up: false,
@@ -128,17 +117,12 @@ impl ClosedLoop {
         }
     }
 
-    /// Another phase begins where the loop stands, in a state that `model` can have.
-    pub fn go_on<'a>(&mut self, driven: &mut Driven<'a>, model: &'a dyn Model, plan: &SampledPlan) {
-        let now = self.limit;
-        let before = driven.model;
-        driven.model = model;
-        self.watch.follow(before, driven, &self.stepper);
-        self.stepper.restart();
+    /// Another phase begins at time `now` (s) in state `x`.
+    pub fn go_on(&mut self, now: f64, x: &[f64], driven: &Driven, plan: &SampledPlan) {
         self.sensors = plan.sensors.clone();
-        self.sensors.settle(now, &self.stepper.x);
+        self.sensors.settle(now, x);
         self.hand.take(plan.sticks.clone(), now);
-        self.paths.follow(model.machine());
+        self.paths.follow(driven.model.machine());
         self.delay = plan.delay;
         (self.began, self.sample, self.failing) = (now, 0, 0);
     }
@@ -149,84 +133,15 @@ impl ClosedLoop {
         self.hand.forget_after((0..taken).map(|sample| began + sample as f64 * period));
     }
 
-    /// When the controller measures next, s.
-    fn next_sample(&self, period: f64) -> f64 {
+    /// When a controller with this period (s) measures next, s.
+    pub fn next_sample(&self, period: f64) -> f64 {
+        // Counted anew each time, so that no rounding piles up.
         self.began + self.sample as f64 * period
     }
 
-    pub fn run(
-        &mut self,
-        driven: &mut Driven,
-        controller: &mut dyn Controller,
-        recorder: &mut Recorder,
-        end: f64,
-        options: &RunOptions,
-        keep_going: &mut dyn FnMut(f64) -> bool,
-    ) -> Outcome {
-        recorder.take(&self.stepper, driven);
-        while self.stepper.t < end {
-            if let Err(outcome) = self.step(driven, controller, end) {
-                return outcome;
-            }
-            recorder.take(&self.stepper, driven);
-            if let Some(outcome) = given_up(&mut self.stepper, options, keep_going) {
-                return outcome;
-            }
-        }
-        Outcome { kind: OutcomeKind::Completed, time: self.stepper.t, message: "reached the end".to_string() }
-    }
-
-    /// One step of the integrator on the way to `end`, after all that happens where it begins.
-    pub fn step(&mut self, driven: &mut Driven, controller: &mut dyn Controller, end: f64) -> Result<(), Outcome> {
-        while self.stepper.t >= self.limit {
-            self.interrupt(driven, controller, end)?;
-        }
-        step(&mut self.stepper, &mut self.watch, driven, self.limit)?;
-        self.sensors.follow(&self.stepper);
-        Ok(())
-    }
-
-    /// When the next sample is taken, if that is before the next step.
-    pub fn sample_due(&self, period: f64) -> Option<f64> {
-        (self.stepper.t >= self.limit && self.limit >= self.next_sample(period)).then_some(self.limit)
-    }
-
-    /// A sample if it is due, commands that arrive, loads that come and go; then on to the next of these.
-    fn interrupt(&mut self, driven: &mut Driven, controller: &mut dyn Controller, end: f64) -> Result<(), Outcome> {
-        let (now, period) = (self.limit, controller.period());
-        if now >= self.next_sample(period) {
-            self.take_sample(driven, controller, now);
-            if self.given_up {
-                let message = self.last_fault.clone();
-                return Err(Outcome { kind: OutcomeKind::ControllerFailed, time: now, message });
-            }
-            if self.failing >= FAILURES_IN_A_ROW {
-                let message = format!("{FAILURES_IN_A_ROW} samples in a row without a command: {}", self.last_fault);
-                return Err(Outcome { kind: OutcomeKind::ControllerFailed, time: now, message });
-            }
-            self.sample += 1;
-        }
-        self.receive(driven, now);
-        driven.change_payload(&mut self.stepper);
-        // The next sample counts its times anew, so that no rounding piles up.
-        let next = self.next_sample(period).min(end);
-        let interruptions = self.paths.next_arrival().into_iter().chain(driven.loads.next_time());
-        self.limit = interruptions.fold(next, f64::min);
-        Ok(())
-    }
-
-    /// Delivers commands to the spools.
-    fn receive(&mut self, driven: &mut Driven, now: f64) {
-        if self.paths.receive(now) {
-            driven.base = self.paths.arrived;
-            driven.since = now;
-            self.stepper.refresh();
-        }
-    }
-
     /// One sample: measure, move the sticks, compute, send.
-    fn take_sample(&mut self, driven: &Driven, controller: &mut dyn Controller, now: f64) {
-        self.sensors.read(driven.model, now, &self.stepper.x, driven.payload);
+    fn take_sample(&mut self, driven: &Driven, controller: &mut dyn Controller, now: f64, x: &[f64]) {
+        self.sensors.read(driven.model, now, x, driven.payload);
         let measured = self.sensors.measurement(now);
         if self.sample == 0 {
             controller.reset(&measured);
@@ -279,5 +194,40 @@ impl ClosedLoop {
         self.samples.sticks.extend_from_slice(self.hand.at());
         self.samples.set_points.push(set_point.unwrap_or([f64::NAN; 2]));
         self.samples.commands.extend_from_slice(command);
+    }
+}
+
+/// The samples of a controller as events of a run.
+pub(crate) struct Sampling<'a> {
+    pub state: &'a mut Sampled,
+    pub controller: &'a mut dyn Controller,
+}
+
+impl Events for Sampling<'_> {
+    /// A sample if it is due, and commands that arrive.
+    fn happen(&mut self, now: f64, driven: &mut Driven, stepper: &mut Stepper) -> Result<(), Outcome> {
+        let Sampling { state, controller } = self;
+        if now >= state.next_sample(controller.period()) {
+            state.take_sample(driven, *controller, now, &stepper.x);
+            let failed = |message| Err(Outcome { kind: OutcomeKind::ControllerFailed, time: now, message });
+            if state.given_up {
+                return failed(state.last_fault.clone());
+            }
+            if state.failing >= FAILURES_IN_A_ROW {
+                return failed(format!("{FAILURES_IN_A_ROW} samples in a row without a command: {}", state.last_fault));
+            }
+            state.sample += 1;
+        }
+        state.paths.deliver(now, driven, stepper);
+        Ok(())
+    }
+
+    fn next(&self) -> f64 {
+        let sample = self.state.next_sample(self.controller.period());
+        self.state.paths.next_arrival().map_or(sample, |arrival| arrival.min(sample))
+    }
+
+    fn follow(&mut self, stepper: &Stepper) {
+        self.state.sensors.follow(stepper);
     }
 }

@@ -1,85 +1,179 @@
-//! Spool commands against time, as the spools receive them.
+//! Spool commands against time, on the command path that every command takes: signal chain, limits, delays.
 
+use crate::command_path::{at_spool, delay, kinks};
 use crate::driven::Driven;
+use crate::event_loop::Events;
 use crate::model::Model;
 use crate::options::Commands;
+use crate::outcome::Outcome;
+use hydrocrane_machine::model::Valve;
+use hydrocrane_ode::Stepper;
 
-/// Commands as the spools receive them: each delayed by its valve and kept within its stroke.
+/// Rounding allowed between the time of a break and the time at hand, s.
+const ROUNDING: f64 = 1e-12;
+
+/// Commands as the spools receive them.
 pub(crate) struct Schedule {
-    /// Times at which any command or its rate of change changes.
-    pub breaks: Vec<f64>,
+    /// Times at which any command or its rate of change changes, ascending, s.
+    breaks: Vec<f64>,
+    /// The first break that is to come.
+    next: usize,
     columns: Vec<Column>,
 }
 
+/// The command of one cylinder.
 struct Column {
     times: Vec<f64>,
     values: Vec<f64>,
     linear: bool,
-    delay: f64,
-    limit: f64,
+    valve: Valve,
+    /// Times at which what arrives at the spool bends or jumps, ascending, s.
+    breaks: Vec<f64>,
 }
 
 impl Column {
-    /// Value and rate of change just after `t`.
-    fn at(&self, t: f64) -> (f64, f64) {
-        let t = t - self.delay;
-        let next = self.times.partition_point(|&time| time <= t + 1e-12);
+    fn new(times: Vec<f64>, values: Vec<f64>, linear: bool, valve: &Valve) -> Self {
+        let mut column = Column { times, values, linear, valve: valve.clone(), breaks: Vec::new() };
+        column.breaks = column.bends();
+        column
+    }
+
+    /// Its times as the spool sees them, and where a ramp meets an end of the dead band, of the signal or of the stroke.
+    fn bends(&self) -> Vec<f64> {
+        let late = delay(&self.valve);
+        let mut bends: Vec<f64> = self.times.iter().map(|t| t + late).collect();
+        if self.linear {
+            let kinks = kinks(&self.valve.command, self.valve.stroke);
+            for (t, v) in self.times.windows(2).zip(self.values.windows(2)) {
+                let crossed = kinks.iter().filter(|kink| (v[0] - **kink) * (v[1] - **kink) < 0.0);
+                bends.extend(crossed.map(|kink| t[0] + (kink - v[0]) / (v[1] - v[0]) * (t[1] - t[0]) + late));
+            }
+        }
+        bends.sort_by(f64::total_cmp);
+        bends
+    }
+
+    /// The command given at time `t` and its rate of change just after it.
+    fn given(&self, t: f64) -> (f64, f64) {
+        let next = self.times.partition_point(|&time| time <= t + ROUNDING);
         if next == 0 {
             return (0.0, 0.0);
         }
         let here = self.values[next - 1];
-        let (value, slope) = match (self.linear, self.times.get(next)) {
+        match (self.linear, self.times.get(next)) {
             (true, Some(&end)) => {
                 let slope = (self.values[next] - here) / (end - self.times[next - 1]);
                 (here + slope * (t - self.times[next - 1]), slope)
             }
             _ => (here, 0.0),
-        };
-        let limited = value.clamp(-self.limit, self.limit);
-        (limited, if limited == value { slope } else { 0.0 })
+        }
+    }
+
+    /// What arrives at the spool at time `t`, and its rate of change just after it.
+    fn at(&self, t: f64) -> (f64, f64) {
+        let late = delay(&self.valve);
+        let arrives = |u: f64| at_spool(&self.valve.command, self.valve.stroke, u);
+        let (given, slope) = self.given(t - late);
+        // Before its first time nothing is commanded, and the spool stays centred whatever the signal's offset.
+        let begun = self.times.first().is_some_and(|first| *first <= t - late + ROUNDING);
+        let here = if begun { arrives(given) } else { 0.0 };
+        if slope == 0.0 {
+            return (here, 0.0);
+        }
+        // Two places well inside the stretch up to the next bend tell how it goes on: at its ends rounding would decide.
+        let end = self.breaks[self.breaks.partition_point(|bend| *bend <= t + ROUNDING)..].first();
+        let inside = |share: f64| end.map_or(t, |end| t + share * (end - t));
+        let [early, late] = [0.25, 0.75].map(|share| arrives(given + slope * (inside(share) - t)));
+        let moves = self.valve.command.gain != 0.0 && early != late;
+        (here, if moves { slope * self.valve.command.gain } else { 0.0 })
     }
 }
 
 impl Schedule {
     pub fn new(commands: &Commands, model: &dyn Model) -> Self {
-        let n = model.layout().joints();
-        let machine = model.machine();
-        let columns: Vec<Column> = (0..n)
-            .map(|c| Column {
-                times: commands.times.clone(),
-                values: commands.values.iter().skip(c).step_by(n).copied().collect(),
-                linear: commands.linear,
-                delay: machine.cylinders[c].valve.delay,
-                limit: machine.cylinders[c].valve.stroke,
-            })
-            .collect();
-        let mut breaks: Vec<f64> = columns.iter().flat_map(Column::breaks).collect();
+        let cylinders = &model.machine().cylinders;
+        let n = cylinders.len();
+        let column = |(c, valve): (usize, &Valve)| {
+            let values = commands.values.iter().skip(c).step_by(n).copied().collect();
+            Column::new(commands.times.clone(), values, commands.linear, valve)
+        };
+        let columns: Vec<Column> = cylinders.iter().map(|c| &c.valve).enumerate().map(column).collect();
+        let mut breaks: Vec<f64> = columns.iter().flat_map(|column| &column.breaks).copied().collect();
         breaks.sort_by(f64::total_cmp);
-        breaks.dedup_by(|a, b| (*a - *b).abs() < 1e-12);
-        Schedule { breaks, columns }
+        breaks.dedup_by(|a, b| (*a - *b).abs() < ROUNDING);
+        Schedule { breaks, next: 0, columns }
     }
 
-    pub fn apply(&self, t: f64, driven: &mut Driven) {
+    /// The commands of time `t` (s) are in force; breaks until then are past.
+    pub fn begin(&mut self, t: f64, driven: &mut Driven) {
         driven.since = t;
         for (c, column) in self.columns.iter().enumerate() {
             (driven.base[c], driven.slope[c]) = column.at(t);
         }
+        self.next = self.breaks.partition_point(|&b| b <= t + ROUNDING);
     }
 }
 
-impl Column {
-    /// Its times as the spool sees them, and where a ramp meets the end of the spool's stroke.
-    fn breaks(&self) -> Vec<f64> {
-        let mut breaks: Vec<f64> = self.times.iter().map(|t| t + self.delay).collect();
-        if self.linear {
-            for (t, v) in self.times.windows(2).zip(self.values.windows(2)) {
-                for limit in [-self.limit, self.limit] {
-                    if (v[0] - limit) * (v[1] - limit) < 0.0 {
-                        breaks.push(t[0] + (limit - v[0]) / (v[1] - v[0]) * (t[1] - t[0]) + self.delay);
-                    }
-                }
+impl Events for Schedule {
+    fn happen(&mut self, now: f64, driven: &mut Driven, stepper: &mut Stepper) -> Result<(), Outcome> {
+        if self.next() <= now + ROUNDING {
+            self.begin(now, driven);
+            stepper.restart();
+        }
+        Ok(())
+    }
+
+    fn next(&self) -> f64 {
+        self.breaks.get(self.next).copied().unwrap_or(f64::INFINITY)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hydrocrane_machine::model::SignalChain;
+
+    fn valve(chain: SignalChain) -> Valve {
+        let machine = hydrocrane_machine::load("rottne-f9-lab", &[]).expect("a bundled machine");
+        Valve { command: chain, stroke: 0.05, delay: 0.0, ..machine.cylinders[0].valve.clone() }
+    }
+
+    const CHAIN: SignalChain =
+        SignalChain { offset: 0.001, gain: 0.8, dead_band: 0.004, low: -0.03, high: 0.02, delay: 0.1 };
+
+    /// From end to end in one second.
+    fn ramp(chain: SignalChain) -> Column {
+        Column::new(vec![0.0, 1.0], vec![-0.05, 0.05], true, &valve(chain))
+    }
+
+    #[test]
+    fn a_ramp_takes_the_same_path_as_a_command_that_is_held() {
+        let column = ramp(CHAIN);
+        for t in (0..1000).map(|i| 0.1 + 1e-3 * f64::from(i)) {
+            let wanted = at_spool(&CHAIN, 0.05, -0.05 + 0.1 * (t - 0.1));
+            assert!((column.at(t).0 - wanted).abs() < 1e-12, "{t}");
+        }
+    }
+
+    #[test]
+    fn between_its_bends_a_ramp_is_straight() {
+        let column = ramp(CHAIN);
+        // Start, lower limit, both ends of the dead band, upper limit, end.
+        assert_eq!(column.breaks.len(), 6);
+        for pair in column.breaks.windows(2) {
+            let (value, slope) = column.at(pair[0]);
+            for share in [0.1, 0.5, 0.9] {
+                let t = pair[0] + share * (pair[1] - pair[0]);
+                assert!((value + slope * (t - pair[0]) - column.at(t).0).abs() < 1e-12, "{t}");
             }
         }
-        breaks
+    }
+
+    #[test]
+    fn nothing_arrives_before_the_first_time_and_the_delay() {
+        let column = Column::new(vec![0.5], vec![0.01], false, &valve(CHAIN));
+        assert_eq!(column.at(0.0), (0.0, 0.0));
+        assert_eq!(column.at(0.59), (0.0, 0.0));
+        assert_eq!(column.at(0.6), (0.001 + 0.8 * 0.006, 0.0));
     }
 }

@@ -2,16 +2,16 @@
 
 use crate::command_path::CommandPaths;
 use crate::driven::{stepper, Driven};
+use crate::event_loop::{EventLoop, Events};
 use crate::faults::start_fault;
 use crate::model::Model;
 use crate::options::RunOptions;
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::payload::{change_payload, PayloadEvent};
 use crate::sensing::Sensors;
-use crate::stepping::step;
 use crate::warning::Warning;
-use crate::warnings::Watch;
 use hydrocrane_ode::Stepper;
+use hydrocrane_plant::layout::MAX_JOINTS;
 use std::sync::Arc;
 
 pub struct Simulator {
@@ -20,18 +20,39 @@ pub struct Simulator {
     /// At the tip, kg.
     payload: f64,
     sample_time: f64,
-    stepper: Option<(Stepper, Watch)>,
+    going: Option<EventLoop>,
     paths: CommandPaths,
     sensors: Sensors,
     /// The sensors before their first reading, whose noise a reset repeats.
     unread: Sensors,
 }
 
+/// Commands held from outside, on their way to the spools, and the sensors that follow.
+struct Held<'a> {
+    paths: &'a mut CommandPaths,
+    sensors: &'a mut Sensors,
+}
+
+impl Events for Held<'_> {
+    fn happen(&mut self, now: f64, driven: &mut Driven, stepper: &mut Stepper) -> Result<(), Outcome> {
+        self.paths.deliver(now, driven, stepper);
+        Ok(())
+    }
+
+    fn next(&self) -> f64 {
+        self.paths.next_arrival().unwrap_or(f64::INFINITY)
+    }
+
+    fn follow(&mut self, stepper: &Stepper) {
+        self.sensors.follow(stepper);
+    }
+}
+
 impl Simulator {
     pub fn new(model: Arc<dyn Model>, sample_time: f64, options: RunOptions) -> Self {
-        let (paths, sensors) = (CommandPaths::new(model.machine()), Sensors::ideal(model.as_ref()));
+        let (paths, sensors) = (CommandPaths::new(model.machine(), [0.0; MAX_JOINTS]), Sensors::ideal(model.as_ref()));
         let payload = options.payload;
-        Simulator { model, options, payload, sample_time, stepper: None, paths, unread: sensors.clone(), sensors }
+        Simulator { model, options, payload, sample_time, going: None, paths, unread: sensors.clone(), sensors }
     }
 
     /// Reads through these sensors instead of ideal ones.
@@ -50,10 +71,7 @@ impl Simulator {
         self.payload = self.options.payload;
         let driven = Driven::new(self.model.as_ref(), &self.options, 0.0);
         let stepper = stepper(x0, self.model.as_ref(), &self.options);
-        self.stepper = stepper.map(|stepper| {
-            let watch = Watch::new(&stepper, &driven);
-            (stepper, watch)
-        });
+        self.going = stepper.map(|stepper| EventLoop::new(stepper, &driven));
         self.sensors = self.unread.clone();
         self.sensors.settle(0.0, x0);
         self.sensors.read(self.model.as_ref(), 0.0, x0, self.payload);
@@ -62,39 +80,29 @@ impl Simulator {
 
     /// Holds the spool commands `u` (m) for one sample time.
     pub fn step(&mut self, u: &[f64]) -> Outcome {
-        let Some((mut stepper, mut watch)) = self.stepper.take() else {
+        let Some(going) = &mut self.going else {
             let message = "reset the simulator before stepping it".to_string();
             return Outcome { kind: OutcomeKind::BadState, time: 0.0, message };
         };
-        let outcome = self.advance(&mut stepper, &mut watch, u);
-        self.stepper = Some((stepper, watch));
-        outcome
-    }
-
-    fn advance(&mut self, stepper: &mut Stepper, watch: &mut Watch, u: &[f64]) -> Outcome {
-        let end = stepper.t + self.sample_time;
-        self.paths.send(stepper.t, u);
-        while stepper.t < end {
-            self.paths.receive(stepper.t);
-            let limit = self.paths.next_arrival().map_or(end, |t| t.min(end));
-            let mut driven = Driven::new(self.model.as_ref(), &self.options, stepper.t);
-            driven.base = self.paths.arrived;
-            driven.payload = self.payload;
-            stepper.refresh();
-            while stepper.t < limit {
-                if let Err(outcome) = step(stepper, watch, &driven, limit) {
-                    return outcome;
-                }
-                self.sensors.follow(stepper);
+        let model = self.model.as_ref();
+        let end = going.stepper.t + self.sample_time;
+        self.paths.send(going.stepper.t, u);
+        let mut driven = Driven::new(model, &self.options, going.stepper.t);
+        (driven.base, driven.payload) = (self.paths.arrived, self.payload);
+        let mut held = Held { paths: &mut self.paths, sensors: &mut self.sensors };
+        while going.stepper.t < end {
+            if let Err(outcome) = going.step(&mut driven, &mut held, end) {
+                return outcome;
             }
         }
-        self.sensors.read(self.model.as_ref(), stepper.t, &stepper.x, self.payload);
+        let stepper = &going.stepper;
+        self.sensors.read(model, stepper.t, &stepper.x, self.payload);
         Outcome { kind: OutcomeKind::Completed, time: stepper.t, message: "stepped".to_string() }
     }
 
     /// From here on the tip carries `mass` (kg): takes up a load that lies still, or lets one go. `None` before a reset.
     pub fn set_payload(&mut self, mass: f64) -> Option<PayloadEvent> {
-        let (stepper, _) = self.stepper.as_mut()?;
+        let stepper = &mut self.going.as_mut()?.stepper;
         let change = [self.payload, mass];
         self.payload = mass;
         let event = change_payload(self.model.as_ref(), stepper.t, &mut stepper.x, change);
@@ -104,7 +112,7 @@ impl Simulator {
 
     /// What has made the simulation doubtful since the last call.
     pub fn warnings(&mut self) -> Vec<Warning> {
-        self.stepper.as_mut().map_or_else(Vec::new, |(_, watch)| watch.news(self.model.as_ref()))
+        self.going.as_mut().map_or_else(Vec::new, |going| going.warnings(self.model.as_ref()))
     }
 
     pub fn model(&self) -> &dyn Model {
@@ -122,15 +130,15 @@ impl Simulator {
     }
 
     pub fn state(&self) -> Option<&[f64]> {
-        self.stepper.as_ref().map(|(s, _)| s.x.as_slice())
+        self.going.as_ref().map(|going| going.stepper.x.as_slice())
     }
 
     /// x, z of the tip, m.
     pub fn tip(&self) -> Option<[f64; 2]> {
-        self.stepper.as_ref().map(|(s, _)| self.model.tip(&s.x[..self.model.layout().joints()]))
+        self.state().map(|x| self.model.tip(&x[..self.model.layout().joints()]))
     }
 
     pub fn time(&self) -> f64 {
-        self.stepper.as_ref().map_or(0.0, |(s, _)| s.t)
+        self.going.as_ref().map_or(0.0, |going| going.stepper.t)
     }
 }

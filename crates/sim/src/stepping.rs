@@ -7,12 +7,8 @@ use crate::outcome::{Outcome, OutcomeKind};
 use crate::warnings::Watch;
 use hydrocrane_ode::{Stepper, System, CRAWL_ATTEMPTS};
 
-/// One step, at most to `limit`, and a look at where it led.
-pub(crate) fn step(stepper: &mut Stepper, watch: &mut Watch, driven: &Driven, limit: f64) -> Result<(), Outcome> {
-    step_of(driven, stepper, watch, driven, limit)
-}
-
-/// One step of `system`, whose states begin with those of the crane that is `driven`.
+/// One step of `system`, whose states begin with those of the crane that is `driven`, at most to `limit`; and a look at
+/// where it led.
 pub(crate) fn step_of(
     system: &dyn System,
     stepper: &mut Stepper,

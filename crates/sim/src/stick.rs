@@ -69,8 +69,9 @@ pub(crate) struct Hand {
 }
 
 impl Hand {
-    pub fn new(sticks: Sticks) -> Self {
-        Hand { at: vec![0.0; sticks.axes], sticks, since: 0.0 }
+    /// Centred at time `now` (s).
+    pub fn new(sticks: Sticks, now: f64) -> Self {
+        Hand { at: vec![0.0; sticks.axes], sticks, since: now }
     }
 
     /// From time `t` on the operator does what `sticks` say; levers in another hand begin centred.
@@ -151,7 +152,7 @@ mod tests {
 
     #[test]
     fn held_and_straight_between_the_rows() {
-        let at = |linear, t| Hand::new(sticks(linear, 0.0, 0.0)).move_to(t).to_vec();
+        let at = |linear, t| Hand::new(sticks(linear, 0.0, 0.0), 0.0).move_to(t).to_vec();
         assert_eq!(at(false, 0.5), [0.0, 0.0]);
         assert_eq!(at(false, 1.5), [0.0, 1.0]);
         assert_eq!(at(true, 1.5), [0.5, 0.0]);
@@ -164,7 +165,7 @@ mod tests {
         let begin = 0.1 + 0.2;
         for (end, dead_zone, ramp) in [(1.0, 0.0, 0.0), (1.0, 0.1, 0.05), (1.0 + 0.5 * ROUNDING, 0.0, 0.0)] {
             let (times, deflections) = (vec![0.2, begin, 0.31], vec![end, -end, end, -end, -end, end]);
-            let mut hand = Hand::new(Sticks { times, deflections, ..sticks(true, dead_zone, ramp) });
+            let mut hand = Hand::new(Sticks { times, deflections, ..sticks(true, dead_zone, ramp) }, 0.0);
             for t in [0.0, 0.2, 0.25, 0.3, begin, 0.305, 0.31] {
                 let at = hand.move_to(t);
                 assert!(at.iter().all(|d| d.abs() <= 1.0), "{at:?} at {t} s");
@@ -175,15 +176,15 @@ mod tests {
     #[test]
     fn the_dead_zone_leaves_full_deflection_full() {
         let zoned = sticks(true, 0.2, 0.0);
-        assert_eq!(Hand::new(zoned.clone()).move_to(2.0), [1.0, -1.0]);
-        assert!((Hand::new(zoned.clone()).move_to(1.6)[0] - 0.5).abs() < 1e-12);
-        assert_eq!(Hand::new(zoned.clone()).move_to(1.58)[1], 0.0, "0.16 backwards is inside the zone");
+        assert_eq!(Hand::new(zoned.clone(), 0.0).move_to(2.0), [1.0, -1.0]);
+        assert!((Hand::new(zoned.clone(), 0.0).move_to(1.6)[0] - 0.5).abs() < 1e-12);
+        assert_eq!(Hand::new(zoned.clone(), 0.0).move_to(1.58)[1], 0.0, "0.16 backwards is inside the zone");
     }
 
     #[test]
     fn a_ramp_limits_the_speed_of_the_stick() {
         let ramped = sticks(false, 0.0, 0.2);
-        let mut hand = Hand::new(ramped);
+        let mut hand = Hand::new(ramped, 0.0);
         hand.move_to(0.99);
         assert!((hand.move_to(1.04)[1] - 0.25).abs() < 1e-12);
         assert_eq!(hand.move_to(1.5)[1], 1.0);
@@ -192,7 +193,7 @@ mod tests {
     #[test]
     fn straight_sticks_taken_over_are_held_as_the_samples_saw_them() {
         let samples = || (0..=3).map(|k| 0.9 + 0.3 * f64::from(k));
-        let mut hand = Hand::new(sticks(true, 0.2, 0.0));
+        let mut hand = Hand::new(sticks(true, 0.2, 0.0), 0.0);
         let before: Vec<_> = samples().map(|t| hand.move_to(t).to_vec()).collect();
         hand.forget_after(samples());
         assert!(!hand.sticks().linear && hand.sticks().times.len() == 4, "{:?}", hand.sticks());
@@ -203,7 +204,7 @@ mod tests {
 
     #[test]
     fn what_a_hand_holds_is_written_down_where_it_changes() {
-        let mut hand = Hand::new(Sticks::centred(StickKind::Tip, 3));
+        let mut hand = Hand::new(Sticks::centred(StickKind::Tip, 3), 0.0);
         for (t, z) in [(0.0, 0.5), (0.1, 0.5), (0.2, -0.5)] {
             hand.hold(t, &[0.0, z]);
             assert_eq!(hand.move_to(t), [0.0, z]);

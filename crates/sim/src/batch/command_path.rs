@@ -1,7 +1,7 @@
 //! The command path of a batch: signal chain, limits and delays from commands to spools.
 
 use super::kernel::{Group, WIDTH};
-use crate::command_path::{apply_signal_chain, delay};
+use crate::command_path::{at_spool, delay};
 use hydrocrane_machine::model::Valve;
 use hydrocrane_machine::Machine;
 use hydrocrane_plant::layout::MAX_JOINTS;
@@ -48,7 +48,7 @@ impl BatchCommandPath {
         sent.resize(self.groups * cylinders, [0.0; WIDTH]);
         for (crane, row) in commands.chunks_exact(cylinders).enumerate() {
             for (c, (valve, u)) in self.valves.iter().zip(row).enumerate() {
-                let value = apply_signal_chain(&valve.command, *u).clamp(-valve.stroke, valve.stroke);
+                let value = at_spool(&valve.command, valve.stroke, *u);
                 sent[crane / WIDTH * cylinders + c][crane % WIDTH] = value;
             }
         }

@@ -90,7 +90,7 @@ pub fn tangents<const N: usize>(keys: &Keys, values: &[f64], base: &Inputs<f64, 
 fn without_effect(key: &str) -> String {
     format!(
         "`{key}` does not enter the equations of motion of this machine, so a run with given commands does not depend on \
-         it, unless by the times at which commands arrive, which are held"
+         it, unless by the commands that arrive at the spools, which are held"
     )
 }
 

@@ -6,14 +6,13 @@ use super::tangent_system::{Group, Number, TangentSystem};
 use super::SensitivityError;
 use crate::build::build;
 use crate::driven::Driven;
+use crate::event_loop::{EventLoop, Record};
 use crate::faults::start_fault;
 use crate::model::Model;
 use crate::options::{Commands, RunOptions};
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::schedule::Schedule;
-use crate::stepping::{given_up, step_of};
 use crate::warning::Warning;
-use crate::warnings::Watch;
 use hydrocrane_machine::{Machine, OverrideValue, Template};
 use hydrocrane_ode::System;
 use hydrocrane_ode::{method, Effort, Stepper};
@@ -117,22 +116,25 @@ fn sized<const N: usize>(
     let inputs = Inputs::<f64, N>::of(machine)?;
     let groups = Group::all(&inputs, &tangents(keys, values, &inputs)?, model.layout());
     let start = start_state(experiment, model, &groups)?;
-    let mut record = Record::new(keys, model, &groups, &experiment.record);
+    let mut record = SensitivityRecord::new(keys, model, &groups, &experiment.record);
     let states = model.layout().len();
     if let Some(message) = start_fault(model, &start[..states.min(start.len())], &experiment.options) {
         record.done.outcome = Outcome { kind: OutcomeKind::BadState, time: 0.0, message };
         return Ok(record.done);
     }
     let sizes: Vec<f64> = if experiment.resolve_slopes { values.iter().map(size).collect() } else { Vec::new() };
-    let options = RunOptions { payload: inputs.payload, ledger: false, ..experiment.options.clone() };
+    let payload_changes = Vec::new();
+    let options = RunOptions { payload: inputs.payload, payload_changes, ledger: false, ..experiment.options.clone() };
     let mut system = TangentSystem::new(Driven::new(model, &options, 0.0), &groups, &sizes);
     let method = method(&options.method, system.dimension());
     let method = method.ok_or_else(|| SensitivityError::Key(format!("no method `{}`", options.method)))?;
-    let mut stepper = Stepper::new(method, options.tolerances, 0.0, &start, 0);
-    let mut watch = Watch::new(&stepper, &system.driven);
-    let outcome = drive(&mut stepper, &mut watch, &mut system, experiment, &options, &mut record, keep_going);
-    record.done.warnings = watch.close(&stepper, &system.driven);
-    Ok(record.finish(outcome, &stepper, &system.driven))
+    let stepper = Stepper::new(method, options.tolerances, 0.0, &start, 0);
+    let mut going = EventLoop::new(stepper, &system.driven);
+    let mut schedule = Schedule::new(&experiment.commands, model);
+    schedule.begin(0.0, &mut system.driven);
+    let outcome = going.run(&mut system, &mut schedule, &mut record, experiment.end, &options, keep_going);
+    record.done.warnings = going.watch.close(&going.stepper, &system.driven);
+    Ok(record.finish(outcome, &going.stepper, &system.driven))
 }
 
 /// A change of a parameter that matters: all of it, or where it is zero, one in SI.
@@ -165,39 +167,8 @@ fn start_state<const N: usize>(experiment: &Experiment, model: &dyn Model, group
     Ok(x)
 }
 
-/// Steps from command change to command change, as a run without tangents does.
-fn drive<const N: usize>(
-    stepper: &mut Stepper,
-    watch: &mut Watch,
-    system: &mut TangentSystem<N>,
-    experiment: &Experiment,
-    options: &RunOptions,
-    record: &mut Record<N>,
-    keep_going: &mut dyn FnMut(f64) -> bool,
-) -> Outcome {
-    let schedule = Schedule::new(&experiment.commands, system.driven.model);
-    schedule.apply(0.0, &mut system.driven);
-    record.take(stepper, &system.driven);
-    while stepper.t < experiment.end {
-        let next = schedule.breaks.iter().copied().find(|&b| b > stepper.t + 1e-12);
-        let limit = next.unwrap_or(experiment.end).min(experiment.end);
-        if let Err(outcome) = step_of(system, stepper, watch, &system.driven, limit) {
-            return outcome;
-        }
-        record.take(stepper, &system.driven);
-        if stepper.t >= limit {
-            schedule.apply(limit, &mut system.driven);
-            stepper.restart();
-        }
-        if let Some(outcome) = given_up(stepper, options, keep_going) {
-            return outcome;
-        }
-    }
-    Outcome { kind: OutcomeKind::Completed, time: stepper.t, message: "reached the end".to_string() }
-}
-
 /// Collects signals and their sensitivities at the record times.
-struct Record<'a, const N: usize> {
+struct SensitivityRecord<'a, const N: usize> {
     groups: &'a [Group<N>],
     layout: &'a Layout,
     times: &'a [f64],
@@ -207,7 +178,7 @@ struct Record<'a, const N: usize> {
     done: Sensitivities,
 }
 
-impl<'a, const N: usize> Record<'a, N> {
+impl<'a, const N: usize> SensitivityRecord<'a, N> {
     fn new(keys: &Keys, model: &'a dyn Model, groups: &'a [Group<N>], times: &'a [f64]) -> Self {
         let layout = model.layout();
         let state = |i: usize| OutputInfo {
@@ -230,17 +201,7 @@ impl<'a, const N: usize> Record<'a, N> {
             effort: Effort::default(),
         };
         let row = vec![0.0; layout.len() * (1 + keys.parameters.len())];
-        Record { groups, layout, times, next: 0, row, done }
-    }
-
-    /// Every record time up to the stepper's.
-    fn take(&mut self, stepper: &Stepper, driven: &Driven) {
-        while self.next < self.times.len() && self.times[self.next] <= stepper.t + 1e-12 {
-            let t = self.times[self.next];
-            stepper.interpolate(t, &mut self.row);
-            self.push(t, driven);
-            self.next += 1;
-        }
+        SensitivityRecord { groups, layout, times, next: 0, row, done }
     }
 
     fn push(&mut self, t: f64, driven: &Driven) {
@@ -283,5 +244,17 @@ impl<'a, const N: usize> Record<'a, N> {
         (self.done.accepted, self.done.rejected) = (stepper.accepted, stepper.rejected);
         self.done.effort = stepper.effort();
         self.done
+    }
+}
+
+impl<const N: usize> Record for SensitivityRecord<'_, N> {
+    /// Every record time up to the stepper's.
+    fn take(&mut self, stepper: &Stepper, driven: &Driven) {
+        while self.next < self.times.len() && self.times[self.next] <= stepper.t + 1e-12 {
+            let t = self.times[self.next];
+            stepper.interpolate(t, &mut self.row);
+            self.push(t, driven);
+            self.next += 1;
+        }
     }
 }

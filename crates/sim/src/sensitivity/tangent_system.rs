@@ -2,6 +2,7 @@
 
 use super::construction::{Inputs, WIDTH};
 use crate::driven::Driven;
+use crate::event_loop::Stepped;
 use hydrocrane_num::{Dual, Real};
 use hydrocrane_ode::BlockArrow;
 use hydrocrane_ode::Linearisation;
@@ -90,6 +91,18 @@ impl<'a, const N: usize> TangentSystem<'a, N> {
 
     fn command(&self, t: f64) -> [Number; MAX_JOINTS] {
         self.driven.command(t).map(Number::constant)
+    }
+}
+
+impl<'a, const N: usize> Stepped<'a> for TangentSystem<'a, N> {
+    fn system(&self) -> &dyn System {
+        self
+    }
+    fn driven(&self) -> &Driven<'a> {
+        &self.driven
+    }
+    fn driven_mut(&mut self) -> &mut Driven<'a> {
+        &mut self.driven
     }
 }
 

@@ -5,7 +5,7 @@ use hydrocrane_machine::{load, OverrideValue};
 use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::controller::Controller;
 use hydrocrane_sim::{
-    build, simulate_phases, EquilibriumMode, Model, OutcomeKind, PayloadChange, Phase, RunOptions, SampledPlan,
+    build, simulate_phases, Driver, EquilibriumMode, Model, OutcomeKind, PayloadChange, Phase, RunOptions, SampledPlan,
     SensorMode, Sensors, StickKind, Sticks,
 };
 use hydrocrane_web::Cockpit;
@@ -69,11 +69,12 @@ pub fn simulated(scenario: &Scenario) -> (f64, [f64; 2]) {
         parts.push((phase.time, built(&scenario.machine, &overrides), &phase.controller, stick));
     }
     let mut controllers: Vec<_> = parts.iter().map(|(_, model, choice, _)| named(model.as_ref(), choice)).collect();
-    let phases = parts.iter().zip(&mut controllers).map(|((from, model, choice, stick), controller)| Phase {
+    let plan_of = |(_, model, choice, stick): &_| plan(Arc::as_ref(model), choice, stick, scenario.seed);
+    let plans: Vec<_> = parts.iter().map(plan_of).collect();
+    let phases = parts.iter().zip(&mut controllers).zip(&plans).map(|(((from, model, ..), controller), plan)| Phase {
         from: *from,
         model: model.as_ref(),
-        controller: controller.as_mut(),
-        plan: plan(model.as_ref(), choice, stick, scenario.seed),
+        driver: Driver::Controller(controller.as_mut(), plan),
     });
     let mut phases: Vec<Phase> = phases.collect();
     let first = phases.remove(0);

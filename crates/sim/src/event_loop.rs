@@ -1,0 +1,120 @@
+//! The one loop of all runs: all that is due between two steps, then steps until the next of it is.
+//!
+//! Commands against time, the samples of a controller and commands held from outside differ in their [`Events`] only.
+
+use crate::driven::Driven;
+use crate::model::Model;
+use crate::options::RunOptions;
+use crate::outcome::{Outcome, OutcomeKind};
+use crate::stepping::{given_up, step_of};
+use crate::warning::Warning;
+use crate::warnings::Watch;
+use hydrocrane_ode::{Stepper, System};
+
+/// What is stepped: a crane under commands, alone or with tangents behind its states.
+pub(crate) trait Stepped<'a> {
+    fn system(&self) -> &dyn System;
+    fn driven(&self) -> &Driven<'a>;
+    fn driven_mut(&mut self) -> &mut Driven<'a>;
+}
+
+impl<'a> Stepped<'a> for Driven<'a> {
+    fn system(&self) -> &dyn System {
+        self
+    }
+    fn driven(&self) -> &Driven<'a> {
+        self
+    }
+    fn driven_mut(&mut self) -> &mut Driven<'a> {
+        self
+    }
+}
+
+/// What happens between steps.
+pub(crate) trait Events {
+    /// All that is due at time `now` (s). An error is how the run ends.
+    fn happen(&mut self, now: f64, driven: &mut Driven, stepper: &mut Stepper) -> Result<(), Outcome>;
+    /// When something is due next, s; infinite where nothing is.
+    fn next(&self) -> f64;
+    /// A step was taken.
+    fn follow(&mut self, _stepper: &Stepper) {}
+}
+
+/// Keeps what is to be kept of a run.
+pub(crate) trait Record {
+    fn take(&mut self, stepper: &Stepper, driven: &Driven);
+}
+
+/// A state on its way through time, with the look at every step.
+pub(crate) struct EventLoop {
+    pub stepper: Stepper,
+    pub watch: Watch,
+    /// When something happens next, s; all before it has happened.
+    limit: f64,
+}
+
+impl EventLoop {
+    /// At the state and time of `stepper`.
+    pub fn new(stepper: Stepper, driven: &Driven) -> Self {
+        EventLoop { watch: Watch::new(&stepper, driven), limit: stepper.t, stepper }
+    }
+
+    /// Steps until `end` or until something stops the run.
+    pub fn run<'a>(
+        &mut self,
+        crane: &mut impl Stepped<'a>,
+        events: &mut dyn Events,
+        record: &mut dyn Record,
+        end: f64,
+        options: &RunOptions,
+        keep_going: &mut dyn FnMut(f64) -> bool,
+    ) -> Outcome {
+        record.take(&self.stepper, crane.driven());
+        while self.stepper.t < end {
+            if let Err(outcome) = self.step(crane, events, end) {
+                return outcome;
+            }
+            record.take(&self.stepper, crane.driven());
+            if let Some(outcome) = given_up(&mut self.stepper, options, keep_going) {
+                return outcome;
+            }
+        }
+        Outcome { kind: OutcomeKind::Completed, time: self.stepper.t, message: "reached the end".to_string() }
+    }
+
+    /// One step on the way to `end`, after all that happens where it begins.
+    pub fn step<'a>(
+        &mut self,
+        crane: &mut impl Stepped<'a>,
+        events: &mut dyn Events,
+        end: f64,
+    ) -> Result<(), Outcome> {
+        while self.stepper.t >= self.limit {
+            let driven = crane.driven_mut();
+            events.happen(self.limit, driven, &mut self.stepper)?;
+            driven.change_payload(&mut self.stepper);
+            self.limit = driven.loads.next_time().into_iter().chain([events.next()]).fold(end, f64::min);
+        }
+        step_of(crane.system(), &mut self.stepper, &mut self.watch, crane.driven(), self.limit)?;
+        events.follow(&self.stepper);
+        Ok(())
+    }
+
+    /// The time at which something is due before the next step is taken, if anything is.
+    pub fn due(&self) -> Option<f64> {
+        (self.stepper.t >= self.limit).then_some(self.limit)
+    }
+
+    /// Goes on from here with the values of `model`, whose states are the same.
+    pub fn go_on<'a>(&mut self, driven: &mut Driven<'a>, model: &'a dyn Model) {
+        let before = driven.model;
+        driven.model = model;
+        self.watch.follow(before, driven, &self.stepper);
+        self.stepper.restart();
+    }
+
+    /// What has made the run doubtful since the last call.
+    pub fn warnings(&mut self, model: &dyn Model) -> Vec<Warning> {
+        self.watch.news(model)
+    }
+}
