@@ -12,6 +12,7 @@ import numpy as np
 
 import hydrocrane as hc
 from hydrocrane import _core
+from hydrocrane.scenario.entry import scenario_entry
 
 SCENARIO = "vertical-lift-open-loop"
 REFERENCE = 1e-12
@@ -70,12 +71,11 @@ class Problem:
             inside = self.record[(self.record > begin + SAME_INSTANT) & (self.record <= end + SAME_INSTANT)]
             yield Segment(float(begin), end, self.spools[k], np.minimum(inside, end))
 
-    def integrate(self, method: str, rtol: float, **changes: Any) -> dict[str, Any]:
+    def integrate(self, method: str, rtol: float, step: float | None = None) -> dict[str, Any]:
         """One run by the core, as ``hc.simulate`` asks for it."""
-        settings = {"method": method, "rtol": rtol, "atol": None, "max_step": MAX_STEP, "step": None, "ledger": False}
-        settings |= {"payload": self.payload, "payload_changes": []} | changes
-        commands = (self.times, self.spools, self.linear)
-        raw = _core.simulate(self.crane.core, self.start, self.end, *commands, self.record, settings, None)
+        solver = hc.Solver(method=method, rtol=rtol, max_step=MAX_STEP, step=step)
+        entry = scenario_entry(self.plan.changed(solver=solver), self.crane.cylinder_names)
+        raw = _core.run(self.crane.core, entry, self.record, False, None, None)
         if raw["outcome"][0] != "completed":
             raise RuntimeError(f"{method} at {rtol:g} ended early: {raw['outcome']}")
         return raw

@@ -11,6 +11,7 @@ import numpy as np
 import hydrocrane as hc
 from benches.problem import MAX_STEP, NotAvailable
 from hydrocrane import _core
+from hydrocrane.scenario.entry import scenario_entry
 
 MACHINE = "rottne-f9-lab"
 TOLERANCES = (0.05, 0.02, 0.005)
@@ -54,12 +55,19 @@ def exact_tips(crane: hc.Machine, start: np.ndarray, commands: np.ndarray) -> li
     """Path of every tip (samples, 2) by the adaptive method; shorter where a run ends at a limit."""
     record = np.arange(round(DURATION / SAMPLE) + 1) * SAMPLE
     times = np.arange(len(commands)) * HOLD
-    settings = {"method": "rodas5p", "rtol": EXACT, "atol": None, "max_step": MAX_STEP, "step": None, "ledger": False}
-    settings |= {"payload": crane.payload(None), "payload_changes": []}
+    solver = hc.Solver(method="rodas5p", rtol=EXACT, max_step=MAX_STEP)
     tips = []
     for k, x in enumerate(start):
-        spools = np.ascontiguousarray(commands[:, k])
-        raw = _core.simulate(crane.core, x, DURATION, times, spools, False, record, settings, None)
+        state = dict(zip(crane.state_names, x, strict=True))
+        plan = hc.Scenario(
+            machine=crane,
+            joints={joint: state[f"joint.{joint}.q"] for joint in crane.joint_names},
+            pressures={c: (state[f"cylinder.{c}.p1"], state[f"cylinder.{c}.p2"]) for c in crane.cylinder_names},
+            commands=(times, commands[:, k]),
+            duration=DURATION,
+            solver=solver,
+        )
+        raw = _core.run(crane.core, scenario_entry(plan, crane.cylinder_names), record, False, None, None)
         tips.append(crane.tip(raw["states"][:, : len(crane.joint_names)]))
     return tips
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 import hydrocrane as hc
 from benches.problem import REFERENCE, Solution, clocked
 from hydrocrane import _core
+from hydrocrane.scenario.entry import scenario_entry
 
 # Largest distance of the tip from the tightest run of the same loop, m.
 TIP_ERROR = 5e-5
@@ -37,18 +37,16 @@ class Loop:
         stick = STICKS[controller]
         plan = hc.Scenario(joints=START, joystick=stick, period=period, duration=DURATION, record_interval=0.01)
         self.plan, self.crane = plan, plan.load_machine()
-        self.start, self.record = plan.initial_state(self.crane), plan.record_times()
+        self.record = plan.record_times()
 
     def run(self, method: str, rtol: float, step: float | None = None) -> Solution:
         """The whole loop by the core, sampling, sensors and controller included."""
-        settings = asdict(hc.Solver(method=method, rtol=rtol) if step is None else hc.Solver(method=method, step=step))
-        settings |= {"payload": self.crane.payload(None), "payload_changes": [], "ledger": False}
-        loop, core = self.plan.loop_plan(self.crane), self.crane.core
+        solver = hc.Solver(method=method, rtol=rtol) if step is None else hc.Solver(method=method, step=step)
+        entry = scenario_entry(self.plan.changed(solver=solver), self.crane.cylinder_names)
         kept: dict[str, Any] = {}
 
         def work() -> np.ndarray:
-            whole = {"from": 0.0, "machine": core, "controller": self.plan.driver, "believed": core, "plan": loop}
-            kept.update(_core.simulate_controlled(self.start, DURATION, [whole], self.record, settings, None))
+            kept.update(_core.run(self.crane.core, entry, self.record, False, None, None))
             return kept["states"]
 
         run = clocked(work, lambda: {name: kept["stats"][name] for name in ("steps", "rhs", "jacobians")})

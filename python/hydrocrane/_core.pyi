@@ -8,14 +8,16 @@ from numpy.typing import NDArray
 
 from hydrocrane._core_types import (
     FaultEntry,
+    LoopController,
     Pairs,
     Passivity,
     PayloadEntry,
-    PhasePlan,
     RunRecord,
+    ScenarioEntry,
     ScenarioTable,
     SensitivityRecord,
-    Settings,
+    SolverEntry,
+    StageTable,
     WarningEntry,
 )
 
@@ -25,7 +27,7 @@ __all__ = [
     "BatchSimulator",
     "Machine",
     "MachineFileError",
-    "MachineTemplate",
+    "PoseFault",
     "SensitivityExperiment",
     "Simulator",
     "bundled_machines",
@@ -37,13 +39,18 @@ __all__ = [
     "quantity",
     "measure",
     "resolve_rates",
-    "simulate",
-    "simulate_controlled",
+    "run",
+    "stages",
+    "start_state",
+    "command_table",
     "tip_gain_info",
 ]
 
 class MachineFileError(ValueError):
     """args: message, slug, file, line, column, key"""
+
+class PoseFault(ValueError):
+    """A start that the machine cannot take."""
 
 @final
 class BatchSimulator:
@@ -78,6 +85,11 @@ class BatchSimulator:
 
 @final
 class Machine:
+    def rebuilt(self, pairs: Pairs) -> Machine: ...
+    @property
+    def source(self) -> str: ...
+    @property
+    def overrides(self) -> Pairs: ...
     @property
     def name(self) -> str: ...
     @property
@@ -163,11 +175,6 @@ class Machine:
     def outputs(self, x: _Array, u: _Array, payload: float, oil: bool = True) -> _Array: ...
 
 @final
-class MachineTemplate:
-    def __new__(cls, source: str, pairs: Pairs) -> MachineTemplate: ...
-    def build(self, pairs: Pairs) -> Machine: ...
-
-@final
 class SensitivityExperiment:
     def __new__(
         cls,
@@ -181,7 +188,7 @@ class SensitivityExperiment:
         commands: _Array,
         linear: bool,
         record_times: _Array,
-        settings: Settings,
+        solver: SolverEntry,
         resolve_slopes: bool,
     ) -> SensitivityExperiment: ...
     def parameters(self) -> list[tuple[str, float, str]]: ...
@@ -224,25 +231,17 @@ def bundled_scenarios() -> list[str]: ...
 def bundled_text(kind: str, name: str) -> str: ...
 def friction_map(parameters: _Array, v: _Array) -> tuple[_Array, _Array, _Array]: ...
 def quantity(text: str) -> tuple[float, str]: ...
-def simulate(
+def run(
     machine: Machine,
-    x0: _Array,
-    t_end: float,
-    command_times: _Array,
-    commands: _Array,
-    linear: bool,
+    scenario: ScenarioEntry,
     record_times: _Array,
-    settings: Settings,
+    ledger: bool,
+    make: Callable[[int, Machine, str, float | None], LoopController] | None,
     should_stop: Callable[[], bool] | None,
 ) -> RunRecord: ...
-def simulate_controlled(
-    x0: _Array,
-    t_end: float,
-    phases: list[PhasePlan],
-    record_times: _Array,
-    settings: Settings,
-    should_stop: Callable[[], bool] | None,
-) -> RunRecord: ...
+def stages(scenario: ScenarioEntry) -> list[StageTable]: ...
+def start_state(machine: Machine, scenario: ScenarioEntry) -> tuple[_Array, list[WarningEntry]]: ...
+def command_table(machine: Machine, scenario: ScenarioEntry) -> tuple[_Array, _Array, bool]: ...
 def measure(
     machine: Machine,
     times: _Array,

@@ -27,19 +27,6 @@ PayloadEntry: TypeAlias = tuple[float, Sequence[float], Sequence[Sequence[float]
 FaultEntry: TypeAlias = tuple[str, str, float, float, float]
 
 
-class Settings(TypedDict):
-    """How a run is integrated, and with what loads."""
-
-    method: str
-    rtol: float
-    atol: float | None
-    max_step: float
-    step: float | None
-    payload: float
-    ledger: bool
-    payload_changes: list[tuple[float, float]]
-
-
 class Samples(TypedDict):
     """What a controller saw and did in one phase, a row per sample."""
 
@@ -52,7 +39,7 @@ class Samples(TypedDict):
 
 
 class RunRecord(TypedDict):
-    """A run as the core recorded it; `samples`, one entry per phase, and `events` are those of a closed loop."""
+    """A run as the core recorded it; `stages` and `samples` have one entry per stage that began."""
 
     t: Array
     states: Array
@@ -63,8 +50,11 @@ class RunRecord(TypedDict):
     warnings: list[WarningEntry]
     outcome: OutcomeEntry
     stats: dict[str, int]
-    samples: NotRequired[list[Samples]]
-    events: NotRequired[list[tuple[float, str]]]
+    doubts: list[WarningEntry]
+    payload: float
+    stages: list[StageTable]
+    samples: list[Samples]
+    events: list[tuple[float, str]]
 
 
 class SensitivityRecord(TypedDict):
@@ -81,23 +71,6 @@ class SensitivityRecord(TypedDict):
     stats: dict[str, int]
 
 
-class LoopPlan(TypedDict):
-    """What surrounds a controller: period, sensors, sticks, monitor."""
-
-    period: float
-    delay: float
-    sensors: str
-    seed: int
-    faults: list[FaultEntry]
-    mode: str
-    stick_times: list[float]
-    deflections: list[list[float]]
-    linear: bool
-    dead_zone: float
-    ramp: float
-    monitor: bool
-
-
 class LoopController(Protocol):
     """A controller of one's own as the core's loop calls it."""
 
@@ -107,15 +80,86 @@ class LoopController(Protocol):
     def failure(self) -> tuple[str, bool]: ...
 
 
+class SolverEntry(TypedDict):
+    """How a run is integrated."""
+
+    method: str
+    rtol: float
+    atol: float | None
+    max_step: float
+    step: float | None
+
+
+class ControllerEntry(TypedDict):
+    """A controller by name, or by the number of one of somebody's own."""
+
+    name: str
+    own: int | None
+    period: float | None
+    delay: float
+    sensors: str
+    believed: Pairs
+    believed_machine: tuple[str, Pairs] | None
+    monitor: bool | None
+
+
+class JoystickEntry(TypedDict):
+    """Sticks against time, by axis."""
+
+    mode: str
+    time: Array
+    axes: list[tuple[str, Array]]
+    linear: bool
+    dead_zone: float
+    full_speed: float | None
+    ramp: float
+
+
+class PhaseEntry(TypedDict):
+    """What a phase states."""
+
+    time: float
+    overrides: Pairs
+    controller: ControllerEntry | None
+    joystick: JoystickEntry | None
+
+
+# Cylinder, times, spool positions, and whether to join them.
+CommandEntry: TypeAlias = tuple[str, Array, Array, bool]
+
+
+class ScenarioEntry(TypedDict):
+    """A scenario but for its names and its machine."""
+
+    overrides: Pairs
+    payload: float | None
+    payload_changes: list[tuple[float, float]]
+    duration: float
+    record_interval: float
+    joints: list[tuple[str, float]]
+    pressures: list[tuple[str, tuple[float, float]]] | None
+    commands: list[CommandEntry]
+    controller: ControllerEntry | None
+    joystick: JoystickEntry | None
+    phases: list[PhaseEntry]
+    sensor_faults: list[FaultEntry]
+    solver: SolverEntry
+    seed: int
+
+
 # `from` is a word of the language, hence this form.
-PhasePlan = TypedDict(
-    "PhasePlan",
+StageTable = TypedDict(
+    "StageTable",
     {
         "from": float,
-        "machine": "_core.Machine",
-        "controller": "str | LoopController",
-        "believed": "_core.Machine",
-        "plan": LoopPlan,
+        "mode": str,
+        "overrides": Pairs,
+        "controller": "str | None",
+        "own": "int | None",
+        "sensors": str,
+        "stick_times": int,
+        "machine": NotRequired["_core.Machine"],
+        "believed": NotRequired["_core.Machine"],
     },
 )
 

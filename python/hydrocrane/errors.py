@@ -81,6 +81,8 @@ def translated(kind: type[HydrocraneError] = InputError) -> Iterator[None]:
         raise
     except _core.MachineFileError as error:
         raise MachineFileError(*error.args) from None
+    except _core.PoseFault as error:
+        raise OutOfReachError(str(error)) from None
     except ValueError as error:
         raise kind(str(error)) from None
 

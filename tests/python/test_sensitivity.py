@@ -266,7 +266,7 @@ def test_wrong_keys_are_one_clear_error(case):
 
 
 def test_times_of_commands_are_no_parameters():
-    with pytest.raises(hc.HydrocraneError, match="does not enter.*commands arrive"):
+    with pytest.raises(hc.HydrocraneError, match="does not enter.*commands that arrive"):
         hc.sensitivities(RIG, "valve.test.delay", overrides={"valve.test.delay": "5 ms"})
 
 

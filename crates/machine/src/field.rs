@@ -19,6 +19,7 @@ pub const POINT_EXAMPLE: &str = "a point, for example \"(0.2, -0.1) m\"";
 pub const MOST_ROWS: usize = 400_000;
 
 /// A value, with what is needed to report it.
+#[derive(Clone)]
 pub struct Field<'a> {
     pub path: String,
     pub place: &'a Place,

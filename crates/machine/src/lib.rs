@@ -4,6 +4,7 @@
 //! place, key and cure. Nothing here knows physics.
 
 mod bundled;
+mod columns;
 mod document;
 mod errors;
 mod field;
@@ -26,5 +27,6 @@ pub use keys::{Key, CONTROLLERS, PLAUSIBILITY};
 pub use load::{load, parse, Template};
 pub use merge::OverrideValue;
 pub use model::Machine;
+pub use nearest::suggestion;
 pub use scenario::{load_scenario, parse_scenario, parse_scenario_with, Scenario, MOST_SEED};
 pub use units::quantity;

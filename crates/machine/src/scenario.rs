@@ -1,12 +1,19 @@
 //! Scenario files: which machine does what, from where, for how long.
 
 mod closed_loop;
+mod command;
+mod initial;
+mod log;
 mod phase;
 mod sensor_fault;
+mod stage;
 
 pub use closed_loop::{ControllerChoice, Joystick, SensorQuality, StickMode};
+pub use command::SpoolCommand;
+pub use initial::{Initial, Pressures};
 pub use phase::Phase;
 pub use sensor_fault::{FaultKind, SensorFault};
+pub use stage::Stage;
 
 use crate::bundled::{bundled_machines, bundled_scenarios};
 use crate::document::{self, Node, NodeKind, Scalar, SourceFile};
@@ -17,7 +24,8 @@ use crate::merge::{apply_override, Override, OverrideValue};
 use crate::model::Machine;
 use crate::nearest::suggestion;
 use crate::reader::{Field, Log, Reader};
-use crate::sections::coordinate;
+
+use log::Files;
 
 type Result<T> = std::result::Result<T, MachineError>;
 
@@ -51,32 +59,6 @@ pub struct Scenario {
     pub recorded_by: Option<String>,
 }
 
-/// The state at the start; joints that are not named are at zero.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Initial {
-    /// Joint coordinates by name, rad or m.
-    pub joints: Vec<(String, f64)>,
-    pub pressures: Pressures,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-pub enum Pressures {
-    /// Each cylinder holds its load at rest.
-    Equilibrium,
-    /// Gauge pressures at piston and rod side by cylinder, Pa.
-    Explicit(Vec<(String, [f64; 2])>),
-}
-
-/// Spool position commanded to the valve of a cylinder against time.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SpoolCommand {
-    pub cylinder: String,
-    pub time: Vec<f64>,
-    /// m; positive extends the piston.
-    pub spool: Vec<f64>,
-    pub interpolation: Interpolation,
-}
-
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Interpolation {
     /// The value holds until the next time.
@@ -106,7 +88,7 @@ const FIXED_STEPS: &str = "ros3l";
 /// # Errors
 /// The first problem met, with its place and cure.
 pub fn load_scenario(source: &str, overrides: &[(String, OverrideValue)]) -> Result<Scenario> {
-    build(&load::open(source, "scenario", bundled_scenarios())?, overrides, None)
+    build(&load::open(source, "scenario", bundled_scenarios())?, overrides, &[])
 }
 
 /// As [`load_scenario`], for text in memory; `origin` is what errors call it.
@@ -114,15 +96,15 @@ pub fn load_scenario(source: &str, overrides: &[(String, OverrideValue)]) -> Res
 /// # Errors
 /// The first problem met, with its place and cure.
 pub fn parse_scenario(text: &str, origin: &str, overrides: &[(String, OverrideValue)]) -> Result<Scenario> {
-    build(&in_memory(text, origin), overrides, None)
+    build(&in_memory(text, origin), overrides, &[])
 }
 
-/// As [`parse_scenario`], where `machine` is the text of the machine file that the scenario names.
+/// As [`parse_scenario`], with the names and texts of the files that the scenario names: its machine, its logs.
 ///
 /// # Errors
 /// The first problem met, with its place and cure.
-pub fn parse_scenario_with(text: &str, origin: &str, machine: &str) -> Result<Scenario> {
-    build(&in_memory(text, origin), &[], Some(machine))
+pub fn parse_scenario_with(text: &str, origin: &str, files: &[(String, String)]) -> Result<Scenario> {
+    build(&in_memory(text, origin), &[], files)
 }
 
 fn in_memory(text: &str, origin: &str) -> Source {
@@ -146,7 +128,7 @@ impl MachineSource {
     }
 }
 
-fn build(source: &Source, overrides: &[(String, OverrideValue)], machine_text: Option<&str>) -> Result<Scenario> {
+fn build(source: &Source, overrides: &[(String, OverrideValue)], given: &[(String, String)]) -> Result<Scenario> {
     let mut tree = document::parse(&source.file)?;
     let tables = tree.entries().unwrap_or_default();
     let of_a_machine = |key: &str| ["machine", "link", "extends", "include"].contains(&key);
@@ -167,22 +149,20 @@ fn build(source: &Source, overrides: &[(String, OverrideValue)], machine_text: O
     };
     let machine_overrides = overrides_in(&root, "overrides")?;
     let name = machine_source(source, head.text("machine")?);
-    let text = machine_text.filter(|_| is_path(&name)).map(str::to_string);
+    let files = Files { folder: source.folder.as_deref(), given };
+    let text = files.given(&name).filter(|_| is_path(&name)).map(str::to_string);
     let machine_source = MachineSource { name, text };
     let machine = machine(&head, &machine_source, &machine_overrides)?;
     let payload = head.optional_quantity("payload")?;
-    let joystick = closed_loop::joystick(&root, &machine, source)?;
+    let joystick = closed_loop::joystick(&root, &machine, &files)?;
     let controller = closed_loop::controller(&root, joystick.as_ref(), &machine_source, &machine_overrides)?;
     let stated = Stated { machine: &machine, overrides: &machine_overrides };
     stated.agree(&head, "payload", payload, "payload.mass")?;
     stated.agree_loop(&root, controller.as_ref(), joystick.as_ref())?;
-    let before = phase::Before {
-        machine: &machine_source,
-        overrides: machine_overrides.clone(),
-        controller: controller.as_ref(),
-        joystick: joystick.as_ref(),
-    };
-    let phases = phase::read(&root, &machine, source, before)?;
+    let (controller_before, joystick_before) = (controller.clone(), joystick.clone());
+    let overrides = plain(machine_overrides.clone());
+    let start = Stage { from: 0.0, overrides, controller: controller_before, joystick: joystick_before };
+    let phases = phase::read(&root, &machine, &files, &machine_source, start, machine_overrides.clone())?;
     Ok(Scenario {
         name: head.text("name")?.into(),
         title: head.text_or("title", "")?.into(),
@@ -192,8 +172,8 @@ fn build(source: &Source, overrides: &[(String, OverrideValue)], machine_text: O
         payload_changes: payload_changes(&root)?,
         duration: head.quantity("duration")?,
         record_interval: head.quantity_or_default("record-interval")?,
-        initial: initial(&root, &machine)?,
-        commands: commands(&root, &machine)?,
+        initial: initial::read(&root, &machine)?,
+        commands: command::read(&root, &machine, &files)?,
         cylinders: machine.cylinders.iter().map(|cylinder| cylinder.name.clone()).collect(),
         sensor_faults: sensor_fault::read(&root, &machine, controller.as_ref())?,
         controller,
@@ -326,41 +306,6 @@ fn payload_changes(root: &Reader) -> Result<Vec<(f64, f64)>> {
     }
 }
 
-fn initial(root: &Reader, machine: &Machine) -> Result<Initial> {
-    let Some(table) = root.table("initial")? else {
-        return Ok(Initial { joints: Vec::new(), pressures: Pressures::Equilibrium });
-    };
-    let mut joints = Vec::new();
-    if let Some(names) = table.names("joint")? {
-        for name in names.keys() {
-            let joint =
-                &machine.joints[known_name(&names, name, "joint", machine.joints.iter().map(|j| j.name.as_str()))?];
-            joints.push((name.to_string(), names.quantity_of(name, &coordinate(&joint.kind))?));
-        }
-    }
-    Ok(Initial { joints, pressures: pressures(&table, machine)? })
-}
-
-fn pressures(table: &Reader, machine: &Machine) -> Result<Pressures> {
-    table.choice_or_default("pressures", &[()])?;
-    let Some(names) = table.names("pressure")? else { return Ok(Pressures::Equilibrium) };
-    if table.has("pressures") {
-        let message = "excludes `pressures`, which is given too";
-        return Err(table.error(ErrorKind::ConflictingKeys, "pressure", message).help("keep one of the two"));
-    }
-    let mut explicit = Vec::new();
-    for name in names.keys() {
-        known_cylinder(&names, name, machine)?;
-        let field = names.required(name, "two pressures")?;
-        explicit.push((name.to_string(), field.pair()?));
-    }
-    let missing = machine.cylinders.iter().find(|cylinder| !names.has(&cylinder.name));
-    match missing {
-        Some(cylinder) => Err(names.missing(&cylinder.name, "give the pressures of every cylinder")),
-        None => Ok(Pressures::Explicit(explicit)),
-    }
-}
-
 fn known_name<'n>(
     table: &Reader,
     name: &str,
@@ -376,35 +321,6 @@ fn known_name<'n>(
 
 fn known_cylinder(table: &Reader, name: &str, machine: &Machine) -> Result<usize> {
     known_name(table, name, "cylinder", machine.cylinders.iter().map(|cylinder| cylinder.name.as_str()))
-}
-
-fn commands(root: &Reader, machine: &Machine) -> Result<Vec<SpoolCommand>> {
-    let Some(names) = root.names("command")? else { return Ok(Vec::new()) };
-    let tables = root.named_tables("command")?;
-    let read = |(name, table): (&str, Reader)| {
-        let valve = &machine.cylinders[known_cylinder(&names, name, machine)?].valve;
-        command(name, &table, valve.stroke)
-    };
-    tables.into_iter().map(read).collect()
-}
-
-fn command(name: &str, table: &Reader, stroke: f64) -> Result<SpoolCommand> {
-    let time_field = table.required("time", "a list of times, for example [\"0 s\", \"1 s\"]")?;
-    let spool_field = table.required("spool", "a list of spool positions, for example [\"0 mm\", \"10 mm\"]")?;
-    let command = SpoolCommand {
-        cylinder: name.into(),
-        time: time_field.series()?,
-        spool: spool_field.series()?,
-        interpolation: table.choice_or_default("interpolation", &INTERPOLATIONS)?,
-    };
-    check_series(&command.time, &command.spool, &time_field, &spool_field)?;
-    match command.spool.iter().find(|spool| spool.abs() > stroke * (1.0 + 1e-9)) {
-        Some(spool) => {
-            let message = format!("{spool} m exceeds the spool stroke of {stroke} m");
-            Err(spool_field.error(ErrorKind::OutOfRange, message).help("stay within plus and minus the stroke"))
-        }
-        None => Ok(command),
-    }
 }
 
 fn check_series(at: &[f64], values: &[f64], time: &Field, series: &Field) -> Result<()> {

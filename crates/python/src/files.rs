@@ -1,108 +1,19 @@
 //! Machine and scenario files.
 
+use crate::errors::{assembly_error, file_error};
 use crate::machine::Machine;
+use crate::overrides::{overrides, pairs_of};
 use hydrocrane_machine::scenario::{
     ControllerChoice, FaultKind, Interpolation, Joystick, Phase, Pressures, SensorFault, SensorQuality, StickMode,
 };
-use hydrocrane_machine::{MachineError, OverrideValue, Template};
-use hydrocrane_sim::BuildError;
-use pyo3::create_exception;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyList, PyTuple};
-
-create_exception!(_core, MachineFileError, PyValueError, "args: message, slug, file, line, column, key");
-
-pub fn file_error(e: &MachineError) -> PyErr {
-    let owned = |text: Option<&str>| text.map(str::to_string);
-    MachineFileError::new_err((e.to_string(), e.slug(), owned(e.file()), e.line(), e.column(), owned(e.key())))
-}
-
-fn value(v: &Bound<'_, PyAny>) -> PyResult<OverrideValue> {
-    if v.is_instance_of::<PyBool>() {
-        return Ok(OverrideValue::Bool(v.extract()?));
-    }
-    if let Ok(text) = v.extract::<String>() {
-        return Ok(OverrideValue::Text(text));
-    }
-    if let Ok(number) = v.extract::<f64>() {
-        return Ok(OverrideValue::Number(number));
-    }
-    let items = v.try_iter().map_err(|_| PyValueError::new_err(format!("cannot use {v} as the value of a key")))?;
-    let items: PyResult<Vec<_>> = items.map(|item| value(&item?)).collect();
-    Ok(OverrideValue::List(items?))
-}
-
-pub fn overrides(pairs: &Bound<'_, PyList>) -> PyResult<Vec<(String, OverrideValue)>> {
-    pairs.iter().map(|pair| Ok((pair.get_item(0)?.extract()?, value(&pair.get_item(1)?)?))).collect()
-}
-
-fn to_python<'py>(py: Python<'py>, v: &OverrideValue) -> PyResult<Bound<'py, PyAny>> {
-    Ok(match v {
-        OverrideValue::Number(x) => x.into_pyobject(py)?.into_any(),
-        OverrideValue::Text(s) => s.into_pyobject(py)?.into_any(),
-        OverrideValue::Bool(b) => PyBool::new(py, *b).to_owned().into_any(),
-        OverrideValue::List(items) => {
-            let items: PyResult<Vec<_>> = items.iter().map(|i| to_python(py, i)).collect();
-            PyList::new(py, items?)?.into_any()
-        }
-    })
-}
-
-fn pairs_of<'py>(py: Python<'py>, changes: &[(String, OverrideValue)]) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
-    changes.iter().map(|(key, value)| Ok((key.clone(), to_python(py, value)?))).collect()
-}
+use pyo3::types::{PyDict, PyList, PyTuple};
 
 #[pyfunction]
 pub fn load_machine(py: Python<'_>, source: &str, pairs: &Bound<'_, PyList>) -> PyResult<Machine> {
     let changes = overrides(pairs)?;
-    built(py, source, || hydrocrane_machine::load(source, &changes))
-}
-
-/// The model of what `describe` reads, made without the interpreter lock.
-fn built(
-    py: Python<'_>,
-    source: &str,
-    describe: impl FnOnce() -> Result<hydrocrane_machine::Machine, MachineError> + Send,
-) -> PyResult<Machine> {
-    let made = py.detach(|| describe().map(|description| hydrocrane_sim::build(&description)));
-    let model = made.map_err(|e| file_error(&e))?.map_err(|e| cannot_build(source, &e))?;
-    Ok(Machine { model })
-}
-
-/// A machine file that is read once and built many times, with other values each time.
-#[pyclass(frozen, module = "hydrocrane._core")]
-pub struct MachineTemplate {
-    source: String,
-    inner: Template,
-}
-
-#[pymethods]
-impl MachineTemplate {
-    /// `pairs` stay in force.
-    #[new]
-    fn new(source: &str, pairs: &Bound<'_, PyList>) -> PyResult<Self> {
-        let inner = Template::open(source, &overrides(pairs)?).map_err(|e| file_error(&e))?;
-        Ok(MachineTemplate { source: source.to_string(), inner })
-    }
-
-    fn build(&self, py: Python<'_>, pairs: &Bound<'_, PyList>) -> PyResult<Machine> {
-        let changes = overrides(pairs)?;
-        built(py, &self.source, || self.inner.build(&changes))
-    }
-}
-
-/// A machine that is described well but cannot be simulated.
-pub fn cannot_build(source: &str, e: &BuildError) -> PyErr {
-    let message = format!("{source}: [cannot-build] {e}");
-    MachineFileError::new_err((
-        message,
-        "cannot-build",
-        source.to_string(),
-        None::<usize>,
-        None::<usize>,
-        None::<String>,
-    ))
+    py.detach(|| Machine::open(source, &changes)).map_err(|error| assembly_error(&error))
 }
 
 #[pyfunction]
@@ -165,7 +76,7 @@ fn phase_of<'py>(py: Python<'py>, p: Phase) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
     out.set_item("time", p.time)?;
     out.set_item("overrides", pairs_of(py, &p.overrides)?)?;
-    out.set_item("controller", controller_of(py, p.controller)?)?;
+    out.set_item("controller", p.controller.map(|c| controller_of(py, c)).transpose()?)?;
     out.set_item("joystick", p.joystick.map(|j| joystick_of(py, j)).transpose()?)?;
     Ok(out)
 }

@@ -3,11 +3,16 @@
 mod answers;
 mod arrays;
 mod batch;
-mod closed_loop;
 mod control;
+mod errors;
 mod files;
 mod friction;
 mod machine;
+mod overrides;
+mod own_controller;
+mod record;
+mod run;
+mod scenario;
 mod sensitivity;
 mod sensors;
 mod simulation;
@@ -16,10 +21,9 @@ use pyo3::prelude::*;
 
 #[pymodule]
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add("MachineFileError", m.py().get_type::<files::MachineFileError>())?;
+    m.add("MachineFileError", m.py().get_type::<errors::MachineFileError>())?;
     m.add_class::<batch::BatchSimulator>()?;
     m.add_class::<machine::Machine>()?;
-    m.add_class::<files::MachineTemplate>()?;
     m.add_class::<sensitivity::SensitivityExperiment>()?;
     m.add_class::<simulation::Simulator>()?;
     m.add_function(wrap_pyfunction!(files::load_machine, m)?)?;
@@ -29,9 +33,12 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(files::bundled_text, m)?)?;
     m.add_function(wrap_pyfunction!(friction::friction_map, m)?)?;
     m.add_function(wrap_pyfunction!(files::quantity, m)?)?;
-    m.add_function(wrap_pyfunction!(simulation::simulate, m)?)?;
-    m.add_function(wrap_pyfunction!(closed_loop::simulate_controlled, m)?)?;
-    m.add_function(wrap_pyfunction!(closed_loop::measure, m)?)?;
+    m.add("PoseFault", m.py().get_type::<errors::PoseFault>())?;
+    m.add_function(wrap_pyfunction!(run::run, m)?)?;
+    m.add_function(wrap_pyfunction!(run::stages, m)?)?;
+    m.add_function(wrap_pyfunction!(run::start_state, m)?)?;
+    m.add_function(wrap_pyfunction!(run::command_table, m)?)?;
+    m.add_function(wrap_pyfunction!(sensors::measure, m)?)?;
     m.add_function(wrap_pyfunction!(control::resolve_rates, m)?)?;
     m.add_function(wrap_pyfunction!(control::tip_gain_info, m)?)?;
     Ok(())

@@ -2,16 +2,50 @@
 
 use crate::answers::{warnings_of, WarningEntry};
 use crate::arrays::{matrix, row, rows, tensor, vector, Row, Rows};
+use crate::errors::assembly_error;
+use crate::overrides::{overrides, pairs_of};
+use hydrocrane_machine::{OverrideValue, Template};
+use hydrocrane_sim::assembly::AssemblyError;
+use hydrocrane_sim::build;
 use hydrocrane_sim::{controllers, ground_terms, EquilibriumMode, Model, OutputInfo, LEDGER_TERMS, PAYLOAD_TERMS};
 use numpy::{PyArray1, PyArray2, PyArray3};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyDict, PyList, PyTuple};
 use std::sync::Arc;
 
+/// A machine with its file, of which it can be made again with other values.
 #[pyclass(frozen, module = "hydrocrane._core")]
+#[derive(Clone)]
 pub struct Machine {
     pub model: Arc<dyn Model>,
+    source: String,
+    file: Arc<Template>,
+    /// In force, by key.
+    overrides: Vec<(String, OverrideValue)>,
+}
+
+impl Machine {
+    /// The machine that `source`, a bundled name or path, describes with these overrides.
+    pub fn open(source: &str, overrides: &[(String, OverrideValue)]) -> Result<Self, AssemblyError> {
+        Self::build(source, &Arc::new(Template::open(source, &[])?), overrides)
+    }
+
+    fn build(source: &str, file: &Arc<Template>, overrides: &[(String, OverrideValue)]) -> Result<Self, AssemblyError> {
+        let description = file.build(overrides)?;
+        let model = build(&description).map_err(|error| AssemblyError::Build(source.to_string(), error))?;
+        Ok(Machine { model, source: source.to_string(), file: file.clone(), overrides: overrides.to_vec() })
+    }
+
+    /// The same with further overrides; itself where they change nothing.
+    pub fn with(&self, changes: &[(String, OverrideValue)]) -> Result<Self, AssemblyError> {
+        if changes.iter().all(|change| self.overrides.contains(change)) {
+            return Ok(self.clone());
+        }
+        let kept = self.overrides.iter().filter(|(key, _)| !changes.iter().any(|(changed, _)| changed == key));
+        let all: Vec<_> = kept.chain(changes).cloned().collect();
+        Self::build(&self.source, &self.file, &all)
+    }
 }
 
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
@@ -90,6 +124,19 @@ impl Machine {
 
 #[pymethods]
 impl Machine {
+    /// The same machine with these overrides in place of its own.
+    fn rebuilt(&self, py: Python<'_>, pairs: &Bound<'_, PyList>) -> PyResult<Machine> {
+        let changes = overrides(pairs)?;
+        py.detach(|| Self::build(&self.source, &self.file, &changes)).map_err(|error| assembly_error(&error))
+    }
+    #[getter]
+    fn source(&self) -> &str {
+        &self.source
+    }
+    #[getter]
+    fn overrides<'py>(&self, py: Python<'py>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
+        pairs_of(py, &self.overrides)
+    }
     #[getter]
     fn name(&self) -> &str {
         &self.model.machine().name

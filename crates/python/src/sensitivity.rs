@@ -2,8 +2,11 @@
 
 use crate::answers::{outcome_of, warnings_of};
 use crate::arrays::{matrix, rows, tensor, vector, Row, Rows};
-use crate::files::{cannot_build, file_error, overrides};
-use crate::simulation::{statistics_of, Settings};
+use crate::errors::{cannot_build, file_error};
+use crate::overrides::overrides;
+use crate::record::{statistics_of, MAX_STEPS};
+use crate::scenario::SolverEntry;
+use hydrocrane_sim::assembly::{options, RunSettings};
 use hydrocrane_sim::sensitivity::{self, Experiment, Parameter, Sensitivities, SensitivityError, Start};
 use hydrocrane_sim::Commands;
 use pyo3::exceptions::PyValueError;
@@ -48,7 +51,7 @@ impl SensitivityExperiment {
         commands: Rows<'_>,
         linear: bool,
         record_times: Row<'_>,
-        settings: Settings,
+        solver: SolverEntry,
         resolve_slopes: bool,
     ) -> PyResult<Self> {
         let cylinders = commands.as_array().ncols();
@@ -66,7 +69,7 @@ impl SensitivityExperiment {
             end: t_end,
             commands,
             record: record_times.as_slice()?.to_vec(),
-            options: settings.options(),
+            options: options(&solver.solver(), &[], 0.0, RunSettings { ledger: false, max_steps: MAX_STEPS }),
             resolve_slopes,
         };
         Ok(SensitivityExperiment { inner, cylinders })

@@ -1,7 +1,9 @@
 //! Sensors and their faults from what Python hands over.
 
+use crate::arrays::{matrix, rows, Row, Rows};
 use crate::machine::Machine;
 use hydrocrane_sim::{FaultKind, SensorFault, SensorMode, Sensors};
+use numpy::PyArray2;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -36,4 +38,27 @@ pub fn sensor_faults(faults: &[FaultEntry]) -> PyResult<Vec<SensorFault>> {
         Ok(SensorFault { signal: signal.clone(), kind, from: *from, until: *until })
     };
     faults.iter().map(fault).collect()
+}
+
+/// What the sensors of a machine would have read: the signals, and one row of readings per row of `states`.
+#[pyfunction]
+#[allow(clippy::too_many_arguments)]
+pub fn measure<'py>(
+    py: Python<'py>,
+    machine: &Machine,
+    times: Row<'py>,
+    states: Rows<'py>,
+    payload: f64,
+    mode: &str,
+    seed: u64,
+    faults: Vec<FaultEntry>,
+) -> PyResult<(Vec<String>, Bound<'py, PyArray2<f64>>)> {
+    let model = machine.model.clone();
+    let (times, states) = (times.as_slice()?.to_vec(), rows(&states, model.layout().len(), "states")?.to_vec());
+    let made = Sensors::for_record(model.as_ref(), sensor_mode(mode)?, seed, &sensor_faults(&faults)?);
+    let mut sensors = made.map_err(PyValueError::new_err)?;
+    let readings = py.detach(|| sensors.measure(model.as_ref(), &times, &states, payload));
+    let signals: Vec<String> = sensors.signals().map(str::to_string).collect();
+    let table = matrix(py, readings, signals.len())?;
+    Ok((signals, table))
 }

@@ -1,9 +1,7 @@
 //! The command path: from a controller's command to the spools by signal chain, limits and delays.
 
-use crate::driven::Driven;
 use hydrocrane_machine::model::{SignalChain, Valve};
 use hydrocrane_machine::Machine;
-use hydrocrane_ode::Stepper;
 use hydrocrane_plant::layout::MAX_JOINTS;
 use std::collections::VecDeque;
 
@@ -70,14 +68,6 @@ impl CommandPaths {
             }
         }
         self.arrived != before
-    }
-
-    /// As [`Self::receive`]; where a spool command changed, the crane that is `driven` has it from here on.
-    pub fn deliver(&mut self, now: f64, driven: &mut Driven, stepper: &mut Stepper) {
-        if self.receive(now) {
-            (driven.base, driven.slope, driven.since) = (self.arrived, [0.0; MAX_JOINTS], now);
-            stepper.refresh();
-        }
     }
 
     pub fn next_arrival(&self) -> Option<f64> {

@@ -1,5 +1,6 @@
 //! A model under commands and loads: the system that a method steps.
 
+use crate::command_path::CommandPaths;
 use crate::model::Model;
 use crate::options::RunOptions;
 use crate::payload::Loads;
@@ -37,6 +38,14 @@ impl<'a> Driven<'a> {
     /// From time `now` (s) on the commands stay as they are.
     pub fn hold(&mut self, now: f64) {
         (self.base, self.slope, self.since) = (self.command(now), [0.0; MAX_JOINTS], now);
+    }
+
+    /// Delivers the commands that arrive until `now` (s).
+    pub fn receive(&mut self, paths: &mut CommandPaths, now: f64, stepper: &mut Stepper) {
+        if paths.receive(now) {
+            (self.base, self.slope, self.since) = (paths.arrived, [0.0; MAX_JOINTS], now);
+            stepper.refresh();
+        }
     }
 
     /// Picks up and lets go the loads that are due at the time of `stepper`.

@@ -83,12 +83,7 @@ impl EventLoop {
     }
 
     /// One step on the way to `end`, after all that happens where it begins.
-    pub fn step<'a>(
-        &mut self,
-        crane: &mut impl Stepped<'a>,
-        events: &mut dyn Events,
-        end: f64,
-    ) -> Result<(), Outcome> {
+    pub fn step<'a>(&mut self, crane: &mut impl Stepped<'a>, events: &mut dyn Events, end: f64) -> Result<(), Outcome> {
         while self.stepper.t >= self.limit {
             let driven = crane.driven_mut();
             events.happen(self.limit, driven, &mut self.stepper)?;

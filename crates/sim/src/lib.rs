@@ -1,5 +1,6 @@
 //! Simulation: a plant and what drives it become a run with a record, an energy ledger, warnings and an outcome.
 
+pub mod assembly;
 #[cfg(feature = "batch")]
 pub mod batch;
 mod build;

@@ -218,7 +218,7 @@ impl Events for Sampling<'_> {
             }
             state.sample += 1;
         }
-        state.paths.deliver(now, driven, stepper);
+        driven.receive(&mut state.paths, now, stepper);
         Ok(())
     }
 

@@ -35,7 +35,7 @@ struct Held<'a> {
 
 impl Events for Held<'_> {
     fn happen(&mut self, now: f64, driven: &mut Driven, stepper: &mut Stepper) -> Result<(), Outcome> {
-        self.paths.deliver(now, driven, stepper);
+        driven.receive(self.paths, now, stepper);
         Ok(())
     }
 

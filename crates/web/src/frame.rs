@@ -69,7 +69,7 @@ impl Frame {
             state: live.state(),
             set_point,
             wanted: wanted_velocity(drive),
-            commands: live.commands(),
+            commands: &live.commands(),
             energies: &energies,
         };
         self.write(drive, instant)

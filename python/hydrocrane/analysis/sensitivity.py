@@ -30,7 +30,6 @@ from hydrocrane.scenario.changes import Changes
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.scenario_file import load_scenario
 from hydrocrane.simulation.interruption import interruptible
-from hydrocrane.simulation.running import core_settings
 
 # Its slope by the oil's parameters is not computed.
 WITHOUT_SLOPE = "energy.oil"
@@ -164,7 +163,7 @@ class Experiment:
             spools,
             linear,
             times,
-            core_settings(plan, self.payload, ledger=False),
+            plan.solver.entry,
             bool(resolve_slopes),
         )
 

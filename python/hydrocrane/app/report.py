@@ -11,6 +11,7 @@ from rich.text import Text
 
 from hydrocrane.analysis.capacity import Height, at_height
 from hydrocrane.machine.machine import PROVENANCE_CLASSES
+from hydrocrane.scenario.stage import Stage
 
 if TYPE_CHECKING:
     from hydrocrane._core_types import Passivity
@@ -118,14 +119,13 @@ def _loads(plan: Scenario) -> list[Text]:
 def _drive(plan: Scenario, machine: Machine) -> str:
     """What moves the spools."""
     if plan.closed_loop:
-        return _loop(plan)
+        return _loop(plan.stages()[0][1])
     times, _, linear = plan.command_grid(machine)
     return f"{len(times)} command times, {'joined linearly' if linear else 'held'}"
 
 
-def _loop(plan: Scenario) -> str:
-    count = 0 if plan.joystick is None else plan.joystick.time.size
-    return f"controller {plan.driver}, {plan.sensors} sensors, {count} stick times"
+def _loop(stage: Stage) -> str:
+    return f"controller {stage.driver}, {stage.sensors} sensors, {stage.stick_times} stick times"
 
 
 def _start(plan: Scenario, machine: Machine) -> list[tuple[str, float, str]]:

@@ -122,7 +122,18 @@ class Machine:
 
     def changed(self, overrides: Overrides) -> Machine:
         """This machine with some values replaced, on top of its own overrides; see :func:`load_machine`."""
-        return load_machine(self.source, {**self.overrides, **overrides}) if overrides else self
+        if not overrides:
+            return self
+        given = {**self.overrides, **plain_overrides(overrides)}
+        with translated():
+            return Machine(self.core.rebuilt(list(given.items())), self.source, given)
+
+    def made(self, core: _core.Machine) -> Machine:
+        """What the core made of this machine's file, or of another one; itself where it made nothing new."""
+        overrides = dict(core.overrides)
+        if core.source == self.core.source and overrides == self.overrides:
+            return self
+        return Machine(core, self.source if core.source == self.core.source else core.source, overrides)
 
     # --- what it is ---------------------------------------------------------------------------------------------
 

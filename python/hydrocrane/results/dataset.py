@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from hydrocrane.machine.machine import Machine
+from hydrocrane.machine.overrides import Override
 from hydrocrane.result_warning import to_json
 from hydrocrane.results.recording import Recording
 from hydrocrane.results.samples import add_samples, stage_rows
@@ -28,7 +29,7 @@ def run_dataset(machine: Machine, plan: Scenario, run: Recording, *, payload: fl
     commands_info = [(f"cylinder.{c}.command", "m", f"{c} spool command") for c in machine.cylinder_names]
     # One construction from all columns: adding variables one by one to a data set costs more than the run.
     columns = _columns(states_info, run.states) | _columns(commands_info, run.commands)
-    columns |= _columns(machine.core.output_info, outputs_table(machine, plan, run))
+    columns |= _columns(machine.core.output_info, outputs_table(machine, run))
     columns["payload"] = ("time", run.payloads, {"units": "kg", "long_name": "payload at the tip"})
     if run.ledger.size:
         info = [(f"ledger.{name}", unit, text) for name, unit, text in machine.core.ledger_info]
@@ -38,26 +39,20 @@ def run_dataset(machine: Machine, plan: Scenario, run: Recording, *, payload: fl
         columns |= entries
     data = xr.Dataset(columns, coords={"time": ("time", run.time, {"units": "s", "long_name": "time"})})
     data.attrs = _run_attributes(machine, plan, run, payload, wall)
-    if run.samples is not None:
-        data = add_samples(data, machine, plan, run.samples)
-        _note_belief(data, machine, plan)
+    if any(stage.controlled for stage in run.stages):
+        data = add_samples(data, machine, plan, run)
+        _note_belief(data, plan, run)
     return data
 
 
-def stage_machine(machine: Machine, stage: Scenario) -> Machine:
-    """The machine of a phase of a run that began on `machine`."""
-    changed = {key: value for key, value in stage.machine_overrides.items() if machine.overrides.get(key) != value}
-    return machine.changed(changed)
-
-
-def outputs_table(machine: Machine, plan: Scenario, run: Recording, *, oil: bool = True) -> np.ndarray:
+def outputs_table(machine: Machine, run: Recording, *, oil: bool = True) -> np.ndarray:
     """Everything derived from the states, (m, n_outputs), in the order of the core's ``output_info``.
 
     Without `oil`, ``energy.oil`` is NaN, and a machine that runs only once is spared the making of its tables.
     """
     table = np.empty((len(run.states), len(machine.core.output_info)))
-    for rows, stage in stage_rows(plan, run.time):
-        here = stage_machine(machine, stage) if plan.phases else machine
+    parts = [(rows, stage.machine) for rows, stage in stage_rows(run)]
+    for rows, here in parts or [(np.ones(len(run.time), dtype=bool), machine)]:
         for mass in np.unique(run.payloads[rows]):
             some = rows & (run.payloads == mass)
             table[some] = here.core.outputs(run.states[some], run.commands[some], float(mass), oil)
@@ -80,12 +75,18 @@ def _columns(
     }
 
 
-def _note_belief(data: xr.Dataset, machine: Machine, plan: Scenario) -> None:
+def _note_belief(data: xr.Dataset, plan: Scenario, run: Recording) -> None:
     """What the controller took the crane for, where that was not the truth."""
     if plan.believed is not None:
-        believed = plan.believed_machine(machine)
+        believed = run.stages[0].believed
         data.attrs["believed_source"] = believed.source
         data.attrs["believed_overrides"] = json.dumps(believed.overrides)
+
+
+def _phases(plan: Scenario) -> list[tuple[float, str, dict[str, Override]]]:
+    """Begin, controller and overrides of each phase."""
+    later = plan.stages()[1:] if plan.phases else []
+    return [(begin, str(then.driver), dict(then.machine_overrides)) for begin, then in later]
 
 
 def _run_attributes(
@@ -108,7 +109,7 @@ def _run_attributes(
         "warnings": to_json(run.warnings),
         "verification": json.dumps(None if run.verification is None else asdict(run.verification)),
         "seed": plan.seed,
-        "phases": json.dumps([(begin, str(then.driver), then.machine_overrides) for begin, then in plan.stages()[1:]]),
+        "phases": json.dumps(_phases(plan)),
         "outcome": run.outcome.kind,
         "outcome_time": float(run.outcome.time),
         "outcome_message": run.outcome.message or "",

@@ -7,10 +7,40 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrocrane._core_types import PayloadEntry, RunRecord, Samples
+from hydrocrane._core_types import PayloadEntry, RunRecord, Samples, StageTable
 from hydrocrane.arrays import Array
+from hydrocrane.machine.machine import Machine
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.results.outcome import Outcome, Verification
+
+
+@dataclass(frozen=True)
+class RecordedStage:
+    """What held in a stage of a run.
+
+    Attributes
+    ----------
+    begin : float
+        s.
+    machine, believed : Machine
+        The machine, and what the controller took it for.
+    stick_mode : {"tip", "lever"}
+    controlled : bool
+        Whether a controller moved the spools.
+    """
+
+    begin: float
+    machine: Machine
+    believed: Machine
+    stick_mode: str
+    controlled: bool
+
+    @classmethod
+    def of(cls, told: StageTable, first: Machine) -> RecordedStage:
+        """From what the core tells of it; `first` is the machine that the run began on."""
+        machine = first.made(told["machine"])
+        controlled = told["controller"] is not None or told["own"] is not None
+        return cls(told["from"], machine, machine.made(told["believed"]), told["mode"], controlled)
 
 
 @dataclass
@@ -31,8 +61,10 @@ class Recording:
     warnings : tuple of ResultWarning
     payload_changes : sequence
         As the core tells them.
-    samples : sequence or None
-        What the controller of each phase saw and did; ``None`` without a controller.
+    stages : sequence of RecordedStage
+        Those that were to begin before the end.
+    samples : sequence
+        What the controller of each stage saw and did.
     events : sequence of (time, text)
     error : BaseException or None
         What a controller of one's own raised, where that ended the run.
@@ -48,14 +80,15 @@ class Recording:
     effort: dict[str, int]
     warnings: tuple[ResultWarning, ...] = ()
     payload_changes: Sequence[PayloadEntry] = ()
-    samples: Sequence[Samples] | None = None
+    stages: Sequence[RecordedStage] = ()
+    samples: Sequence[Samples] = ()
     events: Sequence[tuple[float, str]] = ()
     error: BaseException | None = None
     verification: Verification | None = None
 
     @classmethod
-    def of(cls, raw: RunRecord, doubts: tuple[ResultWarning, ...]) -> Recording:
-        """What the core recorded, with its warnings behind those of the machine and of the start, `doubts`."""
+    def of(cls, raw: RunRecord, machine: Machine) -> Recording:
+        """What the core recorded of a run that began on `machine`, whose warnings come first."""
         return cls(
             time=np.asarray(raw["t"]),
             states=np.asarray(raw["states"]),
@@ -64,8 +97,9 @@ class Recording:
             payloads=np.asarray(raw["payloads"]),
             outcome=Outcome(*raw["outcome"]),
             effort=raw["stats"],
-            warnings=(*doubts, *(ResultWarning(*entry) for entry in raw["warnings"])),
+            warnings=(*machine.warnings, *(ResultWarning(*entry) for entry in (*raw["doubts"], *raw["warnings"]))),
             payload_changes=raw["payload_changes"],
-            samples=raw.get("samples"),
-            events=raw.get("events", ()),
+            stages=tuple(RecordedStage.of(told, machine) for told in raw["stages"]),
+            samples=raw["samples"],
+            events=raw["events"],
         )

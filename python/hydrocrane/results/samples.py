@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
@@ -11,6 +11,7 @@ from hydrocrane._core_types import Samples
 from hydrocrane.arrays import Array
 from hydrocrane.control.joystick import TIP_AXES
 from hydrocrane.machine.machine import Machine
+from hydrocrane.results.recording import RecordedStage, Recording
 from hydrocrane.scenario.scenario import Scenario
 
 # Between a time of the record and one of a sample or phase, s.
@@ -19,15 +20,15 @@ ROUNDING = 1e-9
 TOGETHER = 64
 
 
-def stage_rows(plan: Scenario, time: Array) -> Iterator[tuple[np.ndarray, Scenario]]:
-    """Rows (m,) of each phase among the times (m,) of a run, and what holds there; where it begins, the old holds."""
-    stages = plan.stages()
-    ends = [begin for begin, _ in stages[1:]] + [np.inf]
-    for (begin, stage), end in zip(stages, ends, strict=True):
-        yield (time <= end + ROUNDING) & ((time > begin + ROUNDING) | (begin == 0.0)), stage
+def stage_rows(run: Recording) -> Iterator[tuple[np.ndarray, RecordedStage]]:
+    """Rows (m,) of each stage among the times (m,) of a run, and what holds there; where it begins, the old holds."""
+    time, stages = run.time, run.stages
+    ends = [*(stage.begin for stage in stages[1:]), np.inf]
+    for stage, end in zip(stages, ends, strict=False):
+        yield (time <= end + ROUNDING) & ((time > stage.begin + ROUNDING) | (stage.begin == 0.0)), stage
 
 
-def add_samples(data: xr.Dataset, machine: Machine, plan: Scenario, recorded: Sequence[Samples]) -> xr.Dataset:
+def add_samples(data: xr.Dataset, machine: Machine, plan: Scenario, run: Recording) -> xr.Dataset:
     """`data` with the samples of a run, each held over ``time`` until the next one; NaN where a phase has none."""
     driver = plan.driver
     data.attrs["controller"] = driver if isinstance(driver, str) else getattr(driver, "__name__", type(driver).__name__)
@@ -35,7 +36,7 @@ def add_samples(data: xr.Dataset, machine: Machine, plan: Scenario, recorded: Se
     time = data.time.values
     tip = np.column_stack([data["tip.x"].values, data["tip.z"].values])
     columns: dict[str, tuple[str, Array, dict[str, str]]] = {}
-    for (rows, stage), samples in zip(stage_rows(plan, time), recorded, strict=False):
+    for (rows, stage), samples in zip(stage_rows(run), run.samples, strict=False):
         if not np.size(samples["t"]) or not rows.any():
             continue
         held = np.searchsorted(samples["t"], time[rows] + ROUNDING, side="right") - 1
@@ -49,7 +50,7 @@ def add_samples(data: xr.Dataset, machine: Machine, plan: Scenario, recorded: Se
 _Columns = dict[str, tuple[Array, dict[str, str]]]
 
 
-def _sampled(samples: Samples, held: np.ndarray, machine: Machine, stage: Scenario) -> _Columns:
+def _sampled(samples: Samples, held: np.ndarray, machine: Machine, stage: RecordedStage) -> _Columns:
     units = dict(zip(machine.state_names, machine.state_units, strict=True))
     units |= {name: unit for name, unit, _ in machine.core.output_info}
     columns: _Columns = {}

@@ -82,12 +82,3 @@ def split_table(commands: object, cylinders: tuple[str, ...]) -> dict[str, Comma
     if table.shape != (time.size, len(cylinders)):
         raise InputError(f"spool must have shape ({time.size}, {len(cylinders)}), one row per time; got {table.shape}")
     return {name: Command(time, table[:, i]) for i, name in enumerate(cylinders)}
-
-
-def check_spool(cylinder: str, command: Command, stroke: float) -> None:
-    largest = float(np.abs(command.spool).max())
-    if largest > stroke * (1 + 1e-9):
-        raise InputError(
-            f"the command of `{cylinder}` asks for {largest * 1e3:g} mm of spool; its valve has {stroke * 1e3:g} mm"
-            " (commands are in metres)"
-        )

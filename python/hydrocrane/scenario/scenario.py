@@ -11,29 +11,31 @@ Numbers are SI and radians; strings in `overrides` carry their unit.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Unpack, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hydrocrane._core_types import LoopPlan
+from hydrocrane import _core
 from hydrocrane.arrays import Array, check_positive, real_array, seed_number
-from hydrocrane.control.controllers import DEFAULT_PERIOD, AnyController, check_controller
+from hydrocrane.control.controllers import AnyController, check_controller
 from hydrocrane.control.joystick import Joystick
-from hydrocrane.errors import InputError, nearest, unknown
+from hydrocrane.errors import InputError, nearest, translated, unknown
 from hydrocrane.machine.machine import Machine, load_machine
 from hydrocrane.machine.overrides import Override, plain_overrides
 from hydrocrane.machine.sensors import SENSORS, SensorFault
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario.changes import Changes, Pressures, ScenarioFields
-from hydrocrane.scenario.command import Command, as_command, check_spool, split_table
+from hydrocrane.scenario.command import Command, as_command
+from hydrocrane.scenario.entry import own_controllers, scenario_entry
 from hydrocrane.scenario.payload import payload_changes
 from hydrocrane.scenario.phases import Phase, checked_phases
 from hydrocrane.scenario.precedence import check_agreement, later_counts, stated_fields
 from hydrocrane.scenario.record_size import NUMBERS_PER_ROW, check_size, row_count
 from hydrocrane.scenario.solver import FIXED_STEPS, Solver
+from hydrocrane.scenario.stage import Stage
 
 # Least time between samples of a controller, s; machine files have the same bound.
 LEAST_PERIOD = 1e-4
@@ -237,50 +239,12 @@ class Scenario:
     def _loop_overrides(self) -> dict[str, Override]:
         return {key: value for key, (_, value, _) in stated_fields(self).items() if key != "payload.mass"}
 
-    def believed_machine(self, machine: Machine) -> Machine:
-        """What the controller takes `machine` for."""
-        if self.believed is None:
-            return machine
-        source, overrides = machine.source, {**machine.overrides, **self._loop_overrides}
-        if isinstance(self.believed, Machine):
-            source, overrides = self.believed.source, {**self.believed.overrides, **self._loop_overrides}
-        else:
-            overrides |= self.believed
-        believed = load_machine(source, overrides)
-        if believed.joint_units != machine.joint_units:
-            kinds = [", ".join(f"{j} ({unit})" for j, unit in zip(m.joint_names, m.joint_units, strict=True))
-                     for m in (machine, believed)]  # fmt: skip
-            raise InputError(
-                f"the machine of the controller model must have the joints of {machine.name}, {kinds[0]}; "
-                f"{believed.name} has {kinds[1]}"
-            )
-        return believed
-
-    def loop_plan(self, machine: Machine) -> LoopPlan:
-        """What surrounds the controller, as the core takes it."""
-        stick = self.joystick or Joystick([], mode=self.stick_mode)
-        return {
-            "period": float(self.period or DEFAULT_PERIOD),
-            "delay": float(self.delay),
-            "sensors": self.sensors,
-            "seed": self.seed,
-            "faults": [fault.entry for fault in self.sensor_faults],
-            "mode": stick.mode,
-            "stick_times": stick.time.tolist(),
-            "deflections": stick.table(machine.cylinder_names).tolist(),
-            "linear": stick.interpolation == "linear",
-            "dead_zone": float(stick.dead_zone),
-            "ramp": float(stick.ramp),
-            "monitor": self.monitored,
-        }
-
-    def stages(self) -> list[tuple[float, Scenario]]:
-        """The time, s, at which each phase begins, and the scenario that holds from then on; the first from 0 on."""
-        stages = [(0.0, self.changed(phases=()) if self.phases else self)]
-        for phase in self.phases:
-            before = stages[-1][1]
-            stages.append((phase.time, before.changed(**_changes(phase, before.driver, before.stick_mode))))
-        return stages
+    def stages(self) -> list[tuple[float, Stage]]:
+        """The time, s, at which each phase begins, and what holds from then on; the first from 0 on."""
+        with translated():
+            told = _core.stages(scenario_entry(self))
+        own = own_controllers(self)
+        return [(stage["from"], Stage.of(stage, own)) for stage in told]
 
     def load_machine(self) -> Machine:
         """The scenario's machine with its overrides."""
@@ -292,35 +256,14 @@ class Scenario:
 
     def start(self, machine: Machine) -> tuple[Array, tuple[ResultWarning, ...]]:
         """State (n_states,) at time zero, and what makes it doubtful."""
-        q = self._start_pose(machine)
-        if isinstance(self.pressures, str):
-            if self.pressures != "equilibrium":
-                raise unknown("start of the pressures", self.pressures, ("equilibrium",))
-            return machine.rest(q, payload=self.payload)
-        _known_names("cylinder", self.pressures, machine.cylinder_names)
-        missing = [c for c in machine.cylinder_names if c not in self.pressures]
-        if missing:
-            raise InputError(f"no start pressures for cylinder {', '.join(missing)}; give (p1, p2) of every cylinder")
-        return machine.pack_state(q, p=[self.pressures[c] for c in machine.cylinder_names]), ()
+        with translated():
+            state, doubts = _core.start_state(machine.core, scenario_entry(self, machine.cylinder_names))
+        return state, tuple(ResultWarning(*entry) for entry in doubts)
 
     def command_grid(self, machine: Machine) -> tuple[Array, Array, bool]:
         """Commands of all cylinders on common times: times (k,), spools (k, n_cyl), and whether to join linearly."""
-        commands = self.commands
-        if not isinstance(commands, Mapping):
-            commands = split_table(commands, machine.cylinder_names)
-        _known_names("cylinder", commands, machine.cylinder_names)
-        for cylinder, command in commands.items():
-            check_spool(cylinder, command, machine.spool_strokes[machine.cylinder_names.index(cylinder)])
-        # A constant reads the same either way, so it does not decide between holding and joining.
-        kinds = {c.interpolation for c in commands.values() if np.ptp(c.spool) > 0}
-        if len(kinds) > 1:
-            raise InputError("the commands of one scenario must share one interpolation, `hold` or `linear`")
-        times = np.unique(np.concatenate([[0.0], *(c.time for c in commands.values())]))
-        times = times[times >= 0.0]
-        table = np.zeros((times.size, len(machine.cylinder_names)))
-        for cylinder, command in commands.items():
-            table[:, machine.cylinder_names.index(cylinder)] = command.at(times)
-        return times, table, kinds == {"linear"}
+        with translated():
+            return _core.command_table(machine.core, scenario_entry(self, machine.cylinder_names))
 
     def record_times(self) -> Array:
         """Times at which the run is recorded, from 0 to `duration`, s.
@@ -337,49 +280,3 @@ class Scenario:
             return np.append(times, self.duration)
         times[-1] = self.duration
         return times
-
-    def _start_pose(self, machine: Machine) -> Array:
-        _known_names("joint", self.joints, machine.joint_names)
-        missing = [j for j in machine.joint_names if j not in self.joints]
-        if missing:
-            raise InputError(f"no start value for joint {', '.join(missing)}; give every joint of {machine.name}")
-        q = real_array([self.joints[j] for j in machine.joint_names], "joints")
-        for name, unit, value, (low, high) in zip(
-            machine.joint_names, machine.joint_units, q, np.rad2deg(machine.joint_limits), strict=True
-        ):
-            if unit == "rad" and abs(value) > 2.0 * np.pi:
-                meant = f"; numbers are radians: write np.deg2rad({value:g})" if low <= value <= high else ""
-                raise InputError(
-                    f"joint {name} starts at {value:g} rad, {np.rad2deg(value):g} deg: more than a whole turn; its "
-                    f"limits are {low:.1f} and {high:.1f} deg{meant}"
-                )
-        return q
-
-
-def _changes(phase: Phase, driver: AnyController | None, mode: str) -> Changes:
-    """Fields of a scenario under `driver` with sticks of `mode` that a phase changes."""
-    changes: Changes = {"overrides": phase.overrides}
-    if phase.joystick is not None:
-        changes["joystick"] = phase.joystick
-        if isinstance(driver, str) and phase.joystick.mode != mode:
-            changes |= {"controller": None, "monitor": None}
-    if phase.controller is not None:
-        changes |= {
-            "controller": phase.controller,
-            "delay": phase.delay,
-            "sensors": phase.sensors,
-            "believed": phase.believed,
-            "monitor": phase.monitor,
-        }
-        if phase.period is not None:
-            changes["period"] = phase.period
-        named = isinstance(phase.controller, str)
-        if phase.joystick is None and named and (phase.controller == "lever") != (mode == "lever"):
-            changes["joystick"] = None
-    return changes
-
-
-def _known_names(what: str, given: Iterable[str], known: tuple[str, ...]) -> None:
-    for name in given:
-        if name not in known:
-            raise unknown(what, name, known)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hydrocrane._core_types import SolverEntry
 from hydrocrane.arrays import check_positive
 from hydrocrane.errors import InputError, unknown
 
@@ -43,3 +44,14 @@ class Solver:
                 f"`{self.method}` chooses its steps itself: leave `step` out, give `max_step` for the largest one, "
                 f"or take method=`{FIXED_STEPS}`"
             )
+
+    @property
+    def entry(self) -> SolverEntry:
+        """As the core takes it."""
+        return {
+            "method": self.method,
+            "rtol": float(self.rtol),
+            "atol": None if self.atol is None else float(self.atol),
+            "max_step": float(self.max_step),
+            "step": None if self.step is None else float(self.step),
+        }

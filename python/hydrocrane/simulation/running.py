@@ -9,16 +9,16 @@ from os import PathLike
 from typing import Unpack
 
 from hydrocrane import _core
-from hydrocrane._core_types import PhasePlan, Settings
 from hydrocrane.arrays import Array
 from hydrocrane.control.controllers import ON_ERROR, SampledController
 from hydrocrane.errors import translated, unknown
 from hydrocrane.machine.machine import Machine, load_machine
-from hydrocrane.results.dataset import run_dataset, stage_machine
+from hydrocrane.results.dataset import run_dataset
 from hydrocrane.results.recording import Recording
 from hydrocrane.results.run import Run
 from hydrocrane.results.verification import compared, tightened
 from hydrocrane.scenario.changes import RunChanges
+from hydrocrane.scenario.entry import own_controllers, scenario_entry
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.scenario_file import load_scenario
 from hydrocrane.simulation.interruption import interruptible
@@ -115,55 +115,22 @@ def integrate(
     on_error : {"raise", "stop", "neutral"}
         As of :func:`simulate`, but nothing is raised: what ended the run is the recording's `error`.
     """
-    start, doubts = plan.start(machine)
-    doubts = (*machine.warnings, *doubts)
-    settings = core_settings(plan, payload, ledger=ledger)
-    if plan.closed_loop:
-        due = [(begin, stage) for begin, stage in plan.stages() if begin < plan.duration]
-        stages = [_stage(begin, stage, machine, on_error) for begin, stage in due]
-        with translated():
-            raw = _core.simulate_controlled(start, float(plan.duration), stages, record, settings, should_stop)
-        recorded = Recording.of(raw, doubts)
-        if recorded.outcome.kind == "controller-failed":
-            raised = [getattr(stage["controller"], "error", None) for stage in stages]
-            recorded.error = next((error for error in reversed(raised) if error is not None), None)
-        return recorded
-    times, spools, linear = plan.command_grid(machine)
-    head = (machine.core, start, float(plan.duration))
+    own = own_controllers(plan)
+    made: list[SampledController] = []
+
+    def make(number: int, believed: _core.Machine, mode: str, full_speed: float | None) -> SampledController:
+        law = own[number]
+        assert not isinstance(law, str), "controllers by name are the core's"
+        made.append(SampledController(law, machine.made(believed), mode, full_speed, on_error=on_error))
+        return made[-1]
+
+    entry = scenario_entry(plan.changed(payload=payload), machine.cylinder_names)
     with translated():
-        raw = _core.simulate(*head, times, spools, linear, record, settings, should_stop)
-    return Recording.of(raw, doubts)
-
-
-def core_settings(plan: Scenario, payload: float, *, ledger: bool) -> Settings:
-    """Solver and loads as the core takes them."""
-    solver = plan.solver
-    return {
-        "method": solver.method,
-        "rtol": solver.rtol,
-        "atol": solver.atol,
-        "max_step": solver.max_step,
-        "step": solver.step,
-        "payload": payload,
-        "ledger": ledger,
-        "payload_changes": list(plan.payload_changes.items()),
-    }
-
-
-def _stage(begin: float, stage: Scenario, machine: Machine, on_error: str) -> PhasePlan:
-    """What holds from `begin` (s) on, as the core takes it; `machine` is the machine at the start."""
-    here = stage_machine(machine, stage)
-    driver, believed = stage.driver, stage.believed_machine(here)
-    assert driver is not None, "only closed loops have phases"
-    controller: str | SampledController
-    if isinstance(driver, str):
-        controller = driver
-    else:
-        full_speed = stage.joystick.full_speed if stage.joystick else None
-        controller = SampledController(driver, believed, stage.stick_mode, full_speed, on_error=on_error)
-    with translated():
-        plan = stage.loop_plan(here)
-    return {"from": begin, "machine": here.core, "controller": controller, "believed": believed.core, "plan": plan}
+        raw = _core.run(machine.core, entry, record, ledger, make if own else None, should_stop)
+    recorded = Recording.of(raw, machine)
+    if recorded.outcome.kind == "controller-failed":
+        recorded.error = next((law.error for law in reversed(made) if law.error is not None), None)
+    return recorded
 
 
 def _machine_for(plan: Scenario, machine: Machine | str | PathLike[str] | None) -> Machine:

@@ -93,14 +93,13 @@ class Job:
         return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
 
     @cached_property
-    def template(self) -> _core.MachineTemplate:
-        """The machine file, read once."""
+    def base(self) -> _core.Machine:
+        """The machine of the plan, whose file is read once."""
         with translated():
-            template = _core.MachineTemplate(self.plan.machine, [])
-            core = template.build(list(self.plan.machine_overrides.items()))
+            core = _core.load_machine(self.plan.machine, list(self.plan.machine_overrides.items()))
         if digest_of(core) != self.digest:
             raise InputError(f"the machine {self.plan.machine} has changed since the study began, or differs here")
-        return template
+        return core
 
     @cached_property
     def _recent(self) -> threading.local:
@@ -114,7 +113,7 @@ class Job:
         if recent is not None and recent.overrides == overrides:
             return recent
         with translated():
-            machine = Machine(self.template.build(list(overrides.items())), plan.machine, overrides)
+            machine = Machine(self.base.rebuilt(list(overrides.items())), plan.machine, overrides)
         self._recent.machine = machine
         return machine
 
@@ -135,7 +134,7 @@ def run_block(
         Where `should_stop` said so before the last case was done.
     """
     # A machine that differs concerns the whole study, not its first case.
-    _ = job.template
+    _ = job.base
     signals = np.full((len(job.signals), len(cases), job.times.size), np.nan)
     results = []
     for i, values in enumerate(cases):

@@ -9,7 +9,6 @@ from typing import cast
 
 import numpy as np
 
-from hydrocrane import _core
 from hydrocrane.errors import InputError, MachineFileError, nearest, translated
 from hydrocrane.machine.machine import Machine
 from hydrocrane.machine.overrides import Override, plain_overrides
@@ -91,7 +90,7 @@ def _machine_key(name: str, values: Sequence[object], plan: Scenario) -> Key:
             continue
         try:
             with translated():
-                made = _core.load_machine(plan.machine, [*plan.machine_overrides.items(), (name, value)])
+                made = base.core.rebuilt([*plan.machine_overrides.items(), (name, value)])
         except MachineFileError as error:
             if error.slug not in OF_THE_VALUE:
                 raise _with_scenario_keys(error, name) from None

@@ -80,4 +80,4 @@ class CaseRecord:
 
     @cached_property
     def _outputs(self) -> Array:
-        return outputs_table(self.machine, self.plan, self._recorded, oil=False)
+        return outputs_table(self.machine, self._recorded, oil=False)

@@ -24,7 +24,7 @@ pub static SCENARIO: &[Key] = &[
     Key::table("payload", PAYLOAD)
         .otherwise("`scenario.payload` stays")
         .means("Loads picked up and set down on the way."),
-    Key::tables("command", COMMAND).otherwise("spools centred").means("Spool command of a cylinder against time."),
+    Key::table("command", COMMAND).otherwise("spools centred").means("Spool commands against time."),
     Key::table("controller", CONTROLLER)
         .otherwise("that of the joystick's mode")
         .means("The controller that drives the crane."),
@@ -87,9 +87,22 @@ static PAYLOAD: &[Key] = &[
 ];
 
 static COMMAND: &[Key] = &[
-    Key::series("time", &[TIME]).required().means("Times of the command, increasing."),
-    Key::series("spool", &[LENGTH]).required().means("Spool position at these times; positive extends."),
+    Key::text("log")
+        .otherwise("a table for each cylinder")
+        .means("CSV file with the commands, beside the scenario file; its columns are named as the cylinders."),
+    Key::text("time").otherwise("`time` or `t`").means("Column of the log that holds the times."),
+    Key::choice("interpolation", INTERPOLATION).otherwise("`linear`").means("What holds between two rows of the log."),
+    Key::table("<cylinder>", COMMAND_OF_CYLINDER).otherwise("spool centred").means("Spool command of the cylinder."),
+];
+
+static COMMAND_OF_CYLINDER: &[Key] = &[
+    Key::series("time", &[TIME]).otherwise("this, or `command.log`").means("Times of the command, increasing."),
+    Key::series("spool", &[LENGTH])
+        .otherwise("this, or `command.log`")
+        .means("Spool position at these times; positive extends."),
     Key::choice("interpolation", INTERPOLATION).defaults(&["hold"]).means("What holds between two times."),
+    Key::text("column").otherwise("the cylinder's name").means("Column of the log that holds the command."),
+    Key::text("unit").otherwise("that of the log, or m").means("Unit of the column."),
 ];
 
 static CONTROLLER: &[Key] = &[
@@ -122,8 +135,8 @@ static JOYSTICK: &[Key] = &[
         .means("`tip`: one stick moves the tip; `lever`: one axis per cylinder."),
     Key::series("time", &[TIME]).otherwise("this, or `log`").means("Times of the deflections, increasing."),
     Key::choice("interpolation", INTERPOLATION)
-        .defaults(&["hold"])
-        .means("What holds between two times; `hc.simulate` reads a log as `linear`."),
+        .otherwise("`hold`, `linear` for a log")
+        .means("What holds between two times."),
     Key::quantity("dead-zone", &[NUMBER], NonNegative)
         .defaults(&["0"])
         .means("Share of the deflection around the centre that does nothing."),

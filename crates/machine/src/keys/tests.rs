@@ -3,7 +3,7 @@
 
 use super::{asked, Key, Value, MACHINE, SCENARIO};
 use crate::units::parse_scalar;
-use crate::{bundled_machines, bundled_scenarios, load, load_scenario, parse, parse_scenario};
+use crate::{bundled_machines, bundled_scenarios, load, load_scenario, parse, parse_scenario, parse_scenario_with};
 
 /// Every declaration with its dotted path.
 fn all(keys: &'static [Key], path: &str, found: &mut Vec<(String, &'static Key)>) {
@@ -75,6 +75,20 @@ const SCENARIO_WITH_MORE: &str = r#"
     from = "0.1 s"
 "#;
 
+const SCENARIO_WITH_A_LOG: &str = r#"
+    [scenario]
+    name = "log"
+    machine = "single-cylinder"
+    duration = "1 s"
+    [command]
+    log = "drive.csv"
+    time = "clock"
+    interpolation = "hold"
+    [command.test]
+    column = "up"
+    unit = "mm"
+"#;
+
 #[test]
 fn every_declared_key_is_read() {
     for (name, _) in bundled_machines() {
@@ -85,6 +99,8 @@ fn every_declared_key_is_read() {
     }
     parse(MACHINE_WITH_MORE, "more.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
     parse_scenario(SCENARIO_WITH_MORE, "more.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
+    let log = [("drive.csv".to_string(), "clock,up\n0,0\n".to_string())];
+    parse_scenario_with(SCENARIO_WITH_A_LOG, "log.toml", &log).unwrap_or_else(|error| panic!("{error}"));
     // `extends` and `include` are read before files are merged.
     let of_the_loader = ["machine file.extends", "machine file.include"];
     let unread =

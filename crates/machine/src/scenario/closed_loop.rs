@@ -1,11 +1,12 @@
 //! `[controller]` and `[joystick]` of a scenario: who drives the spools, and what the operator wants.
 
-use super::{overrides_in, plain, Interpolation, MachineSource, Result, INTERPOLATIONS};
+use super::log::{is_text, Files, Log};
+use super::{check_series, overrides_in, plain, Interpolation, MachineSource, Result, INTERPOLATIONS};
 use crate::errors::ErrorKind;
 use crate::keys::{CONTROLLERS, LEVER, TIP_AXES};
-use crate::load::Source;
 use crate::merge::{Override, OverrideValue};
 use crate::model::Machine;
+use crate::quantities::NUMBER;
 use crate::reader::{Field, Reader};
 
 /// A sampled controller and how it is connected to the crane.
@@ -19,8 +20,39 @@ pub struct ControllerChoice {
     pub sensors: SensorQuality,
     /// Overrides of the machine's values that the controller believes in, by dotted key.
     pub believed: Vec<(String, OverrideValue)>,
+    /// Another machine that the controller believes in, in place of this one with other values: a bundled name or path,
+    /// and its overrides.
+    pub believed_machine: Option<(String, Vec<(String, OverrideValue)>)>,
     /// Whether implausible sensors close the valves; `None`: as is usual for the controller.
     pub monitor: Option<bool>,
+    /// Number of a controller of somebody's own, which stands in no file and has no name here.
+    pub own: Option<usize>,
+}
+
+impl ControllerChoice {
+    /// The controller `name` with ideal sensors, and a model that is the crane.
+    pub fn named(name: &str) -> Self {
+        ControllerChoice {
+            name: name.into(),
+            period: None,
+            delay: 0.0,
+            sensors: SensorQuality::Ideal,
+            believed: Vec::new(),
+            believed_machine: None,
+            monitor: None,
+            own: None,
+        }
+    }
+
+    /// Whether implausible sensors close the valves: by default of a controller by name that measures.
+    pub fn monitored(&self) -> bool {
+        self.monitor.unwrap_or(self.own.is_none() && self.name != LEVER)
+    }
+
+    /// Machine key of the speed at full stick.
+    pub fn full_speed_key(&self) -> String {
+        format!("control.{}.full-speed", self.name)
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,7 +91,7 @@ pub enum StickMode {
 impl Joystick {
     /// Whether a controller takes sticks of this mode.
     pub fn fits(&self, controller: &ControllerChoice) -> bool {
-        (controller.name == LEVER) == (self.mode == StickMode::Lever)
+        controller.own.is_some() || (controller.name == LEVER) == (self.mode == StickMode::Lever)
     }
 }
 
@@ -81,9 +113,7 @@ pub fn controller(
 ) -> Result<Option<ControllerChoice>> {
     let fitting = fitting(stick);
     let Some(table) = root.table("controller")? else {
-        let (sensors, believed, monitor) = (SensorQuality::Ideal, Vec::new(), None);
-        let alone = ControllerChoice { name: fitting.into(), period: None, delay: 0.0, sensors, believed, monitor };
-        return Ok(stick.map(|_| alone));
+        return Ok(stick.map(|_| ControllerChoice::named(fitting)));
     };
     if root.has("command") {
         let message = "excludes `command`, which is given too";
@@ -98,6 +128,7 @@ pub fn controller(
         sensors: table.choice_or_default("sensors", &[SensorQuality::Ideal, SensorQuality::DataSheet])?,
         believed: believed(&table, machine, overrides)?,
         monitor: table.optional_choice("monitor", &[true, false])?,
+        ..ControllerChoice::named(fitting)
     };
     check_mode(&table, &choice, stick)?;
     Ok(Some(choice))
@@ -123,7 +154,7 @@ fn check_mode(table: &Reader, choice: &ControllerChoice, stick: Option<&Joystick
 }
 
 /// The joystick, if there is one.
-pub fn joystick(root: &Reader, machine: &Machine, source: &Source) -> Result<Option<Joystick>> {
+pub fn joystick(root: &Reader, machine: &Machine, files: &Files) -> Result<Option<Joystick>> {
     let Some(open) = root.names("joystick")? else { return Ok(None) };
     if root.has("command") {
         let message = "excludes `command`, which is given too";
@@ -139,8 +170,7 @@ pub fn joystick(root: &Reader, machine: &Machine, source: &Source) -> Result<Opt
     let mut known: Vec<&str> = open.known().filter(|key| !TIP_AXES.contains(key)).collect();
     known.extend(&axes);
     let Some(table) = root.table_of("joystick", &known)? else { return Ok(None) };
-    let (time_values, deflections) = series(&table, &axes)?;
-    let log = table.optional("log")?.map(|field| Ok(beside(source, field.text()?))).transpose()?;
+    let sticks = series(&table, mode, &axes, files)?;
     let dead_zone = table.quantity_or_default("dead-zone")?;
     if dead_zone >= 1.0 {
         let message = format!("a dead zone of {dead_zone} leaves nothing of the stick");
@@ -150,29 +180,33 @@ pub fn joystick(root: &Reader, machine: &Machine, source: &Source) -> Result<Opt
     }
     Ok(Some(Joystick {
         mode,
-        time: time_values,
-        axes: deflections,
-        log,
-        interpolation: table.choice_or_default("interpolation", &INTERPOLATIONS)?,
+        time: sticks.time,
+        axes: sticks.axes,
+        log: sticks.log,
+        interpolation: table.optional_choice("interpolation", &INTERPOLATIONS)?.unwrap_or(sticks.interpolation),
         dead_zone,
         full_speed: table.optional_quantity("full-speed")?,
         ramp: table.quantity_or_default("ramp")?,
     }))
 }
 
-/// A path relative to the scenario file.
-fn beside(source: &Source, name: &str) -> String {
-    source.folder.as_ref().map_or_else(|| name.into(), |folder| folder.join(name).display().to_string())
+/// The deflections of a joystick, or the log that holds them.
+struct Deflections {
+    time: Vec<f64>,
+    axes: Vec<Vec<f64>>,
+    log: Option<String>,
+    /// Where none is stated.
+    interpolation: Interpolation,
 }
 
-/// Times and the deflections of each axis; an axis that is not given stays centred. Nothing where a log has them.
-fn series(table: &Reader, axes: &[&str]) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
-    if table.has("log") {
+/// Times and the deflections of each axis; an axis that is not given stays centred.
+fn series(table: &Reader, mode: StickMode, axes: &[&str], files: &Files) -> Result<Deflections> {
+    if let Some(field) = table.optional("log")? {
         if let Some(key) = ["time"].iter().chain(axes).find(|key| table.has(key)) {
             let message = "excludes `log`, which is given too";
             return Err(table.error(ErrorKind::ConflictingKeys, key, message).help("keep one of the two"));
         }
-        return Ok((Vec::new(), vec![Vec::new(); axes.len()]));
+        return logged(&field, mode, axes, files);
     }
     let time_field = table.required("time", "a list of times, for example [\"0 s\", \"1 s\"]")?;
     let times = time_field.series()?;
@@ -185,18 +219,49 @@ fn series(table: &Reader, axes: &[&str]) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
             None => vec![0.0; times.len()],
             Some(field) => {
                 let values = field.series()?;
-                super::check_series(&times, &values, &time_field, &field)?;
+                check_series(&times, &values, &time_field, &field)?;
                 check_range(&field, &values)?;
                 values
             }
         };
         deflections.push(values);
     }
-    Ok((times, deflections))
+    Ok(Deflections { time: times, axes: deflections, log: None, interpolation: Interpolation::Hold })
 }
 
+/// Deflections from a log; one that is no text is left to whoever can read it.
+fn logged(field: &Field, mode: StickMode, axes: &[&str], files: &Files) -> Result<Deflections> {
+    let (name, interpolation) = (field.text()?, Interpolation::Linear);
+    if !is_text(name) {
+        let (time, axes) = (Vec::new(), vec![Vec::new(); axes.len()]);
+        return Ok(Deflections { time, axes, log: Some(files.beside(name)), interpolation });
+    }
+    let log = Log::open(field, None, files)?;
+    let mut deflections = Vec::new();
+    let mut found = false;
+    for axis in axes {
+        let of_a_stick = format!("stick.{axis}");
+        let names = [of_a_stick.as_str(), axis];
+        let values = match log.has(&names) {
+            true => log.column(&names, "a stick", None, &NUMBER.quantity())?,
+            false => vec![0.0; log.time.len()],
+        };
+        found |= log.has(&names);
+        check_range(field, &values)?;
+        deflections.push(values);
+    }
+    if !found {
+        let what = if mode == StickMode::Tip { "stick axis" } else { "lever" };
+        return Err(log.without_columns(axes.iter().copied(), what));
+    }
+    Ok(Deflections { time: log.time, axes: deflections, log: None, interpolation })
+}
+
+/// How far beyond its end rounding may take a deflection; it counts as the end.
+const ROUNDING: f64 = 1e-9;
+
 fn check_range(field: &Field, values: &[f64]) -> Result<()> {
-    match values.iter().find(|value| value.abs() > 1.0) {
+    match values.iter().find(|value| value.abs() > 1.0 + ROUNDING) {
         Some(value) => Err(field
             .error(ErrorKind::OutOfRange, format!("a deflection of {value} is beyond the end of the stick"))
             .help("give shares from -1 to 1; `full-speed` says what they mean")),

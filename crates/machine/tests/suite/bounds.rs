@@ -157,7 +157,8 @@ fn a_later_override_counts_before_an_earlier_table() {
     let more =
         "[controller]\nperiod = \"10 ms\"\n[phase.late]\ntime = \"0.5 s\"\noverrides.\"control.period\" = \"5 ms\"";
     let found = parse_scenario(&scenario(more), "s.toml", &[]).unwrap();
-    assert_eq!((found.controller.unwrap().period, found.phases[0].controller.period), (Some(0.01), None));
+    let then = found.stages()[1].controller.clone();
+    assert_eq!((found.controller.unwrap().period, then.unwrap().period), (Some(0.01), None));
 }
 
 #[test]

@@ -3,6 +3,7 @@
 mod bad_files;
 mod bounds;
 mod closed_loop;
+mod command_log;
 mod ground;
 mod include;
 mod machines;

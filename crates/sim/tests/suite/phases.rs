@@ -4,8 +4,8 @@ use hydrocrane_machine::{load, OverrideValue};
 use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::controller::{Controller, Fault, Measurement, Stick};
 use hydrocrane_sim::{
-    build, simulate_phases, Driver, EquilibriumMode, Model, OutcomeKind, Phase, PhasedRun, RunOptions, SampledPlan, Sensors,
-    StickKind, Sticks,
+    build, simulate_phases, Driver, EquilibriumMode, Model, OutcomeKind, Phase, PhasedRun, RunOptions, SampledPlan,
+    Sensors, StickKind, Sticks,
 };
 use std::sync::Arc;
 

@@ -1,0 +1,223 @@
+//! Logs as text: numbers in columns under a line of names.
+//!
+//! Columns are parted by comma, semicolon, tab or spaces; where it is no comma, a comma may be the decimal point. Units stand
+//! behind the names, as in `x [mm]`, or in a line of their own below them. Lines that begin with `#`, `%` or `//` are comments.
+
+use crate::errors::ErrorKind;
+use crate::field::MOST_ROWS;
+use crate::nearest::suggestion;
+use crate::units::{parse_unit, Quantity};
+use csv::{ReaderBuilder, StringRecord, Trim};
+
+/// What is wrong with a log: kind, message and cure.
+pub type Problem = (ErrorKind, String, String);
+
+/// A log's columns by name.
+pub struct Columns {
+    pub names: Vec<String>,
+    /// As the log states them; empty where it states none.
+    units: Vec<String>,
+    rows: Vec<Vec<f64>>,
+}
+
+/// Columns of a log, at most.
+const MOST_COLUMNS: usize = 2000;
+
+impl Columns {
+    /// Reads the text of a log.
+    ///
+    /// # Errors
+    /// The first line that is none of a log.
+    pub fn read(text: &str) -> Result<Self, Problem> {
+        let lines: Vec<(usize, &str)> = text.trim_start_matches('\u{feff}').lines().enumerate().collect();
+        let mut lines = lines.into_iter().filter(|(_, line)| !is_comment(line)).peekable();
+        let Some((_, head)) = lines.next() else {
+            let cure = "give a line of names and a line of numbers for each time";
+            return Err((ErrorKind::BadSeries, "the log is empty".into(), cure.into()));
+        };
+        let delimiter = delimiter(head);
+        let mut units = Vec::new();
+        let named = cells(head, delimiter);
+        if named.iter().all(|cell| number(cell, delimiter).is_some()) {
+            let message = "the first line of the log has numbers where names of columns are expected".to_string();
+            return Err((ErrorKind::BadSeries, message, "begin with a line like time, lift".into()));
+        }
+        if named.len() > MOST_COLUMNS {
+            let message = format!("the log has {} columns; at most {MOST_COLUMNS} are read", named.len());
+            return Err((ErrorKind::TooLarge, message, "save the columns that are needed".into()));
+        }
+        let mut names = Vec::new();
+        for cell in &named {
+            let (name, unit) = with_unit(cell);
+            names.push(name.to_string());
+            units.push(unit.to_string());
+        }
+        let own = |line: &str| cells(line, delimiter).iter().all(|cell| number(cell, delimiter).is_none());
+        if let Some((_, line)) = lines.next_if(|(_, line)| own(line)) {
+            let stated = cells(line, delimiter);
+            for (unit, cell) in units.iter_mut().zip(&stated).filter(|(unit, _)| unit.is_empty()) {
+                *unit = cell.trim_matches(['[', ']', '(', ')', ' ']).to_string();
+            }
+        }
+        let mut rows = Vec::new();
+        for (at, line) in lines {
+            if rows.len() >= MOST_ROWS {
+                let message = format!("the log has more than {MOST_ROWS} rows");
+                return Err((ErrorKind::TooLarge, message, "save fewer samples, or a part of it".into()));
+            }
+            rows.push(row(line, delimiter, &names).map_err(|message| {
+                let cure = "give one number for each column, or leave the line out".to_string();
+                (ErrorKind::BadSeries, format!("line {} of the log: {message}", at + 1), cure)
+            })?);
+        }
+        Ok(Columns { names, units, rows })
+    }
+
+    /// Which column has one of these names.
+    pub fn find(&self, wanted: &[&str]) -> Option<usize> {
+        wanted.iter().find_map(|name| self.names.iter().position(|own| own.eq_ignore_ascii_case(name)))
+    }
+
+    /// As [`Self::find`], where one must be there; `what` says what for.
+    pub fn index(&self, wanted: &[&str], what: &str) -> Result<usize, Problem> {
+        self.find(wanted).ok_or_else(|| {
+            let message = format!("the log has no column `{}` for {what}", wanted[0]);
+            let near = suggestion(wanted[0], self.names.iter().map(String::as_str));
+            (ErrorKind::UnknownReference, message, near)
+        })
+    }
+
+    /// A column in SI: in the `unit` that is given, else in the log's, else in SI.
+    pub fn column(&self, index: usize, unit: Option<&str>, quantity: &Quantity) -> Result<Vec<f64>, Problem> {
+        let name = &self.names[index];
+        let unit = unit.unwrap_or(&self.units[index]);
+        let unknown = |_| {
+            let message = format!("column `{name}` of the log has the unknown unit `{unit}`");
+            (ErrorKind::UnknownUnit, message, format!("state its unit, for example \"{}\"", quantity.unit))
+        };
+        let scale = match unit {
+            "" | "1" | "-" => None,
+            _ => Some(parse_unit(unit).map_err(unknown)?),
+        };
+        if scale.is_some_and(|scale| scale.dimension != quantity.dimension) {
+            let message = format!("column `{name}` of the log is in `{unit}`; it must be a {}", quantity.name);
+            let cure = format!("give a column in {}, or state the right unit", quantity.example());
+            return Err((ErrorKind::WrongDimension, message, cure));
+        }
+        let values: Vec<f64> = self.rows.iter().map(|row| scale.map_or(row[index], |s| s.to_si(row[index]))).collect();
+        match values.iter().position(|value| !value.is_finite()) {
+            Some(row) => {
+                let message = format!("column `{name}` of the log has no number in row {}", row + 1);
+                Err((ErrorKind::NotFinite, message, "fill the gap, or cut the log there".into()))
+            }
+            None => Ok(values),
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+}
+
+fn is_comment(line: &str) -> bool {
+    let line = line.trim();
+    line.is_empty() || ["#", "%", "//"].iter().any(|mark| line.starts_with(mark))
+}
+
+fn delimiter(head: &str) -> u8 {
+    [b'\t', b';', b','].into_iter().find(|mark| head.as_bytes().contains(mark)).unwrap_or(b' ')
+}
+
+/// The cells of one line; quotes keep a delimiter inside.
+fn cells(line: &str, delimiter: u8) -> Vec<String> {
+    if delimiter == b' ' {
+        let mut cells: Vec<String> = Vec::new();
+        for word in line.split_whitespace() {
+            match cells.last_mut().filter(|_| word.starts_with('[')) {
+                Some(name) => *name = format!("{name} {word}"),
+                None => cells.push(word.into()),
+            }
+        }
+        return cells;
+    }
+    let mut reader =
+        ReaderBuilder::new().delimiter(delimiter).has_headers(false).trim(Trim::All).from_reader(line.as_bytes());
+    let mut record = StringRecord::new();
+    // One line of text is always a record.
+    let _ = reader.read_record(&mut record);
+    record.iter().map(str::to_string).collect()
+}
+
+fn with_unit(cell: &str) -> (&str, &str) {
+    match cell.split_once('[') {
+        Some((name, unit)) if unit.ends_with(']') => (name.trim(), unit.trim_end_matches(']').trim()),
+        _ => (cell.trim(), ""),
+    }
+}
+
+fn number(cell: &str, delimiter: u8) -> Option<f64> {
+    match cell.parse() {
+        Ok(value) => Some(value),
+        Err(_) if delimiter != b',' => cell.replacen(',', ".", 1).parse().ok(),
+        Err(_) => None,
+    }
+}
+
+/// The numbers of a line; an empty cell or a word is a gap.
+fn row(line: &str, delimiter: u8, names: &[String]) -> Result<Vec<f64>, String> {
+    let cells = cells(line, delimiter);
+    // A delimiter at the end of each line is usual.
+    let ends_empty = cells.len() == names.len() + 1 && cells.last().is_some_and(String::is_empty);
+    if cells.len() != names.len() && !ends_empty {
+        return Err(format!("{} cells for {} columns", cells.len(), names.len()));
+    }
+    Ok(cells.iter().take(names.len()).map(|cell| number(cell, delimiter).unwrap_or(f64::NAN)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quantities::{LENGTH, TIME};
+
+    fn lift(text: &str) -> Result<Vec<f64>, Problem> {
+        let columns = Columns::read(text)?;
+        columns.column(columns.index(&["lift"], "a test")?, None, &LENGTH.quantity())
+    }
+
+    #[test]
+    fn usual_ways_to_write_a_log_say_the_same() {
+        for text in [
+            "time,lift\n0,0.001\n1,-0.002\n",
+            "# made by hand\ntime [s],lift [mm]\n0,1\n1,-2\n",
+            "time;lift\ns;mm\n0;1,0\n\n1;-2,0\n",
+            "\u{feff}t\tLift [m]\r\n0\t1e-3\r\n1\t-2e-3\r\n",
+            "time  lift\n 0.0  0.001\n 1.0 -0.002\n",
+            "\"time\",\"lift [mm]\",\n0,1,\n1,-2,\n",
+        ] {
+            assert_eq!(lift(text).unwrap_or_else(|e| panic!("{text}: {e:?}")), [0.001, -0.002], "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_log_is_told() {
+        for (text, told) in [
+            ("", "empty"),
+            ("# nothing\n", "empty"),
+            ("0,1\n1,2\n", "names of columns"),
+            ("time,tilt\n0,1\n", "no column `lift`"),
+            ("time,lift\n0\n", "line 2 of the log: 1 cells for 2 columns"),
+            ("time,lift [bar]\n0,1\n", "must be a"),
+            ("time,lift [furlong]\n0,1\n", "unknown unit"),
+            ("time,lift\n0,1\n1,\n", "row 2"),
+        ] {
+            let (_, message, cure) = lift(text).expect_err(text);
+            assert!(message.contains(told) && !cure.is_empty(), "{text}: {message}");
+        }
+    }
+
+    #[test]
+    fn a_stated_unit_counts_before_that_of_the_log() {
+        let columns = Columns::read("t [s]\n1\n").unwrap();
+        assert_eq!(columns.column(0, Some("ms"), &TIME.quantity()).unwrap(), [1e-3]);
+    }
+}

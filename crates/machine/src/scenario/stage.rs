@@ -1,0 +1,103 @@
+//! What holds from a time on: the scenario at its start, then with each of its phases.
+
+use super::closed_loop::{fitting, ControllerChoice, Joystick, StickMode};
+use super::{Phase, Scenario};
+use crate::keys::LEVER;
+use crate::merge::OverrideValue;
+
+/// What holds from a time on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stage {
+    /// s
+    pub from: f64,
+    /// Overrides of the machine's values, of the scenario and of all phases until here.
+    pub overrides: Vec<(String, OverrideValue)>,
+    /// `None`: spool commands move the crane.
+    pub controller: Option<ControllerChoice>,
+    /// `None`: all sticks centred.
+    pub joystick: Option<Joystick>,
+}
+
+impl Scenario {
+    /// All stages, the first from zero on.
+    pub fn stages(&self) -> Vec<Stage> {
+        let first = Stage {
+            from: 0.0,
+            overrides: self.overrides.clone(),
+            controller: self.controller.clone(),
+            joystick: self.joystick.clone(),
+        };
+        let mut stages = vec![first];
+        for phase in &self.phases {
+            let next = stages[stages.len() - 1].then(phase);
+            stages.push(next);
+        }
+        stages
+    }
+}
+
+impl Stage {
+    /// What holds once `phase` has begun. What it states later counts: an override before what earlier tables state.
+    pub fn then(&self, phase: &Phase) -> Stage {
+        let states = |key: &str| phase.overrides.iter().any(|(stated, _)| stated == key);
+        let mut overrides = self.overrides.clone();
+        overrides.retain(|(key, _)| !states(key));
+        overrides.extend(phase.overrides.iter().cloned());
+        let mut controller = self.chosen(phase);
+        let mut earlier = self.joystick.clone();
+        if let Some(choice) = &mut controller {
+            let stated = phase.controller.as_ref().is_some_and(|own| own.period.is_some());
+            if choice.own.is_none() && states("control.period") && !stated {
+                choice.period = None;
+            }
+            if let Some(stick) = earlier.as_mut().filter(|_| states(&choice.full_speed_key())) {
+                stick.full_speed = None;
+            }
+        }
+        let stick = phase.joystick.clone().or(earlier);
+        let joystick = stick.filter(|stick| controller.as_ref().is_none_or(|choice| stick.fits(choice)));
+        Stage { from: phase.time, overrides, controller, joystick }
+    }
+
+    /// The controller that the phase states; else the one before, or the one that a stick of the other mode calls for.
+    fn chosen(&self, phase: &Phase) -> Option<ControllerChoice> {
+        if let Some(choice) = &phase.controller {
+            let before = self.controller.as_ref().and_then(|before| before.period);
+            return Some(ControllerChoice { period: choice.period.or(before), ..choice.clone() });
+        }
+        match (&phase.joystick, &self.controller) {
+            (Some(stick), None) => Some(ControllerChoice::named(fitting(Some(stick)))),
+            (Some(stick), Some(before)) if !stick.fits(before) => {
+                Some(ControllerChoice { name: fitting(Some(stick)).into(), monitor: None, ..before.clone() })
+            }
+            (_, before) => before.clone(),
+        }
+    }
+
+    /// The overrides, and what the controller's period and the speed at full stick state in the machine's place.
+    pub fn machine_overrides(&self) -> Vec<(String, OverrideValue)> {
+        let mut all = self.overrides.clone();
+        for (key, value) in self.loop_overrides() {
+            all.retain(|(other, _)| *other != key);
+            all.push((key, OverrideValue::Number(value)));
+        }
+        all
+    }
+
+    /// Machine keys that the period of a controller by name and the speed at full stick stand for, in SI.
+    pub fn loop_overrides(&self) -> Vec<(String, f64)> {
+        let Some(choice) = self.controller.as_ref().filter(|choice| choice.own.is_none()) else { return Vec::new() };
+        let period = choice.period.map(|period| ("control.period".to_string(), period));
+        let speed = self.joystick.as_ref().and_then(|stick| stick.full_speed).filter(|_| choice.name != LEVER);
+        period.into_iter().chain(speed.map(|speed| (choice.full_speed_key(), speed))).collect()
+    }
+
+    /// Mode of the sticks.
+    pub fn stick_mode(&self) -> StickMode {
+        match (&self.joystick, &self.controller) {
+            (Some(stick), _) => stick.mode,
+            (None, Some(choice)) if choice.own.is_none() && choice.name == LEVER => StickMode::Lever,
+            _ => StickMode::Tip,
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! `[command] log`: commands from a text file beside the scenario.
+
+use hydrocrane_machine::scenario::Interpolation;
+use hydrocrane_machine::{parse_scenario_with, MachineError, Scenario};
+
+const HEAD: &str =
+    "[scenario]\nname = \"t\"\nmachine = \"rottne-f9-lab\"\nduration = \"9 s\"\n[command]\nlog = \"drive.csv\"\n";
+const LOG: &str = "time [ms],lift,u_tilt [mm],cylinder.telescope.command\n0,0.01,2,0\n500,0.02,-3,0.001\n";
+
+fn read(rest: &str, log: &str) -> Result<Scenario, MachineError> {
+    parse_scenario_with(&format!("{HEAD}{rest}"), "t.toml", &[("drive.csv".to_string(), log.to_string())])
+}
+
+#[test]
+fn columns_are_found_by_the_names_of_cylinders() {
+    let scenario = read("", LOG).unwrap();
+    let [lift, telescope] = &scenario.commands[..] else { panic!("{:?}", scenario.commands) };
+    assert_eq!((lift.cylinder.as_str(), &lift.time[..], &lift.spool[..]), ("lift", &[0.0, 0.5][..], &[0.01, 0.02][..]));
+    assert_eq!((telescope.cylinder.as_str(), &telescope.spool[..]), ("telescope", &[0.0, 0.001][..]));
+    assert_eq!(lift.interpolation, Interpolation::Linear);
+}
+
+#[test]
+fn a_table_says_which_column_in_which_unit() {
+    let scenario = read("interpolation = \"hold\"\n[command.tilt]\ncolumn = \"u_tilt\"\n", LOG).unwrap();
+    let [tilt] = &scenario.commands[..] else { panic!("{:?}", scenario.commands) };
+    assert_eq!((&tilt.spool[..], tilt.interpolation), (&[0.002, -0.003][..], Interpolation::Hold));
+    let scenario = read("[command.lift]\nunit = \"cm\"\n", LOG).unwrap();
+    assert_eq!(scenario.commands[0].spool, [1e-4, 2e-4]);
+}
+
+#[test]
+fn what_is_wrong_is_told_at_its_place() {
+    for (rest, log, slug, line) in [
+        ("", "time,x\n0,1\n", "unknown-reference", 6),
+        ("", "time,lift\n0,1\n", "out-of-range", 6),
+        ("", "time,lift\n1,0\n0,0\n", "bad-series", 6),
+        ("", "time,lift\n1,0\n2\n", "bad-series", 6),
+        ("", "clock,lift\n1,0\n", "unknown-reference", 6),
+        ("time = \"clock\"\n[command.tilt]\ncolumn = \"tilt\"\n", "clock,lift\n1,0\n", "unknown-reference", 6),
+        ("[command.lift]\nunit = \"bar\"\n", LOG, "wrong-dimension", 6),
+        ("[command.lift]\nspool = [\"1 mm\"]\n", LOG, "conflicting-keys", 8),
+        ("[command.lifft]\nunit = \"mm\"\n", LOG, "unknown-reference", 7),
+        ("[command.lift]\nunits = \"mm\"\n", LOG, "unknown-key", 8),
+        ("[joystick]\ntime = [\"0 s\"]\nz = [1]\n", LOG, "conflicting-keys", 7),
+    ] {
+        let found = read(rest, log).expect_err(rest);
+        assert_eq!((found.slug(), found.line()), (slug, Some(line)), "{found}");
+    }
+    let none = parse_scenario_with(HEAD, "t.toml", &[]).unwrap_err();
+    assert_eq!(none.slug(), "unreadable-file", "{none}");
+    let other = HEAD.replace(".csv", ".mat");
+    assert!(parse_scenario_with(&other, "t.toml", &[]).unwrap_err().to_string().contains("CSV"));
+    let alone = HEAD.replace("log = \"drive.csv\"", "time = \"t\"");
+    assert_eq!(parse_scenario_with(&alone, "t.toml", &[]).unwrap_err().slug(), "missing-key");
+}

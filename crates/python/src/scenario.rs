@@ -1,0 +1,230 @@
+//! A scenario as Python hands it over.
+
+use crate::arrays::Row;
+use crate::overrides::overrides;
+use crate::sensors::FaultEntry;
+use hydrocrane_machine::scenario::{
+    ControllerChoice, FaultKind, Initial, Interpolation, Joystick, Phase, Pressures, Scenario, SensorFault,
+    SensorQuality, Solver, SpoolCommand, StickMode,
+};
+use hydrocrane_machine::suggestion;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyList;
+
+/// How a run is integrated.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct SolverEntry {
+    method: String,
+    rtol: f64,
+    atol: Option<f64>,
+    max_step: f64,
+    /// Of a method with even steps.
+    step: Option<f64>,
+}
+
+/// A controller by name, or by the number of one of somebody's own.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct ControllerEntry<'py> {
+    name: String,
+    own: Option<usize>,
+    period: Option<f64>,
+    delay: f64,
+    sensors: String,
+    believed: Bound<'py, PyList>,
+    /// Source and overrides of another machine.
+    believed_machine: Option<(String, Bound<'py, PyList>)>,
+    monitor: Option<bool>,
+}
+
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct JoystickEntry<'py> {
+    mode: String,
+    time: Row<'py>,
+    /// Deflections by axis; those left out stay centred.
+    axes: Vec<(String, Row<'py>)>,
+    linear: bool,
+    dead_zone: f64,
+    full_speed: Option<f64>,
+    ramp: f64,
+}
+
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct PhaseEntry<'py> {
+    time: f64,
+    overrides: Bound<'py, PyList>,
+    controller: Option<ControllerEntry<'py>>,
+    joystick: Option<JoystickEntry<'py>>,
+}
+
+/// Everything of a scenario but its names and its machine.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct ScenarioEntry<'py> {
+    overrides: Bound<'py, PyList>,
+    payload: Option<f64>,
+    payload_changes: Vec<(f64, f64)>,
+    duration: f64,
+    record_interval: f64,
+    joints: Vec<(String, f64)>,
+    /// `None`: those that hold the crane at rest.
+    pressures: Option<Vec<(String, [f64; 2])>>,
+    /// Cylinder, times, spool positions, and whether to join them.
+    commands: Vec<(String, Row<'py>, Row<'py>, bool)>,
+    controller: Option<ControllerEntry<'py>>,
+    joystick: Option<JoystickEntry<'py>>,
+    phases: Vec<PhaseEntry<'py>>,
+    sensor_faults: Vec<FaultEntry>,
+    solver: SolverEntry,
+    seed: u64,
+}
+
+impl ScenarioEntry<'_> {
+    /// The scenario for a machine with these cylinders.
+    pub fn scenario(&self, cylinders: &[&str]) -> PyResult<Scenario> {
+        let pressures = self.pressures.clone().map_or(Pressures::Equilibrium, Pressures::Explicit);
+        Ok(Scenario {
+            name: String::new(),
+            title: String::new(),
+            machine: String::new(),
+            overrides: overrides(&self.overrides)?,
+            payload: self.payload,
+            payload_changes: self.payload_changes.clone(),
+            duration: self.duration,
+            record_interval: self.record_interval,
+            initial: Initial { joints: self.joints.clone(), pressures },
+            commands: self.commands()?,
+            cylinders: cylinders.iter().map(|name| name.to_string()).collect(),
+            controller: self.controller.as_ref().map(ControllerEntry::choice).transpose()?,
+            joystick: self.joystick.as_ref().map(|stick| stick.joystick(cylinders)).transpose()?,
+            phases: self.phases.iter().map(|phase| phase.phase(cylinders)).collect::<PyResult<_>>()?,
+            sensor_faults: self.sensor_faults.iter().map(sensor_fault).collect::<PyResult<_>>()?,
+            solver: self.solver.solver(),
+            seed: self.seed,
+            recorded_by: None,
+        })
+    }
+
+    /// Every lever that one of the joysticks has: names of cylinders, where no machine tells them.
+    pub fn levers(&self) -> Vec<&str> {
+        let sticks = self.joystick.iter().chain(self.phases.iter().filter_map(|phase| phase.joystick.as_ref()));
+        sticks
+            .filter(|stick| stick.mode == "lever")
+            .flat_map(|stick| stick.axes.iter().map(|(axis, _)| axis.as_str()))
+            .collect()
+    }
+
+    /// The spool commands.
+    pub fn commands(&self) -> PyResult<Vec<SpoolCommand>> {
+        let command = |(cylinder, time, spool, linear): &(String, Row, Row, bool)| {
+            Ok(SpoolCommand {
+                cylinder: cylinder.clone(),
+                time: time.as_slice()?.to_vec(),
+                spool: spool.as_slice()?.to_vec(),
+                interpolation: interpolation(*linear),
+            })
+        };
+        self.commands.iter().map(command).collect()
+    }
+}
+
+impl SolverEntry {
+    pub fn solver(&self) -> Solver {
+        Solver {
+            method: self.method.clone(),
+            rtol: self.rtol,
+            atol: self.atol,
+            max_step: self.max_step,
+            step: self.step,
+        }
+    }
+}
+
+impl ControllerEntry<'_> {
+    fn choice(&self) -> PyResult<ControllerChoice> {
+        let sensors = match self.sensors.as_str() {
+            "ideal" => SensorQuality::Ideal,
+            "data-sheet" => SensorQuality::DataSheet,
+            other => {
+                let message = format!("sensors must be `ideal` or `data-sheet`, got `{other}`");
+                return Err(PyValueError::new_err(message));
+            }
+        };
+        let other = |(source, pairs): &(String, Bound<PyList>)| Ok::<_, PyErr>((source.clone(), overrides(pairs)?));
+        Ok(ControllerChoice {
+            name: self.name.clone(),
+            period: self.period,
+            delay: self.delay,
+            sensors,
+            believed: overrides(&self.believed)?,
+            believed_machine: self.believed_machine.as_ref().map(other).transpose()?,
+            monitor: self.monitor,
+            own: self.own,
+        })
+    }
+}
+
+impl JoystickEntry<'_> {
+    fn joystick(&self, cylinders: &[&str]) -> PyResult<Joystick> {
+        let (mode, names) = match self.mode.as_str() {
+            "tip" => (StickMode::Tip, &["x", "z"][..]),
+            _ => (StickMode::Lever, cylinders),
+        };
+        if let Some((axis, _)) = self.axes.iter().find(|(axis, _)| !names.contains(&axis.as_str())) {
+            let near = suggestion(axis, names.iter().copied());
+            return Err(PyValueError::new_err(format!("unknown stick axis `{axis}`; {near}")));
+        }
+        let time = self.time.as_slice()?.to_vec();
+        let column = |name: &&str| match self.axes.iter().find(|(axis, _)| axis == name) {
+            Some((_, values)) => Ok::<_, PyErr>(values.as_slice()?.to_vec()),
+            None => Ok(vec![0.0; time.len()]),
+        };
+        Ok(Joystick {
+            mode,
+            axes: names.iter().map(column).collect::<PyResult<_>>()?,
+            time,
+            log: None,
+            interpolation: interpolation(self.linear),
+            dead_zone: self.dead_zone,
+            full_speed: self.full_speed,
+            ramp: self.ramp,
+        })
+    }
+}
+
+impl PhaseEntry<'_> {
+    fn phase(&self, cylinders: &[&str]) -> PyResult<Phase> {
+        Ok(Phase {
+            name: String::new(),
+            time: self.time,
+            overrides: overrides(&self.overrides)?,
+            controller: self.controller.as_ref().map(ControllerEntry::choice).transpose()?,
+            joystick: self.joystick.as_ref().map(|stick| stick.joystick(cylinders)).transpose()?,
+        })
+    }
+}
+
+fn interpolation(linear: bool) -> Interpolation {
+    if linear {
+        Interpolation::Linear
+    } else {
+        Interpolation::Hold
+    }
+}
+
+fn sensor_fault((signal, kind, from, until, size): &FaultEntry) -> PyResult<SensorFault> {
+    let kind = match kind.as_str() {
+        "freeze" => FaultKind::Freeze,
+        "jump" => FaultKind::Jump(*size),
+        "drop-out" => FaultKind::DropOut,
+        _ => {
+            let message = format!("a sensor can `freeze`, `jump` or `drop-out`, not `{kind}`");
+            return Err(PyValueError::new_err(message));
+        }
+    };
+    Ok(SensorFault { signal: signal.clone(), kind, from: *from, until: until.is_finite().then_some(*until) })
+}

@@ -1,0 +1,139 @@
+//! What moves the spools in a stage: spool commands, or a controller with its model, sensors and sticks.
+
+use super::{commands, AssembledStage, AssemblyError, OwnedDriver, Surroundings};
+use crate::controllers::LEVER;
+use crate::model::Model;
+use crate::sampled::SampledPlan;
+use crate::sensing::{FaultKind, SensorFault, SensorMode, Sensors};
+use crate::stick::{StickKind, Sticks};
+use hydrocrane_control::controller::Controller;
+use hydrocrane_machine::scenario::{
+    self as file, ControllerChoice, Interpolation, Scenario, SensorQuality, Stage, StickMode,
+};
+use hydrocrane_machine::OverrideValue;
+use std::sync::Arc;
+
+/// One stage of a scenario, ready to run.
+pub(super) fn stage(
+    scenario: &Scenario,
+    stage: Stage,
+    surroundings: &mut dyn Surroundings,
+) -> Result<AssembledStage, AssemblyError> {
+    let model = surroundings.machine(None, &stage.machine_overrides())?;
+    let Some(choice) = &stage.controller else {
+        let driver = OwnedDriver::Commands(commands(&scenario.commands, model.as_ref())?);
+        return Ok(AssembledStage { believed: model.clone(), driver, model, stage });
+    };
+    let believed = believed(choice, &stage, &model, surroundings)?;
+    let controller = match choice.own {
+        None => believed.controller(&choice.name)?,
+        Some(number) => surroundings.own_controller(number, &stage, &believed).ok_or_else(|| {
+            "controllers of one's own are run by `hc.simulate` in Python, and by nothing else".to_string()
+        })?,
+    };
+    let controller =
+        if choice.monitored() { believed.with_sensor_monitor(controller, choice.delay) } else { controller };
+    let plan = plan(scenario, &stage, choice, model.as_ref())?;
+    Ok(AssembledStage { believed, driver: OwnedDriver::Controller(controller, plan), model, stage })
+}
+
+/// The machine that the controller believes in.
+fn believed(
+    choice: &ControllerChoice,
+    stage: &Stage,
+    model: &Arc<dyn Model>,
+    surroundings: &mut dyn Surroundings,
+) -> Result<Arc<dyn Model>, AssemblyError> {
+    let (source, own) = match &choice.believed_machine {
+        Some((source, overrides)) => {
+            let of_loop = stage.loop_overrides().into_iter().map(|(key, value)| (key, OverrideValue::Number(value)));
+            (Some(source.as_str()), replaced(overrides, of_loop))
+        }
+        None if choice.believed.is_empty() => return Ok(model.clone()),
+        None => (None, replaced(&stage.machine_overrides(), choice.believed.iter().cloned())),
+    };
+    let believed = surroundings.machine(source, &own)?;
+    if kinds(believed.as_ref()) != kinds(model.as_ref()) {
+        return Err(format!(
+            "the machine of the controller model must have the joints of {}, {}; {} has {}",
+            model.machine().name,
+            joints(model.as_ref()),
+            believed.machine().name,
+            joints(believed.as_ref())
+        )
+        .into());
+    }
+    Ok(believed)
+}
+
+/// `overrides` with `others`, which count before those of the same keys.
+fn replaced(
+    overrides: &[(String, OverrideValue)],
+    others: impl Iterator<Item = (String, OverrideValue)>,
+) -> Vec<(String, OverrideValue)> {
+    let mut all = overrides.to_vec();
+    for (key, value) in others {
+        all.retain(|(own, _)| *own != key);
+        all.push((key, value));
+    }
+    all
+}
+
+fn kinds(model: &dyn Model) -> &[&'static str] {
+    &model.layout().units[..model.layout().joints()]
+}
+
+fn joints(model: &dyn Model) -> String {
+    let all = model.machine().joints.iter().zip(kinds(model));
+    all.map(|(joint, unit)| format!("{} ({unit})", joint.name)).collect::<Vec<_>>().join(", ")
+}
+
+fn plan(
+    scenario: &Scenario,
+    stage: &Stage,
+    choice: &ControllerChoice,
+    model: &dyn Model,
+) -> Result<SampledPlan, AssemblyError> {
+    let mode = match choice.sensors {
+        SensorQuality::Ideal => SensorMode::Ideal,
+        SensorQuality::DataSheet => SensorMode::DataSheet,
+    };
+    let faults: Vec<SensorFault> = scenario.sensor_faults.iter().map(fault).collect();
+    let sensors = Sensors::new(model, mode, scenario.seed, &faults)?;
+    Ok(SampledPlan { sticks: sticks(stage, model), sensors, delay: choice.delay })
+}
+
+fn fault(stated: &file::SensorFault) -> SensorFault {
+    let kind = match stated.kind {
+        file::FaultKind::Freeze => FaultKind::Freeze,
+        file::FaultKind::Jump(size) => FaultKind::Jump(size),
+        file::FaultKind::DropOut => FaultKind::DropOut,
+    };
+    let until = stated.until.unwrap_or(f64::INFINITY);
+    SensorFault { signal: stated.signal.clone(), kind, from: stated.from, until }
+}
+
+/// The sticks of a stage, centred where it states none.
+fn sticks(stage: &Stage, model: &dyn Model) -> Sticks {
+    let kind = match stage.stick_mode() {
+        StickMode::Tip => StickKind::Tip,
+        StickMode::Lever => StickKind::Lever,
+    };
+    let centred = Sticks::centred(kind, model.machine().cylinders.len());
+    let Some(stick) = &stage.joystick else { return centred };
+    Sticks {
+        times: stick.time.clone(),
+        deflections: (0..stick.time.len()).flat_map(|row| stick.axes.iter().map(move |axis| axis[row])).collect(),
+        linear: stick.interpolation == Interpolation::Linear,
+        dead_zone: stick.dead_zone,
+        ramp: stick.ramp,
+        ..centred
+    }
+}
+
+/// Levers, all centred: what stands ready while spool commands are repeated.
+pub(super) fn levers(model: &dyn Model) -> Result<(Box<dyn Controller>, SampledPlan), String> {
+    let sensors = Sensors::new(model, SensorMode::Ideal, 0, &[])?;
+    let sticks = Sticks::centred(StickKind::Lever, model.machine().cylinders.len());
+    Ok((model.controller(LEVER)?, SampledPlan { sticks, sensors, delay: 0.0 }))
+}

@@ -1,0 +1,168 @@
+//! A scenario made ready to run, once for every face: machines, start, commands, controllers, sensors and sticks.
+
+mod commands;
+mod drivers;
+mod start;
+
+pub use commands::commands;
+pub use start::start;
+
+use crate::live::Live;
+use crate::model::Model;
+use crate::options::{Commands, RunOptions};
+use crate::payload::PayloadChange;
+use crate::phases::{simulate_phases, Driver, Phase, PhasedRun};
+use crate::sampled::SampledPlan;
+use crate::warning::Warning;
+use hydrocrane_control::controller::Controller;
+use hydrocrane_machine::scenario::{Scenario, Solver, Stage};
+use hydrocrane_machine::{MachineError, OverrideValue};
+use hydrocrane_ode::Tolerances;
+use hydrocrane_plant::{BuildError, PoseError};
+use std::sync::Arc;
+
+/// What a scenario needs from whoever runs it.
+pub trait Surroundings {
+    /// The scenario's machine with these overrides; or that of `source`, a bundled name or path.
+    ///
+    /// # Errors
+    /// What is wrong with its file, its overrides, or the machine they describe.
+    fn machine(
+        &mut self,
+        source: Option<&str>,
+        overrides: &[(String, OverrideValue)],
+    ) -> Result<Arc<dyn Model>, AssemblyError>;
+
+    /// Controller `number` of somebody's own for a stage, with the machine that it believes in. A face without any has none.
+    fn own_controller(
+        &mut self,
+        number: usize,
+        stage: &Stage,
+        believed: &Arc<dyn Model>,
+    ) -> Option<Box<dyn Controller>>;
+}
+
+/// Why a scenario cannot be run.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum AssemblyError {
+    #[error(transparent)]
+    Machine(#[from] MachineError),
+    /// A machine that is described well but cannot be simulated.
+    #[error("{0}: [cannot-build] {1}")]
+    Build(String, BuildError),
+    /// A start that the machine cannot take.
+    #[error(transparent)]
+    Pose(#[from] PoseError),
+    #[error("{0}")]
+    Scenario(String),
+}
+
+impl From<String> for AssemblyError {
+    fn from(message: String) -> Self {
+        AssemblyError::Scenario(message)
+    }
+}
+
+/// A scenario ready to run.
+pub struct Assembly {
+    /// State at time zero.
+    pub x0: Vec<f64>,
+    /// What makes the start doubtful.
+    pub doubts: Vec<Warning>,
+    /// s
+    pub end: f64,
+    pub options: RunOptions,
+    /// Those that begin before the end, in order of time.
+    pub stages: Vec<AssembledStage>,
+}
+
+/// What holds from a time on, ready to run.
+pub struct AssembledStage {
+    pub stage: Stage,
+    pub model: Arc<dyn Model>,
+    /// What the controller takes the machine for.
+    pub believed: Arc<dyn Model>,
+    pub driver: OwnedDriver,
+}
+
+/// What moves the spools in a stage.
+pub enum OwnedDriver {
+    Commands(Commands),
+    Controller(Box<dyn Controller>, SampledPlan),
+}
+
+/// How a scenario is run beyond what it says.
+#[derive(Debug, Clone, Copy)]
+pub struct RunSettings {
+    /// Integrate the energy ledger along.
+    pub ledger: bool,
+    /// Accepted steps after which a run is given up.
+    pub max_steps: u64,
+}
+
+/// Makes `scenario` ready to run.
+///
+/// # Errors
+/// What is wrong with one of its machines, its start, its commands or its sensors.
+pub fn assemble(
+    scenario: &Scenario,
+    settings: RunSettings,
+    surroundings: &mut dyn Surroundings,
+) -> Result<Assembly, AssemblyError> {
+    let mut stages = Vec::new();
+    for stage in scenario.stages().into_iter().filter(|stage| stage.from < scenario.duration) {
+        stages.push(drivers::stage(scenario, stage, surroundings)?);
+    }
+    let Some(first) = stages.first() else {
+        return Err(format!("the duration is {} s; it must be greater than zero", scenario.duration).into());
+    };
+    let payload = scenario.payload.unwrap_or(first.model.machine().payload.mass);
+    let (x0, doubts) = start(&scenario.initial, first.model.as_ref(), payload)?;
+    let options = options(&scenario.solver, &scenario.payload_changes, payload, settings);
+    Ok(Assembly { x0, doubts, end: scenario.duration, options, stages })
+}
+
+/// How a scenario is integrated.
+pub fn options(solver: &Solver, changes: &[(f64, f64)], payload: f64, settings: RunSettings) -> RunOptions {
+    let (relative, max_step) = (solver.rtol, solver.step.unwrap_or(solver.max_step));
+    RunOptions {
+        method: solver.method.clone(),
+        tolerances: Tolerances { relative, absolute: solver.atol.unwrap_or(relative), max_step },
+        payload,
+        payload_changes: changes.iter().map(|&(time, mass)| PayloadChange { time, mass }).collect(),
+        ledger: settings.ledger,
+        max_steps: settings.max_steps,
+    }
+}
+
+impl Assembly {
+    /// Runs it, recording at `record` (ascending times); `keep_going` is asked now and then.
+    pub fn run(&mut self, record: &[f64], keep_going: &mut dyn FnMut(f64) -> bool) -> PhasedRun {
+        let mut phases = self.stages.iter_mut().map(|stage| Phase {
+            from: stage.stage.from,
+            model: stage.model.as_ref(),
+            driver: match &mut stage.driver {
+                OwnedDriver::Commands(commands) => Driver::Commands(commands),
+                OwnedDriver::Controller(controller, plan) => Driver::Controller(controller.as_mut(), plan),
+            },
+        });
+        let first = phases.next().expect("an assembly has a stage");
+        simulate_phases(&self.x0, self.end, first, phases.collect(), record, &self.options, keep_going)
+    }
+}
+
+impl AssembledStage {
+    /// Begins a drive that repeats this stage from state `x0`, until somebody takes over or another stage begins.
+    ///
+    /// # Errors
+    /// Why it cannot begin.
+    pub fn live(self, x0: &[f64], options: RunOptions) -> Result<Live, String> {
+        match self.driver {
+            OwnedDriver::Controller(controller, plan) => Live::new(self.model, controller, x0, &plan, options),
+            OwnedDriver::Commands(commands) => {
+                let (controller, plan) = drivers::levers(self.model.as_ref())?;
+                Ok(Live::new(self.model, controller, x0, &plan, options)?.with_commands(&commands))
+            }
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! Where a scenario starts: a pose with the pressures that hold it, or with stated ones.
+
+use super::AssemblyError;
+use crate::model::Model;
+use crate::warning::Warning;
+use crate::warnings::moved_starts;
+use hydrocrane_machine::scenario::{Initial, Pressures};
+use hydrocrane_machine::suggestion;
+use hydrocrane_plant::EquilibriumMode;
+use std::f64::consts::TAU;
+
+/// State at time zero with `payload` (kg) at the tip, and what makes it doubtful.
+///
+/// # Errors
+/// A joint or cylinder that is left out or that there is not, and a pose that the machine cannot take.
+pub fn start(initial: &Initial, model: &dyn Model, payload: f64) -> Result<(Vec<f64>, Vec<Warning>), AssemblyError> {
+    let q = pose(initial, model)?;
+    let Pressures::Explicit(stated) = &initial.pressures else {
+        let x = model.equilibrium(&q, EquilibriumMode::Hold, payload)?;
+        let doubts = moved_starts(model, &q, &x);
+        return Ok((x, doubts));
+    };
+    let names: Vec<&str> = model.machine().cylinders.iter().map(|c| c.name.as_str()).collect();
+    let pressures = in_order("cylinder", stated, &names)?;
+    let missing = missing(&names, &pressures);
+    if !missing.is_empty() {
+        return Err(format!("no start pressures for cylinder {missing}; give (p1, p2) of every cylinder").into());
+    }
+    let layout = model.layout();
+    let mut x = vec![0.0; layout.len()];
+    x[..q.len()].copy_from_slice(&q);
+    for (c, pair) in pressures.into_iter().flatten().enumerate() {
+        [x[layout.p1(c)], x[layout.p2(c)]] = pair;
+    }
+    Ok((x, Vec::new()))
+}
+
+/// The coordinate of every joint.
+fn pose(initial: &Initial, model: &dyn Model) -> Result<Vec<f64>, AssemblyError> {
+    let machine = model.machine();
+    let names: Vec<&str> = machine.joints.iter().map(|joint| joint.name.as_str()).collect();
+    let q = in_order("joint", &initial.joints, &names)?;
+    let missing = missing(&names, &q);
+    if !missing.is_empty() {
+        let all = &machine.name;
+        return Err(format!("no start value for joint {missing}; give every joint of {all}").into());
+    }
+    let q: Vec<f64> = q.into_iter().flatten().collect();
+    let bounds = model.layout().units.iter().zip(model.joint_limits());
+    for ((name, value), (unit, limits)) in names.iter().zip(&q).zip(bounds) {
+        if *unit == "rad" && value.abs() > TAU {
+            return Err(turned(name, *value, limits.lower, limits.upper).into());
+        }
+    }
+    Ok(q)
+}
+
+/// A start of more than a whole turn: often degrees where radians are taken.
+fn turned(name: &str, value: f64, lower: f64, upper: f64) -> String {
+    let (low, high) = (lower.to_degrees(), upper.to_degrees());
+    let meant = if (low..=high).contains(&value) {
+        format!("; numbers are radians: write np.deg2rad({})", short(value))
+    } else {
+        String::new()
+    };
+    format!(
+        "joint {name} starts at {} rad, {} deg: more than a whole turn; its limits are {low:.1} and {high:.1} deg{meant}",
+        short(value),
+        short(value.to_degrees())
+    )
+}
+
+/// A number for people: six digits of it.
+pub(super) fn short(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
+}
+
+/// The values `given` by name in the order of `names`.
+fn in_order<T: Copy>(what: &str, given: &[(String, T)], names: &[&str]) -> Result<Vec<Option<T>>, String> {
+    known(what, given.iter().map(|(name, _)| name.as_str()), names)?;
+    Ok(names.iter().map(|name| given.iter().find(|(own, _)| own == name).map(|(_, value)| *value)).collect())
+}
+
+/// An error where one of the names `given` is not among the `known` ones.
+pub(super) fn known<'n>(what: &str, given: impl Iterator<Item = &'n str>, names: &[&str]) -> Result<(), String> {
+    for name in given {
+        if !names.contains(&name) {
+            return Err(format!("unknown {what} `{name}`; {}", suggestion(name, names.iter().copied())));
+        }
+    }
+    Ok(())
+}
+
+/// The names that have no value.
+fn missing<T>(names: &[&str], values: &[Option<T>]) -> String {
+    let without = names.iter().zip(values).filter(|(_, value)| value.is_none());
+    without.map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
+}
