@@ -17,6 +17,8 @@ mod plausible;
 mod quantities;
 mod reader;
 pub mod scenario;
+#[cfg(feature = "schema")]
+mod schema;
 mod sections;
 mod units;
 
@@ -27,4 +29,6 @@ pub use load::{load, parse, Template};
 pub use merge::OverrideValue;
 pub use model::Machine;
 pub use scenario::{load_scenario, parse_scenario, parse_scenario_with, Scenario, MOST_SEED};
+#[cfg(feature = "schema")]
+pub use schema::FileKind;
 pub use units::quantity;

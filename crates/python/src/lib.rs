@@ -29,6 +29,8 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(files::bundled_text, m)?)?;
     m.add_function(wrap_pyfunction!(friction::friction_map, m)?)?;
     m.add_function(wrap_pyfunction!(files::quantity, m)?)?;
+    m.add_function(wrap_pyfunction!(files::json_schema, m)?)?;
+    m.add_function(wrap_pyfunction!(files::key_list, m)?)?;
     m.add_function(wrap_pyfunction!(simulation::simulate, m)?)?;
     m.add_function(wrap_pyfunction!(closed_loop::simulate_controlled, m)?)?;
     m.add_function(wrap_pyfunction!(closed_loop::measure, m)?)?;
