@@ -27,8 +27,10 @@ impl Forms {
     pub fn new(file: FileKind) -> Self {
         let mut forms = Self { file, definitions: Map::new() };
         let classes = CLASSES.map(|(name, _)| name);
-        forms.define("class", json!({ "enum": classes }));
-        // Only the classes of quantities are looked at.
+        // The reader looks at the classes of quantities of machine files alone.
+        if file == FileKind::Machine {
+            forms.define("class", json!({ "enum": classes }));
+        }
         forms.define("any-class", json!({ "anyOf": [{ "enum": classes }, { "type": "string" }] }));
         forms
     }
