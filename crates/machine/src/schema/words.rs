@@ -9,7 +9,8 @@ pub fn description(key: &Key) -> String {
     let mut sentences = vec![form(key)];
     if !key.usual.is_empty() {
         let ranges: Vec<String> = key.usual.iter().map(|(low, high, _)| format!("{low} to {high}")).collect();
-        sentences.push(format!("Usual: {}.", ranges.join(", or ")));
+        let what = if key.sign() == Sign::Any { "Usual magnitude" } else { "Usual" };
+        sentences.push(format!("{what}: {}.", ranges.join(", or ")));
     }
     sentences.push(without(key));
     let source = key.source.text();
@@ -55,9 +56,13 @@ fn quantity(key: &Key) -> String {
 
 fn named(key: &Key, kind: Kind) -> String {
     let example = example(key, kind);
-    match kind.unit {
-        "" => format!("plain number, for example {example}"),
-        unit => format!("{} (SI: {unit}), for example \"{example}\"", kind.name),
+    let (name, quantity) = (kind.name, kind.quantity());
+    match (kind.unit, quantity.written(), key.sign()) {
+        ("", ..) => format!("plain number, for example {example}"),
+        // Ranges are of magnitudes: they do not tell which sign a value has.
+        (unit, written, Sign::Any) if written == unit => format!("{name} (SI: {unit})"),
+        (unit, written, Sign::Any) => format!("{name} (SI: {unit}), for example in {written}"),
+        (unit, ..) => format!("{name} (SI: {unit}), for example \"{example}\""),
     }
 }
 
