@@ -108,6 +108,7 @@ cockpit/node_modules/.package-lock.json: cockpit/package.json cockpit/package-lo
 docs: $(VENV)/.tested
 	$(BIN)/python reproductions/heinze-2007/make.py
 	$(BIN)/python docs/reference/states_and_outputs.py
+	$(BIN)/python docs/reference/keys.py
 	$(BIN)/hydrocrane control benchmark --output docs/validation/tip-control
 	$(BIN)/python docs/validation/tuned_machines.py
 	$(BIN)/python docs/validation/tip_control.py

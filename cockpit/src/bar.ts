@@ -1,6 +1,7 @@
 /** The bar above the picture: mode, clock, pace; and the marks in the picture's corners. */
 
 import { button, make } from "./elements";
+import type { Controller } from "./file-keys";
 import type { Description, Pace } from "./messages";
 import { palette, scaleColour } from "./palette";
 import type { View } from "./view";
@@ -9,15 +10,15 @@ import type { View } from "./view";
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
 const FASTER = [5, 10];
 
-const MODES = [
+const MODES: [Controller, string][] = [
   ["tip", "One stick moves the tip (key 1)"],
   ["lever", "One lever per cylinder (key 2)"],
-] as const;
+];
 
 export type Clock = "runs" | "paused" | "ended";
 
 interface Actions {
-  mode: (mode: string) => void;
+  mode: (mode: Controller) => void;
   pause: () => void;
   reset: () => void;
   speed: (speed: number) => void;
@@ -25,7 +26,7 @@ interface Actions {
 }
 
 export class Bar {
-  private readonly modes: HTMLButtonElement[];
+  private readonly modes: [Controller, HTMLButtonElement][];
   private readonly pause: HTMLButtonElement;
   private readonly name = make("small", { id: "machine-name" });
   private readonly badge = make("span", { id: "pace" });
@@ -35,9 +36,9 @@ export class Bar {
     this.modes = MODES.map(([mode, title]) => {
       const made = button(mode, title, () => act.mode(mode));
       made.value = mode;
-      return made;
+      return [mode, made];
     });
-    const group = make("div", { id: "modes" }, ...this.modes);
+    const group = make("div", { id: "modes" }, ...this.modes.map(([, made]) => made));
     group.setAttribute("role", "group");
     group.setAttribute("aria-label", "Mode");
     const speed = make("select", { id: "speed", title: "Speed of the clock" });
@@ -72,9 +73,9 @@ export class Bar {
   machine({ machine, controllers, controller }: Description): void {
     this.name.textContent = machine.name;
     document.title = `${machine.name} · hydrocrane cockpit`;
-    for (const mode of this.modes) {
-      mode.hidden = !controllers.includes(mode.value);
-      mode.setAttribute("aria-pressed", String(mode.value === controller));
+    for (const [mode, made] of this.modes) {
+      made.hidden = !controllers.includes(mode);
+      made.setAttribute("aria-pressed", String(mode === controller));
     }
   }
 

@@ -63,10 +63,10 @@ function field(label: string, input: HTMLInputElement | HTMLSelectElement, ...be
   return make("label", { className: "field" }, make("span", {}, label, ...beside), input);
 }
 
-export function choice(label: string, options: [string, string][], chosen: string, act: (value: string) => void): Knob<string> {
+export function choice<T extends string>(label: string, options: [T, string][], chosen: T, act: (value: T) => void): Knob<T> {
   const select = make("select");
   options.forEach(([value, text]) => select.add(new Option(text, value, value === chosen, value === chosen)));
-  const waits = settle(select, () => act(select.value));
+  const waits = settle(select, () => act(select.value as T));
   return { room: field(label, select), set: (value) => waits() || (select.value = value) };
 }
 

@@ -1,6 +1,7 @@
 /** Logs and what carries them: where they lie on the ground, what the grapple holds, the bunk, and how well a task was done. */
 
-import type { Description, Point, Support } from "./messages";
+import type { MachineKey } from "./file-keys";
+import type { Description, Overrides, Point, Support } from "./messages";
 import type { Score } from "./tasks";
 
 /** Mass of a log of the task, kg. */
@@ -143,17 +144,21 @@ export class LogTask extends Logs {
   }
 
   /** The machine's keys that put the bunk where the tip reaches it and some logs; null where there is no room. */
-  static keys(description: Description): Record<string, number> | null {
+  static keys(description: Description): Overrides | null {
     const ground = new Ground(description);
     const bunk = BUNKS.map((share) => ground.place(share * ground.reach, FLOOR, LOG)).find((place) => place !== null);
     if (!bunk || !places(ground, bunk[0]).length) return null;
     const [x, height] = [bunk[0], bunk[1] - ground.hanging(LOG)];
-    const floor = { height, from: x - HALF, to: x + HALF, edge: WALL };
-    return Object.fromEntries(Object.entries(floor).map(([key, value]) => [`ground.support.${BUNK}.${key}`, value]));
+    return {
+      [ofBunk("height")]: height,
+      [ofBunk("from")]: x - HALF,
+      [ofBunk("to")]: x + HALF,
+      [ofBunk("edge")]: WALL,
+    };
   }
 
   /** What is changed on a machine but for its bunk. */
-  static without<T>(overrides: Record<string, T>): Record<string, T> {
+  static without(overrides: Overrides): Overrides {
     return Object.fromEntries(Object.entries(overrides).filter(([key]) => !key.startsWith(`ground.support.${BUNK}.`)));
   }
 
@@ -193,6 +198,11 @@ export class LogTask extends Logs {
       work: work - this.began.work,
     };
   }
+}
+
+/** A key of the bunk. */
+function ofBunk(key: "height" | "from" | "to" | "edge"): MachineKey {
+  return `ground.support.${BUNK}.${key}`;
 }
 
 /** Places of the tip that grips the logs of the task, outside of a bunk at `x`. */

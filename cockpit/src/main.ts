@@ -5,11 +5,12 @@ import { addViewButtons, Bar, showLegend, type Clock } from "./bar";
 import { drawable } from "./bounds";
 import { Charts } from "./charts";
 import { download } from "./elements";
+import type { Controller } from "./file-keys";
 import { Hint } from "./hint";
 import { History } from "./history";
 import { linkOf, requestOf } from "./link";
 import { Logs, LogTask } from "./logs";
-import type { Description, Ended, FromWorker, Occurrence, Pace, Point, Recording, Request, ToWorker } from "./messages";
+import type { Description, Ended, FromWorker, Occurrence, Overrides, Pace, Point, Recording, Request, ToWorker } from "./messages";
 import { Notices } from "./notices";
 import { keepOffline, servedLive } from "./offline";
 import { dark } from "./palette";
@@ -104,7 +105,7 @@ class CockpitPage {
 
   private newBar(looks: boolean): Bar {
     const act = {
-      mode: (controller: string) => this.change({ controller }),
+      mode: (controller: Controller) => this.change({ controller }),
       pause: () => this.pause(!this.paused),
       reset: () => this.reset(),
       speed: (speed: number) => this.keepTime(speed, this.paused),
@@ -297,7 +298,7 @@ class CockpitPage {
   }
 
   /** The logs of the task lie on the ground when it begins, and a bunk stands there. */
-  private beginLogs({ "payload.mass": _, ...overrides }: NonNullable<Request["overrides"]>): void {
+  private beginLogs({ "payload.mass": _, ...overrides }: Overrides): void {
     const bunk = this.description && LogTask.keys(this.description);
     if (bunk) return this.open({ ...this.request, ground: true, overrides: { ...overrides, ...bunk }, payload: 0 });
     this.refuse("This crane has no room for logs and a bunk.");
@@ -451,7 +452,8 @@ class CockpitPage {
   private shortcut(event: KeyboardEvent): void {
     const target = event.target as HTMLElement;
     if (event.repeat || event.ctrlKey || event.metaKey || event.altKey || /^(INPUT|SELECT|TEXTAREA)$/.test(target.tagName)) return;
-    const mode = { Digit1: "tip", Digit2: "lever" }[event.code];
+    const modes: Record<string, Controller> = { Digit1: "tip", Digit2: "lever" };
+    const mode = modes[event.code];
     if (event.code === "KeyP") this.pause(!this.paused);
     else if (event.code === "Digit0") this.reset();
     else if (this.run) return;

@@ -1,5 +1,7 @@
 /** What page and worker tell each other, and what the core tells of a drive. SI units throughout. */
 
+import type { Controller, MachineKey } from "./file-keys";
+
 export interface Signal {
   name: string;
   unit: string;
@@ -26,7 +28,7 @@ export interface Cylinder {
 
 export interface Gain {
   name: string;
-  key: string;
+  key: MachineKey;
   unit: string;
   value: number;
 }
@@ -53,8 +55,8 @@ export interface Description {
   version: string;
   machine: { name: string; title: string; source: string };
   machines: { name: string; title: string }[];
-  controllers: string[];
-  controller: string;
+  controllers: Controller[];
+  controller: Controller;
   axes: string[];
   tick: number;
   payload: number;
@@ -85,15 +87,18 @@ export interface Description {
   workspace: Point[][];
 }
 
+/** Values in place of those of a machine. */
+export type Overrides = Partial<Record<MachineKey, number | string | boolean>>;
+
 /** What makes a drive, as the core takes it. */
 export interface Request {
   machine?: string;
   text?: string | null;
-  overrides?: Record<string, number | string | boolean>;
+  overrides?: Overrides;
   friction?: number;
   joints?: Record<string, number>;
   payload?: number;
-  controller?: string;
+  controller?: Controller;
   "full-speed"?: number;
   "real-sensors"?: boolean;
   seed?: number;

@@ -1,6 +1,7 @@
 /** The knobs beside the picture: load, pressure, friction, sensors, controller, machine, files. */
 
 import { button, choice, make, number, slider, type Knob, type Range } from "./elements";
+import type { Controller, MachineKey } from "./file-keys";
 import { devices, keepMapping, mapping } from "./gamepad";
 import type { Description, Request } from "./messages";
 import { TASKS, type Score, type TaskName } from "./tasks";
@@ -30,7 +31,7 @@ export interface Actions {
   task: (task: TaskName | null) => void;
 }
 
-const MODES: Record<string, string> = {
+const MODES: Record<Controller, string> = {
   tip: "tip: one stick moves the tip",
   "heinze-pid": "heinze-pid: the thesis's controller",
   lever: "lever: one axis per cylinder",
@@ -106,7 +107,7 @@ export class Panel {
     return this.knob(slider(label, { ...range, most, value: now }, act), value);
   }
 
-  private override(key: string, value: number): void {
+  private override(key: MachineKey, value: number): void {
     this.act.change({ overrides: { ...this.request.overrides, [key]: value } });
   }
 
@@ -208,7 +209,7 @@ export class Panel {
 
   private control(open: Set<string | null>): HTMLElement {
     const { controllers, controller, gains } = this.description;
-    const modes = controllers.map((name): [string, string] => [name, MODES[name] ?? name]);
+    const modes = controllers.map((name): [Controller, string] => [name, MODES[name]]);
     const mode = choice("Mode", modes, controller, (mode) => this.act.change({ controller: mode }));
     const parts = [this.knob(mode, () => this.description.controller)];
     if (controller !== "lever") {

@@ -11,7 +11,7 @@ import hydrocrane as hc
 
 COMMANDS = (
     "simulate", "plot", "view", "animate", "workspace", "loadchart", "modes", "machines", "check", "new", "cite",
-    "sweep", "live",
+    "sweep", "live", "schema",
 )  # fmt: skip
 BAD_FILES = sorted((Path(__file__).parents[1] / "data" / "bad").glob("*.toml"))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import runpy
 import shlex
@@ -12,6 +13,7 @@ import matplotlib.pyplot as plt
 import pytest
 
 import hydrocrane as hc
+from hydrocrane import _core
 from hydrocrane.app.cli import app, main
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -19,7 +21,6 @@ TOP = ("README.md", "NOTATION.md", "ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUT
 PAGES = [*(ROOT / name for name in TOP), *sorted((ROOT / "docs").rglob("*.md"))]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 NAMED = re.compile(r"# (machine|scenario|study): (\S+\.toml)\n")
-SECTIONS = ROOT / "crates/machine/src/sections"
 
 
 def name_of(path: Path) -> str:
@@ -110,24 +111,9 @@ def words_in_backticks(text: str) -> set[str]:
     return {word for span in re.findall(r"`([^`]+)`", text) for word in re.findall(r"[\w/-]+", span)}
 
 
-def known_to_the_loader() -> set[str]:
-    """Keys and choices of machine and scenario files, from their declarations and the lists in the loader's sources."""
-    declared = [path for path in (SECTIONS.parent / "keys").glob("*.rs") if path.name != "tests.rs"]
-    sources = [*SECTIONS.glob("*.rs"), SECTIONS.parent / "scenario.rs", *(SECTIONS.parent / "scenario").glob("*.rs")]
-    declarations = "".join(path.read_text(encoding="utf-8") for path in declared)
-    words = set(re.findall(r'Key::\w+\(\s*"([\w-]+)"', declarations))
-    for choices in re.findall(r'Key::choice\(\s*"[\w-]+",\s*&\[([^\]]*)\]', declarations):
-        words |= set(re.findall(r'"([\w/-]+)"', choices))
-    for source in sources:
-        text = source.read_text(encoding="utf-8")
-        lists = re.findall(r'\[\s*((?:"[\w-]+",?\s*)+)\]', text)
-        words |= {word for names in lists for word in re.findall(r'"([\w-]+)"', names)}
-        words |= set(re.findall(r'\("([\w/-]+)", (?:\w+::\w+|true|false|-?1\.0)\)', text))
-    return words
-
-
 def test_the_reference_names_every_key_of_the_files():
-    known = known_to_the_loader()
+    keys = [key for kind in ("machine", "scenario") for key in json.loads(_core.key_list(kind))]
+    known = {word for key in keys for word in [key["path"].split(".")[-1].strip("<>"), *key["choices"]]}
     assert {"bore", "rocker-pivot", "record-interval", "regenerative", "bulk-c1"} <= known and len(known) > 130
     missing = known - words_in_backticks(text_of("docs/reference/machine-file.md"))
     assert not missing, sorted(missing)
@@ -156,6 +142,12 @@ def test_the_reference_shows_every_command():
 def test_states_and_outputs_are_current():
     written = runpy.run_path(str(ROOT / "docs/reference/states_and_outputs.py"))
     assert written["page"]() == written["PAGE"].read_text(encoding="utf-8"), "run docs/reference/states_and_outputs.py"
+
+
+def test_what_is_written_from_the_declared_keys_is_current():
+    written = runpy.run_path(str(ROOT / "docs/reference/keys.py"))
+    for path, text in written["FILES"].items():
+        assert text() == path.read_text(encoding="utf-8"), "run docs/reference/keys.py"
 
 
 def test_every_page_is_reachable_from_the_front_page():

@@ -18,6 +18,8 @@ mod plausible;
 mod quantities;
 mod reader;
 pub mod scenario;
+#[cfg(feature = "schema")]
+mod schema;
 mod sections;
 mod units;
 
@@ -29,4 +31,6 @@ pub use merge::OverrideValue;
 pub use model::Machine;
 pub use nearest::suggestion;
 pub use scenario::{load_scenario, parse_scenario, parse_scenario_with, Scenario, MOST_SEED};
+#[cfg(feature = "schema")]
+pub use schema::FileKind;
 pub use units::quantity;

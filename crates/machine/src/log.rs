@@ -8,7 +8,7 @@ use crate::errors::{ErrorKind, MachineError};
 use crate::model::{Provenance, ProvenanceClass, Recorded, Unusual};
 use crate::nearest::choose;
 
-const CLASSES: [(&str, ProvenanceClass); 5] = [
+pub const CLASSES: [(&str, ProvenanceClass); 5] = [
     ("measured", ProvenanceClass::Measured),
     ("fitted", ProvenanceClass::Fitted),
     ("literature", ProvenanceClass::Literature),

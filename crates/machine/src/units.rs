@@ -329,6 +329,12 @@ pub fn symbols() -> impl Iterator<Item = &'static str> {
     UNITS.iter().map(|(symbol, _, _)| *symbol)
 }
 
+/// The symbols of units of this dimension.
+#[cfg(feature = "schema")]
+pub fn symbols_of(dimension: Dimension) -> impl Iterator<Item = &'static str> {
+    symbols().filter(move |symbol| lookup(symbol).is_some_and(|unit| unit.dimension == dimension))
+}
+
 fn lookup(symbol: &str) -> Option<Unit> {
     let (_, factor, powers) = UNITS.iter().find(|(name, _, _)| *name == symbol)?;
     Some(Unit { factor: *factor, dimension: Dimension(powers.map(f64::from)) })

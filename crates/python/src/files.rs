@@ -6,6 +6,7 @@ use crate::overrides::{overrides, pairs_of};
 use hydrocrane_machine::scenario::{
     ControllerChoice, FaultKind, Interpolation, Joystick, Phase, Pressures, SensorFault, SensorQuality, StickMode,
 };
+use hydrocrane_machine::FileKind;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
@@ -146,4 +147,23 @@ pub fn bundled_text(kind: &str, name: &str) -> PyResult<&'static str> {
 #[pyfunction]
 pub fn quantity(text: &str) -> PyResult<(f64, String)> {
     hydrocrane_machine::quantity(text).map_err(PyValueError::new_err)
+}
+
+fn kind_of_file(name: &str) -> PyResult<FileKind> {
+    let found = FileKind::ALL.into_iter().find(|(known, _)| *known == name);
+    found
+        .map(|(_, kind)| kind)
+        .ok_or_else(|| PyValueError::new_err(format!("kind must be `machine` or `scenario`, got `{name}`")))
+}
+
+/// The JSON Schema of `machine` or `scenario` files.
+#[pyfunction]
+pub fn json_schema(kind: &str) -> PyResult<String> {
+    Ok(kind_of_file(kind)?.json_schema())
+}
+
+/// Every key of `machine` or `scenario` files with all that is declared of it, as JSON.
+#[pyfunction]
+pub fn key_list(kind: &str) -> PyResult<String> {
+    Ok(kind_of_file(kind)?.key_list())
 }

@@ -17,6 +17,7 @@ from hydrocrane.app.control import control
 from hydrocrane.app.identify import identify
 from hydrocrane.app.live import live
 from hydrocrane.app.rig import rig
+from hydrocrane.app.schema import schema
 from hydrocrane.app.sweep import sweep
 from hydrocrane.app.view import view
 
@@ -39,6 +40,7 @@ app.add_typer(identify)
 app.add_typer(rig)
 app.command(epilog="Example:  hydrocrane live rottne-f9-lab")(live)
 app.command(epilog="Example:  hydrocrane view results/vertical-lift-open-loop.nc")(view)
+app.command(epilog="Example:  hydrocrane schema machine -o machine.schema.json")(schema)
 app.command(epilog="Example:  hydrocrane sweep study.toml --store results/study.zarr --picture study.png")(sweep)
 
 

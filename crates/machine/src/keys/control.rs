@@ -2,7 +2,7 @@
 
 use super::Sign::{NonNegative, Positive};
 use super::{Key, Kind, Usual};
-use crate::quantities::{NUMBER, TIME};
+use crate::quantities::{ANGULAR_FREQUENCY, LENGTH, NUMBER, TIME, VELOCITY};
 
 /// The controllers that a scenario can name and a machine file can give gains to, with the keys of their tables.
 pub const CONTROLLERS: [(&str, &[Key]); 2] = [("tip", TIP), ("heinze-pid", HEINZE_PID)];
@@ -24,12 +24,8 @@ pub static CONTROL: &[Key] = &[
         .source("theory/control/plausibility.md"),
 ];
 
-const METRE: Kind = gain_in("m");
-const SECOND: Kind = gain_in("s");
 const PER_METRE: Kind = gain_in("1/m");
 const PER_SECOND: Kind = gain_in("1/s");
-const SPEED: Kind = gain_in("m/s");
-const BANDWIDTH: Kind = gain_in("rad/s");
 const FULL_SPEED: &[Usual] = &[("1 mm/s", "10 m/s", 100.0)];
 
 const fn gain_in(unit: &'static str) -> Kind {
@@ -41,18 +37,18 @@ const fn gain(name: &'static str, kind: &'static [Kind]) -> Key {
 }
 
 const TIP: &[Key] = &[
-    gain("full-speed", &[SPEED])
+    gain("full-speed", &[VELOCITY])
         .otherwise("that of the fastest joint alone, in the middle of all ranges")
         .usual(FULL_SPEED)
         .means("Speed of the tip at full stick."),
-    gain("stick-bandwidth", &[BANDWIDTH])
+    gain("stick-bandwidth", &[ANGULAR_FREQUENCY])
         .defaults(&["15 rad/s"])
         .means("Bandwidth with which the commanded velocity follows the stick."),
     gain("path-rate", &[PER_SECOND]).defaults(&["30 1/s"]).means("Rate at which the set-point returns to its line."),
     gain("limit-rate", &[PER_SECOND])
         .defaults(&["2 1/s"])
         .means("Largest speed towards a limit (joints) or a region (tip), per distance from it."),
-    gain("keep-out-margin", &[METRE])
+    gain("keep-out-margin", &[LENGTH])
         .defaults(&["50 mm"])
         .means("Distance of the set-point from regions to keep out of."),
     gain("telescope-centring", &[PER_METRE])
@@ -62,27 +58,31 @@ const TIP: &[Key] = &[
     gain("damping", &[PER_SECOND])
         .defaults(&["5 1/s"])
         .means("Pressure feedback that damps the oscillation of the oil column."),
-    gain("damping-low", &[BANDWIDTH]).defaults(&["5 rad/s"]).means("Lower end of the band of the pressure feedback."),
-    gain("damping-high", &[BANDWIDTH]).defaults(&["20 rad/s"]).means("Upper end of the band of the pressure feedback."),
-    gain("observer-bandwidth", &[BANDWIDTH])
+    gain("damping-low", &[ANGULAR_FREQUENCY])
+        .defaults(&["5 rad/s"])
+        .means("Lower end of the band of the pressure feedback."),
+    gain("damping-high", &[ANGULAR_FREQUENCY])
+        .defaults(&["20 rad/s"])
+        .means("Upper end of the band of the pressure feedback."),
+    gain("observer-bandwidth", &[ANGULAR_FREQUENCY])
         .defaults(&["5 rad/s"])
         .means("Bandwidth with which the observed position follows the measured one."),
-    gain("pressure-bandwidth", &[BANDWIDTH])
+    gain("pressure-bandwidth", &[ANGULAR_FREQUENCY])
         .defaults(&["15 rad/s"])
         .means("Bandwidth of the low-pass on the pressures of the feed-forward."),
     gain("reserve", &[NUMBER]).defaults(&["0.95"]).means("Share of the spool stroke that the commanded speed may use."),
-    gain("rest-band", &[METRE]).defaults(&["0.2 mm"]).means("Position error that is not corrected at rest."),
-    gain("lag-limit", &[METRE]).defaults(&["30 mm"]).means("Lag of the tip at which the set-point waits."),
-    gain("settling-time", &[SECOND])
+    gain("rest-band", &[LENGTH]).defaults(&["0.2 mm"]).means("Position error that is not corrected at rest."),
+    gain("lag-limit", &[LENGTH]).defaults(&["30 mm"]).means("Lag of the tip at which the set-point waits."),
+    gain("settling-time", &[TIME])
         .defaults(&["0.5 s"])
         .means("Time after a stop during which every error is corrected."),
 ];
 
 const HEINZE_PID: &[Key] = &[
-    gain("full-speed", &[SPEED]).defaults(&["1 m/s"]).usual(FULL_SPEED).means("Speed of the tip at full stick."),
-    gain("set-point-interval", &[SECOND]).otherwise("the period").means("Time between set-points."),
+    gain("full-speed", &[VELOCITY]).defaults(&["1 m/s"]).usual(FULL_SPEED).means("Speed of the tip at full stick."),
+    gain("set-point-interval", &[TIME]).otherwise("the period").means("Time between set-points."),
     gain("limit-rate", &[PER_SECOND]).defaults(&["2 1/s"]).means("As for `tip`."),
-    gain("keep-out-margin", &[METRE]).defaults(&["50 mm"]).means("As for `tip`."),
+    gain("keep-out-margin", &[LENGTH]).defaults(&["50 mm"]).means("As for `tip`."),
     Key::choice("working-area", &["limited", "none"])
         .defaults(&["limited"])
         .means("Whether the set-point is limited to the working area.")
@@ -102,13 +102,13 @@ static MIDDLE_WEIGHT: &[Key] = &[gain("<joint>", &[NUMBER])
     .means("Weight of the joint's distance from the middle of its range.")];
 
 const THRESHOLDS: &[Key] = &[
-    gain("jump", &[METRE])
+    gain("jump", &[LENGTH])
         .defaults(&["0.5 mm"])
         .means("Displacement of a piston in one sample that only one of three residuals shows."),
-    gain("frozen", &[METRE])
+    gain("frozen", &[LENGTH])
         .defaults(&["1 mm"])
         .means("Travel of a piston during which its position reading may stay the same."),
-    gain("frozen-pressure", &[METRE])
+    gain("frozen-pressure", &[LENGTH])
         .defaults(&["10 mm"])
         .means("Travel of a piston during which a pressure reading may stay the same."),
     gain("flow-tolerance", &[NUMBER]).defaults(&["0.25"]).means("Error of the valve law, share of the flow."),
@@ -121,7 +121,7 @@ const THRESHOLDS: &[Key] = &[
     gain("pressure-limit", &[NUMBER])
         .defaults(&["2"])
         .means("Highest plausible pressure, per supply pressure times ratio of the areas."),
-    gain("recovery-time", &[SECOND])
+    gain("recovery-time", &[TIME])
         .defaults(&["0.5 s"])
         .means("Time for which a sensor must read plausibly before it is used again."),
 ];

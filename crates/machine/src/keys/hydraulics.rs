@@ -313,7 +313,7 @@ pub static FLUID: &[Key] = &[
     Key::quantity("vacuum", &[PRESSURE], Any)
         .otherwise("required with `free-gas`")
         .usual(&[("0.5 bar", "1.1 bar", 10.0)])
-        .means("Gauge pressure of vacuum, below zero."),
+        .means("Gauge pressure of vacuum, below zero: \"-1 bar\"."),
     Key::quantity("viscosity", &[VISCOSITY], Positive)
         .required()
         .usual(&[("0.0005 Pa s", "5 Pa s", 1e3)])

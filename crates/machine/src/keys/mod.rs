@@ -24,15 +24,17 @@ pub static MACHINE: &[Key] = &[
     Key::new("include", Value::Texts(&[])).otherwise("none").means(
         "Files, by paths from here, whose tables override those of this file; later files override earlier ones.",
     ),
-    Key::table("machine", HEAD).means("What the machine is called, and its tip."),
-    Key::table("environment", ENVIRONMENT).means("What acts on every link."),
-    Key::tables("link", structure::LINK).means("A link: its points, its mass and the bodies fixed on it."),
-    Key::tables("joint", structure::JOINT).means("A joint between two links; the joints form one chain."),
-    Key::tables("cylinder", hydraulics::CYLINDER).means("A double-acting cylinder; exactly one per joint."),
-    Key::tables("valve", hydraulics::VALVE).means("The valve of a cylinder; exactly one per cylinder."),
-    Key::tables("friction", hydraulics::FRICTION).means("Seal friction of a cylinder; exactly one per cylinder."),
-    Key::table("fluid", hydraulics::FLUID).means("The oil."),
-    Key::table("supply", hydraulics::SUPPLY).means("Pump and tank, both at constant pressure."),
+    Key::table("machine", HEAD).required().means("What the machine is called, and its tip."),
+    Key::table("environment", ENVIRONMENT).required().means("What acts on every link."),
+    Key::tables("link", structure::LINK).required().means("A link: its points, its mass and the bodies fixed on it."),
+    Key::tables("joint", structure::JOINT).required().means("A joint between two links; the joints form one chain."),
+    Key::tables("cylinder", hydraulics::CYLINDER).required().means("A double-acting cylinder; exactly one per joint."),
+    Key::tables("valve", hydraulics::VALVE).required().means("The valve of a cylinder; exactly one per cylinder."),
+    Key::tables("friction", hydraulics::FRICTION)
+        .required()
+        .means("Seal friction of a cylinder; exactly one per cylinder."),
+    Key::table("fluid", hydraulics::FLUID).required().means("The oil."),
+    Key::table("supply", hydraulics::SUPPLY).required().means("Pump and tank, both at constant pressure."),
     Key::table("payload", structure::PAYLOAD).means("The load at the tip."),
     Key::table("equilibrium", hydraulics::EQUILIBRIUM).means("Pressures of a crane at rest."),
     Key::tables("sensor", sensor::SENSOR)
@@ -86,9 +88,20 @@ pub enum Value {
     Overrides,
 }
 
+#[cfg(feature = "schema")]
+impl Value {
+    /// Whether it is made of numbers with units, whose provenance is kept.
+    pub fn is_of_quantities(&self) -> bool {
+        matches!(self, Self::Quantity(..) | Self::Pair(..) | Self::Series(_) | Self::Point | Self::Points)
+    }
+}
+
 /// The lowest and the highest usual magnitude, as they are written, and by which factor a value may lie outside before it
 /// is refused. A range without a unit is in SI. Zero is always usual: where a key excludes it, its sign says so.
 pub type Usual = (&'static str, &'static str, f64);
+
+/// In place of a default where there is none.
+const REQUIRED: &str = "required";
 
 /// Text for people, left out of programs that show none.
 #[cfg(feature = "schema")]
@@ -169,7 +182,7 @@ impl Key {
     }
 
     const fn required(self) -> Self {
-        self.otherwise("required")
+        self.otherwise(REQUIRED)
     }
 
     const fn otherwise(mut self, words: &'static str) -> Self {
@@ -202,6 +215,11 @@ impl Key {
     /// Whether this declares keys of any name.
     pub fn is_for_any_name(&self) -> bool {
         self.name.starts_with('<')
+    }
+
+    #[cfg(feature = "schema")]
+    pub fn is_required(&self) -> bool {
+        self.otherwise.text() == REQUIRED
     }
 
     /// The kinds of quantity that it may hold.

@@ -6,6 +6,7 @@ use crate::quantities::{ANGLE, INERTIA, LENGTH, MASS, NUMBER, STIFFNESS};
 
 const STATUS: &[&str] = &["active", "inactive"];
 const WITH_MASS: &str = "with `mass`";
+const OF_ACTIVE: &str = "required unless `inactive`";
 
 pub static LINK: &[Key] = &[
     Key::quantity("axis", &[ANGLE], Any)
@@ -124,15 +125,15 @@ pub static GROUND: &[Key] = &[
 ];
 
 static SUPPORT: &[Key] = &[
-    Key::quantity("height", &[LENGTH], Any).required().usual(&[("0 m", "30 m", 30.0)]).means(
+    Key::quantity("height", &[LENGTH], Any).otherwise(OF_ACTIVE).usual(&[("0 m", "30 m", 30.0)]).means(
         "Height of the support's surface in the inertial frame, not below the ground; the highest surface counts.",
     ),
     Key::quantity("from", &[LENGTH], Any)
-        .required()
+        .otherwise(OF_ACTIVE)
         .usual(&[("0 m", "50 m", 20.0)])
         .means("The x from which the support has its full height."),
     Key::quantity("to", &[LENGTH], Any)
-        .required()
+        .otherwise(OF_ACTIVE)
         .usual(&[("0 m", "50 m", 20.0)])
         .means("The x up to which the support has its full height."),
     Key::quantity("edge", &[LENGTH], Positive)

@@ -83,6 +83,8 @@ fn travel(table: &Reader) -> Result<Travel> {
         table.missing("stroke", "give it with `closed-length`, or the lengths of barrel, piston and rod")
     })?;
     if group == 1 {
+        // Leakage may need it; it must be right in any case.
+        table.optional_quantity("piston-length")?;
         let stroke = positive("stroke")?;
         return Ok(Travel { stroke, mid_length: positive("closed-length")? + 0.5 * stroke, rod_contact: None });
     }

@@ -34,6 +34,11 @@ pub fn read(root: &Reader) -> Result<Option<Ground>> {
         // A machine that extends another has no other way to be rid of its supports.
         if support.choice_or_default("status", &STATUS)? {
             ground.supports.push(one(name, &support, ground.height)?);
+        } else {
+            // It need not be whole, but what it states must be right.
+            for key in ["height", "from", "to", "edge"] {
+                support.optional_quantity(key)?;
+            }
         }
         if ground.supports.len() > MOST_SUPPORTS {
             let message = format!("more than {MOST_SUPPORTS} supports");

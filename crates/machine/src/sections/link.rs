@@ -55,11 +55,13 @@ fn points(index: usize, table: &Reader) -> Result<Vec<Point>> {
 fn own_mass(link: &mut Link, table: &Reader, is_base: bool) -> Result<()> {
     link.mass = table.quantity("mass")?;
     link.centre_of_gravity = table.point("centre-of-gravity")?;
+    let abouts = [InertiaAbout::Frame, InertiaAbout::CentreOfGravity];
     if is_base && !table.has("inertia") {
+        table.optional_choice("inertia-about", &abouts)?;
         return Ok(());
     }
     link.inertia = table.quantity("inertia")?;
-    link.inertia_about = table.choice("inertia-about", &[InertiaAbout::Frame, InertiaAbout::CentreOfGravity])?;
+    link.inertia_about = table.choice("inertia-about", &abouts)?;
     let about_centre = about_centre_of_gravity(link);
     if about_centre.inertia < 0.0 {
         let least = link.inertia - about_centre.inertia;
