@@ -12,18 +12,26 @@
 //! and x_new = x + sum_j m_j k_j, error sum_j e_j k_j. The last two stages share their right-hand side: a step costs three
 //! of them, one with the Jacobian, and a factorisation.
 
+use crate::tableau::Tableau;
 use hydrocrane_num::Real;
 
 pub const STAGES: usize = 4;
-pub const GAMMA: f64 = 0.231;
-const A: [[f64; 2]; 2] = [[2.0, 0.0], [4.524_708_207_36, 4.163_528_788_6]];
-const C: [[f64; 3]; 3] = [
-    [-5.071_675_338_77, 0.0, 0.0],
-    [6.020_152_728_65, 0.159_750_684_673, 0.0],
-    [-1.856_343_618_686, -8.505_380_858_19, -2.084_075_136_02],
-];
-const WEIGHTS: [f64; STAGES] = [3.957_503_746_63, 4.624_892_388_36, 0.617_477_263_873, 1.282_612_945_268];
-const ERROR: [f64; STAGES] = [-2.302_155_402_92, -3.073_634_485_39, 0.873_280_801_802, 1.282_612_945_268];
+pub const GAMMA: f64 = TABLEAU.gamma;
+
+/// The last two stages share their argument.
+pub(crate) const TABLEAU: Tableau<STAGES> = Tableau {
+    gamma: 0.231,
+    a: [&[], &[2.0], &ROW, &ROW],
+    c: [
+        &[],
+        &[-5.071_675_338_77],
+        &[6.020_152_728_65, 0.159_750_684_673],
+        &[-1.856_343_618_686, -8.505_380_858_19, -2.084_075_136_02],
+    ],
+    weights: [3.957_503_746_63, 4.624_892_388_36, 0.617_477_263_873, 1.282_612_945_268],
+    error: [-2.302_155_402_92, -3.073_634_485_39, 0.873_280_801_802, 1.282_612_945_268],
+};
+const ROW: [f64; 2] = [4.524_708_207_36, 4.163_528_788_6];
 
 /// Equations x' = f(x), linearised at the start of a step.
 pub trait Linearised<T> {
@@ -44,27 +52,28 @@ pub fn stages<T: Real>(
     argument: &mut [T],
 ) {
     let [first, second, third, fourth] = k;
+    let Tableau { a, c, .. } = TABLEAU;
     let inverse = T::c(1.0) / h;
     equations.solve(first);
     for (i, argument) in argument.iter_mut().enumerate() {
-        *argument = x[i] + first[i] * A[0][0];
+        *argument = x[i] + first[i] * a[1][0];
     }
     equations.rate(argument, second);
     for (second, first) in second.iter_mut().zip(&*first) {
-        *second += inverse * *first * C[0][0];
+        *second += inverse * *first * c[1][0];
     }
     equations.solve(second);
     for (i, argument) in argument.iter_mut().enumerate() {
-        *argument = x[i] + first[i] * A[1][0] + second[i] * A[1][1];
+        *argument = x[i] + first[i] * a[2][0] + second[i] * a[2][1];
     }
     equations.rate(argument, third);
     fourth.copy_from_slice(third);
     for (i, third) in third.iter_mut().enumerate() {
-        *third += inverse * (first[i] * C[1][0] + second[i] * C[1][1]);
+        *third += inverse * (first[i] * c[2][0] + second[i] * c[2][1]);
     }
     equations.solve(third);
     for (i, fourth) in fourth.iter_mut().enumerate() {
-        *fourth += inverse * (first[i] * C[2][0] + second[i] * C[2][1] + third[i] * C[2][2]);
+        *fourth += inverse * (first[i] * c[3][0] + second[i] * c[3][1] + third[i] * c[3][2]);
     }
     equations.solve(fourth);
 }
@@ -72,13 +81,13 @@ pub fn stages<T: Real>(
 /// Component `i` of the new state, from `x` and the increments.
 #[inline(always)]
 pub fn end<T: Real>(x: T, k: &[Vec<T>; STAGES], i: usize) -> T {
-    x + weighted(k, i, WEIGHTS)
+    x + weighted(k, i, TABLEAU.weights)
 }
 
 /// Estimate of the error of component `i`.
 #[inline(always)]
 pub fn error<T: Real>(k: &[Vec<T>; STAGES], i: usize) -> T {
-    weighted(k, i, ERROR)
+    weighted(k, i, TABLEAU.error)
 }
 
 #[inline(always)]
@@ -90,58 +99,14 @@ fn weighted<T: Real>(k: &[Vec<T>; STAGES], i: usize, weights: [f64; STAGES]) -> 
 mod tests {
     use super::*;
 
-    type Square = [[f64; STAGES]; STAGES];
-
-    /// The method in the form of its order conditions, k_i = h f(x + sum alpha_ij k_j) + h J sum gamma_ij k_j: the
-    /// matrix alpha, the sum of alpha and gamma, and weights b from those of the increments u = gamma k.
-    fn untransformed(weights: [f64; STAGES]) -> (Square, Square, [f64; STAGES]) {
-        // I/gamma - C is the inverse of the matrix gamma, both lower triangular.
-        let (g, mut gamma) = (GAMMA, [[0.0; STAGES]; STAGES]);
-        let c = |row: usize, j: usize| if row == 0 { 0.0 } else { C[row - 1][j] };
-        for column in 0..STAGES {
-            for row in column..STAGES {
-                let unit = f64::from(u8::from(row == column));
-                gamma[row][column] = g * (unit + (column..row).map(|j| c(row, j) * gamma[j][column]).sum::<f64>());
-            }
-        }
-        let times = |left: [f64; STAGES]| std::array::from_fn(|j| (0..STAGES).map(|i| left[i] * gamma[i][j]).sum());
-        let row = |a: [f64; 2]| times([a[0], a[1], 0.0, 0.0]);
-        let alpha: Square = [[0.0; STAGES], row(A[0]), row(A[1]), row(A[1])];
-        let both = std::array::from_fn(|i| std::array::from_fn(|j| alpha[i][j] + gamma[i][j]));
-        (alpha, both, times(weights))
-    }
-
-    fn applied(m: &Square, v: [f64; STAGES]) -> [f64; STAGES] {
-        std::array::from_fn(|i| (0..STAGES).map(|j| m[i][j] * v[j]).sum())
-    }
-
-    /// Residuals of the conditions of order three, and of the remaining ones of order four, for the weights `m`.
-    fn missed(m: [f64; STAGES]) -> ([f64; 4], [f64; 4]) {
-        let (alpha, both, b) = untransformed(m);
-        let ones = [1.0; STAGES];
-        let (a, beta) = (applied(&alpha, ones), applied(&both, ones));
-        let sum = |v: [f64; STAGES]| (0..STAGES).map(|i| b[i] * v[i]).sum::<f64>();
-        let each = |f: &dyn Fn(usize) -> f64| -> [f64; STAGES] { std::array::from_fn(f) };
-        let (squares, derivatives) = (each(&|i| a[i] * a[i]), applied(&alpha, beta));
-        (
-            [sum(ones) - 1.0, sum(beta) - 1.0 / 2.0, sum(squares) - 1.0 / 3.0, sum(applied(&both, beta)) - 1.0 / 6.0],
-            [
-                sum(each(&|i| a[i].powi(3))) - 1.0 / 4.0,
-                sum(each(&|i| a[i] * derivatives[i])) - 1.0 / 8.0,
-                sum(applied(&both, squares)) - 1.0 / 12.0,
-                sum(applied(&both, applied(&both, beta))) - 1.0 / 24.0,
-            ],
-        )
-    }
-
     /// Published to twelve digits.
     const PUBLISHED: f64 = 5e-12;
 
     #[test]
     fn the_coefficients_satisfy_every_condition_of_order_four_and_the_embedded_ones_of_order_three() {
-        let (three, four) = missed(WEIGHTS);
+        let (three, four) = TABLEAU.missed(TABLEAU.weights);
         assert!(three.iter().chain(&four).all(|miss| miss.abs() < PUBLISHED), "{three:?} {four:?}");
-        let (three, four) = missed(std::array::from_fn(|i| WEIGHTS[i] - ERROR[i]));
+        let (three, four) = TABLEAU.missed(std::array::from_fn(|i| TABLEAU.weights[i] - TABLEAU.error[i]));
         assert!(three.iter().all(|miss| miss.abs() < PUBLISHED), "{three:?}");
         // It sees errors of linear equations too.
         assert!(four.iter().all(|miss| miss.abs() > 1e-3), "{four:?}");

@@ -17,6 +17,7 @@ mod rows;
 mod schur;
 mod stepper;
 mod system;
+mod tableau;
 pub mod tsit5;
 
 pub use block_arrow::{AxisDerivatives, AxisStates, BlockArrow, Row, ScalarOver, MAX_BORDER};

@@ -15,57 +15,70 @@ use crate::linear::{Factored, Linearisation};
 use crate::method::{Effort, Method, Restart, Target};
 use crate::rows::{add_sum, set_sum, sum, with_avx2, write_with_avx2, Block, Shape};
 use crate::system::System;
+use crate::tableau::Tableau;
 
 const STAGES: usize = 8;
-const GAMMA: f64 = 0.211_937_563_194_290_14;
+const GAMMA: f64 = TABLEAU.gamma;
 
-/// Rows 2..6 of a; the later stages add the previous increment to the previous argument.
-const A: [&[f64]; 6] = [
-    &[],
-    &[3.0],
-    &[2.849_394_379_747_939, 0.458_422_422_044_639_23],
-    &[-6.954_028_509_809_101, 2.489_845_061_869_568, -10.358_996_098_473_584],
-    &[2.802_998_627_562_896_4, 0.507_246_473_622_820_6, -0.398_831_254_177_052_4, -0.047_211_872_304_046_41],
-    &[
-        -7.502_846_399_306_121,
-        2.561_846_144_803_919,
-        -11.627_539_656_261_098,
-        -0.182_687_676_599_422_56,
-        0.030_198_172_008_377_946,
+pub(crate) const TABLEAU: Tableau<STAGES> = Tableau {
+    gamma: 0.211_937_563_194_290_14,
+    a: [
+        &[],
+        &[3.0],
+        &[2.849_394_379_747_939, 0.458_422_422_044_639_23],
+        &[-6.954_028_509_809_101, 2.489_845_061_869_568, -10.358_996_098_473_584],
+        &[2.802_998_627_562_896_4, 0.507_246_473_622_820_6, -0.398_831_254_177_052_4, -0.047_211_872_304_046_41],
+        LAST.split_at(5).0,
+        LAST.split_at(6).0,
+        LAST.split_at(7).0,
     ],
+    c: [
+        &[],
+        &[-14.155_112_264_123_755],
+        &[-17.972_960_358_859_52, -2.859_693_295_451_294],
+        &[147.121_502_757_117_16, -1.412_214_027_182_13, 71.689_402_513_023_58],
+        &[165.435_170_248_716_76, -0.459_282_345_649_112_6, 42.909_383_369_586_03, -5.961_986_721_573_306],
+        &[
+            24.854_864_614_690_072,
+            -3.000_922_700_283_218_6,
+            47.493_111_002_076_8,
+            5.581_419_782_155_812_5,
+            -0.661_069_182_524_947_1,
+        ],
+        &[
+            30.912_732_140_285_99,
+            -3.120_824_334_993_797_4,
+            77.799_546_460_708_92,
+            34.286_460_282_947_83,
+            -19.097_331_116_725_623,
+            -28.087_943_162_872_662,
+        ],
+        &[
+            37.802_771_233_905_63,
+            -3.257_196_902_907_227_6,
+            112.269_188_494_963_27,
+            66.934_723_124_404_7,
+            -40.066_189_370_910_02,
+            -54.667_802_628_779_68,
+            -9.488_616_523_096_27,
+        ],
+    ],
+    weights: LAST,
+    error: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
+};
+/// Weights of the increments in the new state; the last three stages begin with them.
+const LAST: [f64; STAGES] = [
+    -7.502_846_399_306_121,
+    2.561_846_144_803_919,
+    -11.627_539_656_261_098,
+    -0.182_687_676_599_422_56,
+    0.030_198_172_008_377_946,
+    1.0,
+    1.0,
+    1.0,
 ];
-
-const C: [&[f64]; STAGES] = [
-    &[],
-    &[-14.155_112_264_123_755],
-    &[-17.972_960_358_859_52, -2.859_693_295_451_294],
-    &[147.121_502_757_117_16, -1.412_214_027_182_13, 71.689_402_513_023_58],
-    &[165.435_170_248_716_76, -0.459_282_345_649_112_6, 42.909_383_369_586_03, -5.961_986_721_573_306],
-    &[
-        24.854_864_614_690_072,
-        -3.000_922_700_283_218_6,
-        47.493_111_002_076_8,
-        5.581_419_782_155_812_5,
-        -0.661_069_182_524_947_1,
-    ],
-    &[
-        30.912_732_140_285_99,
-        -3.120_824_334_993_797_4,
-        77.799_546_460_708_92,
-        34.286_460_282_947_83,
-        -19.097_331_116_725_623,
-        -28.087_943_162_872_662,
-    ],
-    &[
-        37.802_771_233_905_63,
-        -3.257_196_902_907_227_6,
-        112.269_188_494_963_27,
-        66.934_723_124_404_7,
-        -40.066_189_370_910_02,
-        -54.667_802_628_779_68,
-        -9.488_616_523_096_27,
-    ],
-];
+/// The first stage whose argument is that of the stage before and its increment; so is the new state in the end.
+const CONTINUED: usize = 6;
 
 const NODES: [f64; STAGES] = [
     0.0,
@@ -162,14 +175,14 @@ impl Rodas5p {
             self.argument.copy_from_slice(&self.start);
             self.shape.states_mut(k).copy_from_slice(&self.linearisation.rate);
         } else {
-            if I < A.len() {
-                set_sum(&mut self.argument, &self.start, 1.0, A[I], done);
+            if I < CONTINUED {
+                set_sum(&mut self.argument, &self.start, 1.0, TABLEAU.a[I], done);
             } else {
                 add_sum(&mut self.argument, 1.0, &[1.0], [done[I - 1]]);
             }
             system.derivative(t + NODES[I] * h, self.shape.states(&self.argument), self.shape.states_mut(k));
         }
-        add_sum(k, 1.0 / h, C[I], done);
+        add_sum(k, 1.0 / h, TABLEAU.c[I], done);
         if self.driven && D[I] != 0.0 {
             add_sum(k, h, &[D[I]], [&self.time_derivative]);
         }
@@ -237,5 +250,27 @@ impl Method for Rodas5p {
 
     fn effort(&self) -> Effort {
         self.effort
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_coefficients_satisfy_every_condition_of_order_four_with_and_without_the_last_increment() {
+        let (three, four) = TABLEAU.missed(TABLEAU.weights);
+        assert!(three.iter().chain(&four).all(|miss| miss.abs() < 1e-12), "{three:?} {four:?}");
+        let (three, four) = TABLEAU.missed(std::array::from_fn(|i| TABLEAU.weights[i] - TABLEAU.error[i]));
+        assert!(three.iter().chain(&four).all(|miss| miss.abs() < 1e-12), "{three:?} {four:?}");
+    }
+
+    #[test]
+    fn times_follow_from_the_other_coefficients() {
+        let (nodes, d) = TABLEAU.times();
+        for i in 0..STAGES {
+            assert!((nodes[i] - NODES[i]).abs() < 1e-12, "stage {i}: {} for {}", nodes[i], NODES[i]);
+            assert!((d[i] - D[i]).abs() < 1e-12, "stage {i}: {} for {}", d[i], D[i]);
+        }
     }
 }
