@@ -42,7 +42,6 @@ spool = [
 ]
 
 [solver]
-method = "rodas5p"
 rtol = 1e-6
 max-step = "50 ms"
 """

@@ -49,6 +49,7 @@ class RunRecord(TypedDict):
     payload_changes: list[PayloadEntry]
     warnings: list[WarningEntry]
     outcome: OutcomeEntry
+    method: str
     stats: dict[str, int]
     doubts: list[WarningEntry]
     payload: float
@@ -68,6 +69,7 @@ class SensitivityRecord(TypedDict):
     parameters: list[tuple[str, float, str]]
     warnings: list[WarningEntry]
     outcome: OutcomeEntry
+    method: str
     stats: dict[str, int]
 
 

@@ -24,7 +24,8 @@ SEQUENCE_TIMES = np.array([0.0, 0.1, 0.3, 0.5, 0.7])
 
 def drive(machine: str, duration: float, stick: hc.Joystick, **options):
     """A run from the thesis's start under a stick."""
-    plan = hc.Scenario(machine=machine, joints=START, duration=duration, joystick=stick, **options)
+    solver = hc.Solver(method="rodas5p")
+    plan = hc.Scenario(machine=machine, joints=START, duration=duration, joystick=stick, solver=solver, **options)
     return hc.simulate(plan, ledger=False).data
 
 

@@ -35,6 +35,7 @@ def sampled_heights(machine: str, task: str) -> list[float]:
     way = np.array(printed_controller.TASKS[task])
     distance = float(np.abs(way).max())
     stick = hc.Joystick([0.0], dict(zip("xz", (way / distance)[:, np.newaxis], strict=True)), full_speed=distance / 5.0)
+    explicit, stiff = hc.Solver(method="tsit5", rtol=1e-3), hc.Solver(method="rodas5p")
     plan = hc.Scenario(
         machine=machine,
         joints={"boom": np.deg2rad(100.0), "jib": np.deg2rad(100.0), "extension": 0.0},
@@ -45,7 +46,7 @@ def sampled_heights(machine: str, task: str) -> list[float]:
         controller="heinze-pid",
         joystick=stick,
         period=SAMPLE_TIME,
-        solver=hc.scenario.Solver(method="tsit5", rtol=1e-3) if machine == "heinze-2007" else hc.scenario.Solver(),
+        solver=explicit if machine == "heinze-2007" else stiff,
     )
     data = hc.simulate(plan, ledger=False).data
     return [float(np.interp(instant, data.time.values, data["tip.z"].values)) for instant in INSTANTS]

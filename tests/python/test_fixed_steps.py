@@ -106,11 +106,20 @@ def test_a_scenario_file_asks_for_fixed_steps(tmp_path):
     assert plan.changed(method="rodas5p").solver.step is None
 
 
+def test_a_step_alone_asks_for_fixed_steps(tmp_path):
+    stated = hc.simulate(hc.load_scenario(write(tmp_path, 'method = "ros3l"\nstep = "2 ms"')))
+    chosen = hc.simulate(hc.load_scenario(write(tmp_path, 'step = "2 ms"')))
+    assert chosen.data.attrs["solver_method"] == "ros3l" and chosen.data.attrs["solver_choice"] == "auto"
+    assert "ros3l (chosen: auto), steps of 2 ms" in chosen.summary()
+    for name in chosen.machine.state_names:
+        assert (chosen.data[name].values == stated.data[name].values).all()
+
+
 @pytest.mark.parametrize(
     ("solver", "slug", "words"),
     [
         ('method = "ros3l"', "missing-key", ["solver.step", "fixed steps", "5 ms"]),
-        ('step = "5 ms"', "conflicting-keys", ["solver.step", "rodas5p", "ros3l", "max-step"]),
+        ('method = "rodas5p"\nstep = "5 ms"', "conflicting-keys", ["solver.step", "rodas5p", "ros3l", "max-step"]),
         ('method = "ros3l"\nstep = "0 ms"', "out-of-range", ["solver.step"]),
         ('method = "ros3l"\nstep = "-1 ms"', "out-of-range", ["solver.step"]),
         ('method = "ros3"\nstep = "1 ms"', "invalid-choice", ["ros3l"]),
@@ -123,7 +132,7 @@ def test_a_file_with_a_wrong_step_is_refused(tmp_path, solver, slug, words):
     assert all(word in str(caught.value) for word in words), caught.value
 
 
-@pytest.mark.parametrize("changes", [{"method": "ros3l"}, {"step": 0.005}, {"method": "ros3l", "step": 0.0}])
+@pytest.mark.parametrize("changes", [{"method": "ros3l"}, {"method": "ros4l", "step": 0.005}, {"step": 0.0}])
 def test_a_wrong_step_from_python_is_refused(changes):
     with pytest.raises(hc.InputError, match="step"):
         hc.simulate("single-cylinder-step", **changes)

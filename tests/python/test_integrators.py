@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import hydrocrane as hc
+from hydrocrane.app.report import scenario_report
 
 METHODS = {"rodas5p": 5.0, "ros4l": 4.0, "tsit5": 5.0}
 # Sizes of the states in these runs.
@@ -105,7 +106,39 @@ def test_tip_error_falls_with_the_tolerance(scenario):
 
 def test_exact_jacobian_saves_right_hand_sides():
     """The stiff method takes no difference quotients: about eight right-hand sides per step, one Jacobian at most."""
-    about = hc.simulate("vertical-lift-open-loop", ledger=False).data.attrs
+    about = hc.simulate("vertical-lift-open-loop", method="rodas5p", ledger=False).data.attrs
     attempts = about["solver_steps"] + about["solver_rejected"]
     assert 0 < about["solver_jacobians"] <= attempts
     assert about["solver_rhs"] < 10 * attempts + 100
+
+
+STATIC = {"friction.test.model": "static"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "taken"), [({}, "ros4l"), ({"overrides": STATIC}, "rodas5p"), ({"step": 5e-3}, "ros3l")]
+)
+def test_auto_takes_the_fastest_suitable_method_and_says_which(changes, taken):
+    chosen = hc.simulate("single-cylinder-step", duration=0.5, **changes)
+    stated = hc.simulate("single-cylinder-step", duration=0.5, method=taken, **changes)
+    about = [run.data.attrs for run in (chosen, stated)]
+    assert [each["solver_method"] for each in about] == [taken, taken]
+    assert [each["solver_choice"] for each in about] == ["auto", taken]
+    assert f"{taken} (chosen: auto)" in chosen.summary() and "chosen" not in stated.summary()
+    for name in chosen.machine.state_names:
+        assert (chosen.data[name].values == stated.data[name].values).all()
+
+
+def test_auto_of_sensitivities_and_of_the_stepping_interface():
+    found = hc.sensitivities("single-cylinder-step", "payload.mass", duration=0.1).data.attrs
+    assert (found["solver_method"], found["solver_choice"]) == ("rodas5p", "auto")
+    crane = hc.load_machine("single-cylinder")
+    assert hc.Simulator(crane).method == "ros4l"
+    assert hc.Simulator(crane, step=1e-3).method == "ros3l"
+    assert hc.Simulator(hc.load_machine("single-cylinder", STATIC)).method == "rodas5p"
+
+
+def test_check_says_what_auto_takes():
+    plan = hc.load_scenario("single-cylinder-step")
+    told = [str(line) for line in scenario_report(plan, plan.load_machine())]
+    assert any("solver ros4l (chosen: auto)" in line for line in told)

@@ -68,6 +68,7 @@ pub enum Interpolation {
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solver {
+    /// [`AUTO`] or the name of a method.
     pub method: String,
     pub rtol: f64,
     /// Absolute tolerance relative to each state's scale; `None`: chosen from `rtol`.
@@ -79,8 +80,10 @@ pub struct Solver {
 
 /// What the choices of `interpolation` stand for.
 const INTERPOLATIONS: [Interpolation; 2] = [Interpolation::Hold, Interpolation::Linear];
+/// In place of a method: the fastest suitable one for the machine.
+pub const AUTO: &str = "auto";
 /// The method that takes steps of the size it is given.
-const FIXED_STEPS: &str = "ros3l";
+pub const FIXED_STEPS: &str = "ros3l";
 
 /// Loads the scenario `source`, a bundled name or a path, with `overrides` by dotted key in place of its values.
 /// Names and units are checked against its machine.
@@ -349,7 +352,7 @@ fn solver(root: &Reader) -> Result<Solver> {
         None if method == FIXED_STEPS => {
             return Err(table.missing("step", format!("`{method}` takes fixed steps; give for example step = \"5 ms\"")))
         }
-        Some(_) if method != FIXED_STEPS => {
+        Some(_) if method != FIXED_STEPS && method != AUTO => {
             let message = format!("`{method}` chooses its steps itself");
             let help = format!("write method = \"{FIXED_STEPS}\" for fixed steps, or `max-step` for the largest one");
             return Err(table.key_error(ErrorKind::ConflictingKeys, "step", message).help(help));

@@ -25,5 +25,5 @@ pub use linear::{Factored, Linearisation};
 pub use method::{Effort, Method, Restart, Target, FLUSH};
 pub use methods::{method, METHODS};
 pub use schur::SchurFactors;
-pub use stepper::{StepFailure, Stepper, Tolerances, CRAWL_ATTEMPTS};
+pub use stepper::{StepControl, StepFailure, Stepper, Tolerances, CRAWL_ATTEMPTS};
 pub use system::System;

@@ -10,10 +10,6 @@ pub trait Method: Send + Sync {
     fn estimate_order(&self) -> u32 {
         self.order()
     }
-    /// Whether the method takes fixed steps: they are shortened only if they do not follow the equations.
-    fn even_steps(&self) -> bool {
-        false
-    }
     /// Prepares what all attempts of the step from `(t, x)` share. Called once per accepted state.
     fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], restart: Restart);
     /// Tries a step of size `h` from `x`. Writes the new state and the error estimate; `false` where the linear system

@@ -120,10 +120,6 @@ impl Method for Ros3l {
         3
     }
 
-    fn even_steps(&self) -> bool {
-        true
-    }
-
     fn begin(&mut self, system: &dyn System, t: f64, x: &[f64], _restart: Restart) {
         system.linearise(t, x, &mut self.linearisation);
         self.driven = system.time_derivative(t, x, &mut self.time_derivative);

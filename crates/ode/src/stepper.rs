@@ -15,6 +15,15 @@ pub struct Tolerances {
     pub max_step: f64,
 }
 
+/// How step sizes are chosen; any method can be stepped in either way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StepControl {
+    /// By the error of each step relative to the tolerances.
+    Adaptive,
+    /// The fewest equal steps that are not longer than the largest one, shortened only where they do not follow the equations.
+    Even,
+}
+
 /// Why no step was possible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StepFailure {
@@ -66,6 +75,7 @@ fn portion(remaining: f64, wanted: f64) -> f64 {
 pub struct Stepper {
     method: Box<dyn Method>,
     tolerances: Tolerances,
+    control: StepControl,
     pub t: f64,
     pub x: Vec<f64>,
     quadratures: Quadratures,
@@ -97,6 +107,7 @@ impl Stepper {
         Stepper {
             method,
             tolerances,
+            control: StepControl::Adaptive,
             t,
             x: x.to_vec(),
             quadratures: Quadratures::new(x.len(), quadratures),
@@ -113,6 +124,12 @@ impl Stepper {
             mark: (0, t),
             unresolved: None,
         }
+    }
+
+    /// Chooses step sizes in this way.
+    pub fn with_control(mut self, control: StepControl) -> Self {
+        self.control = control;
+        self
     }
 
     /// States whether laws jump, as printed friction does.
@@ -151,7 +168,7 @@ impl Stepper {
             self.method.begin(system, self.t, &self.x, restart);
             self.quadratures.begin(system, &self.x);
         }
-        if self.method.even_steps() {
+        if self.control == StepControl::Even {
             return self.even_step(system, limit);
         }
         if self.h == 0.0 {

@@ -35,6 +35,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(files::quantity, m)?)?;
     m.add("PoseFault", m.py().get_type::<errors::PoseFault>())?;
     m.add_function(wrap_pyfunction!(run::run, m)?)?;
+    m.add_function(wrap_pyfunction!(simulation::method_for, m)?)?;
     m.add_function(wrap_pyfunction!(run::stages, m)?)?;
     m.add_function(wrap_pyfunction!(run::start_state, m)?)?;
     m.add_function(wrap_pyfunction!(run::command_table, m)?)?;

@@ -6,7 +6,6 @@ use crate::errors::{cannot_build, file_error};
 use crate::overrides::overrides;
 use crate::record::{statistics_of, MAX_STEPS};
 use crate::scenario::SolverEntry;
-use hydrocrane_sim::assembly::{options, RunSettings};
 use hydrocrane_sim::sensitivity::{self, Experiment, Parameter, Sensitivities, SensitivityError, Start};
 use hydrocrane_sim::Commands;
 use pyo3::exceptions::PyValueError;
@@ -69,7 +68,8 @@ impl SensitivityExperiment {
             end: t_end,
             commands,
             record: record_times.as_slice()?.to_vec(),
-            options: options(&solver.solver(), &[], 0.0, RunSettings { ledger: false, max_steps: MAX_STEPS }),
+            solver: solver.solver(),
+            max_steps: MAX_STEPS,
             resolve_slopes,
         };
         Ok(SensitivityExperiment { inner, cylinders })
@@ -115,6 +115,7 @@ impl SensitivityExperiment {
         out.set_item("parameters", entries(done.parameters))?;
         out.set_item("warnings", warnings_of(done.warnings))?;
         out.set_item("outcome", outcome_of(done.outcome))?;
+        out.set_item("method", done.method)?;
         out.set_item("stats", statistics_of(py, (done.accepted, done.rejected), done.effort)?)?;
         Ok(out)
     }

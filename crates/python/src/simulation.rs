@@ -4,23 +4,20 @@ use crate::answers::{warnings_of, WarningEntry};
 use crate::arrays::{row, rows, vector, Row, Rows};
 use crate::machine::Machine;
 use crate::record::{payload_entry, PayloadEntry, MAX_STEPS};
+use crate::scenario::SolverEntry;
 use crate::sensors::{self, FaultEntry};
-use hydrocrane_ode::Tolerances;
-use hydrocrane_sim::{Layout, OutcomeKind, RunOptions};
+use hydrocrane_machine::scenario::Solver;
+use hydrocrane_sim::assembly::{options, RunSettings};
+use hydrocrane_sim::{Layout, OutcomeKind, Task};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::time::Instant;
 
-fn options(payload: f64, method: &str, rtol: f64, atol: Option<f64>, max_step: f64, ledger: bool) -> RunOptions {
-    RunOptions {
-        method: method.to_string(),
-        tolerances: Tolerances { relative: rtol, absolute: atol.unwrap_or(rtol), max_step },
-        payload,
-        payload_changes: Vec::new(),
-        ledger,
-        max_steps: MAX_STEPS,
-    }
+/// The method that a run of this machine takes with this solver.
+#[pyfunction]
+pub fn method_for(machine: &Machine, solver: SolverEntry) -> String {
+    hydrocrane_sim::method_for(&solver.solver(), machine.model.machine(), Task::States).to_string()
 }
 
 #[pyclass(module = "hydrocrane._core")]
@@ -54,8 +51,9 @@ impl Simulator {
         seed: u64,
         faults: Vec<FaultEntry>,
     ) -> PyResult<Self> {
-        let largest = step.unwrap_or(sample_time.min(0.05));
-        let options = options(payload, method, rtol, None, largest, false);
+        let solver = Solver { method: method.to_string(), rtol, atol: None, max_step: sample_time.min(0.05), step };
+        let settings = RunSettings { ledger: false, max_steps: MAX_STEPS };
+        let options = options(&solver, machine.model.machine(), Task::States, payload, settings);
         let sensors = sensors::sensors(machine, sensors, seed, &faults)?;
         Ok(Simulator {
             inner: hydrocrane_sim::Simulator::new(machine.model.clone(), sample_time, options).with_sensors(sensors),
@@ -91,6 +89,12 @@ impl Simulator {
         seen.extend(tip);
         seen.extend(self.inner.sensors().readings());
         Ok(vector(py, seen))
+    }
+
+    /// The method that is taken.
+    #[getter]
+    fn method(&self) -> &str {
+        self.inner.method()
     }
 
     /// What has made the simulation doubtful since the last call.

@@ -12,6 +12,7 @@ mod driven;
 mod event_loop;
 mod faults;
 mod live;
+mod method_choice;
 mod model;
 mod options;
 mod outcome;
@@ -41,6 +42,7 @@ pub use hydrocrane_plant::{
     StrokeError, LEDGER_PER_CYLINDER, LEDGER_TERMS, MAP_PARAMETERS,
 };
 pub use live::Live;
+pub use method_choice::{method_for, Task};
 pub use model::Model;
 pub use options::{Commands, Run, RunOptions};
 pub use outcome::{Outcome, OutcomeKind};

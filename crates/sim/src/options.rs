@@ -61,6 +61,8 @@ pub struct Run {
     /// What makes the run doubtful, in order of time.
     pub warnings: Vec<Warning>,
     pub outcome: Outcome,
+    /// The method that was taken.
+    pub method: String,
     pub accepted: u64,
     pub rejected: u64,
     pub effort: Effort,

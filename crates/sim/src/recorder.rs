@@ -37,6 +37,7 @@ impl<'a> Recorder<'a> {
                 payload_events: Vec::new(),
                 warnings: Vec::new(),
                 outcome,
+                method: options.method.clone(),
                 accepted: 0,
                 rejected: 0,
                 effort: Effort::default(),

@@ -115,6 +115,11 @@ impl Simulator {
         self.going.as_mut().map_or_else(Vec::new, |going| going.warnings(self.model.as_ref()))
     }
 
+    /// The method that is taken.
+    pub fn method(&self) -> &str {
+        &self.options.method
+    }
+
     pub fn model(&self) -> &dyn Model {
         self.model.as_ref()
     }

@@ -81,7 +81,7 @@ class Experiment:
         When to record, s, increasing, within the duration; default is the scenario's record interval.
     resolve_slopes : bool
         Choose step sizes so that the slopes keep the tolerance too. Without it the states are, to the last bit, those
-        of :func:`hydrocrane.simulate`, and the slopes rough wherever a law has a kink.
+        of :func:`hydrocrane.simulate` by the same method, and the slopes rough wherever a law has a kink.
     **changes
         Fields of the scenario or its solver to change, as in :func:`hydrocrane.simulate`.
     """
@@ -228,6 +228,7 @@ class Sensitivities:
             ledger=np.empty((0, 0)),
             payloads=np.full(len(raw["t"]), made.payload),
             outcome=self.outcome,
+            method=raw["method"],
             effort=raw["stats"],
             warnings=tuple(ResultWarning(*entry) for entry in raw["warnings"]),
         )

@@ -72,7 +72,7 @@ def simulate(
     payload: Payload = None,
     duration: Annotated[float | None, typer.Option(help="s.")] = None,
     method: Annotated[
-        str | None, typer.Option(help="rodas5p or ros4l (stiff), tsit5 (explicit), ros3l (fixed steps).")
+        str | None, typer.Option(help="auto, rodas5p or ros4l (stiff), tsit5 (explicit), ros3l (fixed steps).")
     ] = None,
     rtol: Annotated[float | None, typer.Option(help="Relative tolerance.")] = None,
     step: Annotated[float | None, typer.Option(help="Size of the steps of ros3l, s.")] = None,

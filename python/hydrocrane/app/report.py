@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 from rich.table import Table
 from rich.text import Text
 
+from hydrocrane import _core
 from hydrocrane.analysis.capacity import Height, at_height
 from hydrocrane.machine.machine import PROVENANCE_CLASSES
+from hydrocrane.scenario.solver import named
 from hydrocrane.scenario.stage import Stage
 
 if TYPE_CHECKING:
@@ -99,12 +101,13 @@ def _tally(machine: Machine) -> Text:
 
 def scenario_report(plan: Scenario, machine: Machine) -> list[Text]:
     """What `check` says about a scenario."""
+    solver = plan.solver
     q = [f"{joint} {value:g} {unit}" for joint, value, unit in _start(plan, machine)]
     return [
         Text.assemble((plan.name, "bold"), f": {plan.title}"),
         Text(f"machine {machine.name}, {plan.duration:g} s recorded every {plan.record_interval * 1e3:g} ms"),
         Text(f"start at {', '.join(q)}; pressures {plan.pressures if isinstance(plan.pressures, str) else 'given'}"),
-        Text(f"{_drive(plan, machine)}; solver {plan.solver.method}"),
+        Text(f"{_drive(plan, machine)}; solver {named(_core.method_for(machine.core, solver.entry), solver.method)}"),
         *_loads(plan),
         *(Text(f"from {begin:g} s on: {_loop(stage)}") for begin, stage in plan.stages()[1:]),
     ]

@@ -68,7 +68,9 @@ ENTRIES = {
 }""",
 }
 
+# What each method is or rests on, and those that are this package's own.
 _METHODS = {"rodas5p": "steinebach2023", "ros4l": "luan2017", "tsit5": "tsitouras2011", "ros3l": "hairer1996"}
+_OWN_METHODS = ("ros4l", "ros3l")
 
 
 def cite(subject: MachineLike | Record) -> str:
@@ -88,10 +90,14 @@ def cite(subject: MachineLike | Record) -> str:
     keys = ["heinze2007"]
     if any(name.endswith(".z") for name in machine.state_names):
         keys.append("canudas1995")
+    noted = []
     if isinstance(subject, Record):
-        keys.append(_METHODS[subject.data.attrs["solver_method"]])
+        method = str(subject.data.attrs["solver_method"])
+        keys.append(_METHODS[method])
+        if method in _OWN_METHODS:
+            noted.append(f"% integrated by {method}, a method of hydrocrane's own that rests on {_METHODS[method]}")
     sources = sorted({source for _, _, source in machine.provenance if source})
-    noted = [f"% values of {machine.name}: {source}" for source in sources]
+    noted += [f"% values of {machine.name}: {source}" for source in sources]
     return "\n\n".join([_software(), *(ENTRIES[key] for key in keys), *(["\n".join(noted)] if noted else [])])
 
 

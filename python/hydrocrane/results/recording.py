@@ -56,6 +56,8 @@ class Recording:
     payloads : (m,) array
         At the tip, kg.
     outcome : Outcome
+    method : str
+        That integrated it.
     effort : dict
         Steps, rejections, evaluations.
     warnings : tuple of ResultWarning
@@ -77,6 +79,7 @@ class Recording:
     ledger: Array
     payloads: Array
     outcome: Outcome
+    method: str
     effort: dict[str, int]
     warnings: tuple[ResultWarning, ...] = ()
     payload_changes: Sequence[PayloadEntry] = ()
@@ -96,6 +99,7 @@ class Recording:
             ledger=np.asarray(raw["ledger"]),
             payloads=np.asarray(raw["payloads"]),
             outcome=Outcome(*raw["outcome"]),
+            method=raw["method"],
             effort=raw["stats"],
             warnings=(*machine.warnings, *(ResultWarning(*entry) for entry in (*raw["doubts"], *raw["warnings"]))),
             payload_changes=raw["payload_changes"],

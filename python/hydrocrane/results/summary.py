@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrocrane.results.record import Record
-from hydrocrane.scenario.solver import FIXED_STEPS
+from hydrocrane.scenario.solver import FIXED_STEPS, named
 
 SHOWN_EVENTS = 5
 
@@ -28,7 +28,7 @@ def _head(run: Record) -> list[str]:
         lines.append(f"  {outcome.message}")
     fixed = about["solver_method"] == FIXED_STEPS
     size = f"steps of {about['solver_max_step'] * 1e3:g} ms" if fixed else f"rtol {about['solver_rtol']:g}"
-    effort = f"  {about['solver_method']}, {size}"
+    effort = f"  {named(about['solver_method'], about.get('solver_choice', ''))}, {size}"
     if "solver_steps" in about:
         effort += f": {about['solver_steps']} steps, {about.get('solver_rejected', 0)} rejected"
     wall = float(about.get("wall_time", 0.0))

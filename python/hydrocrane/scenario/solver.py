@@ -8,7 +8,8 @@ from hydrocrane._core_types import SolverEntry
 from hydrocrane.arrays import check_positive
 from hydrocrane.errors import InputError, unknown
 
-METHODS = ("rodas5p", "ros4l", "tsit5", "ros3l")
+AUTO = "auto"
+METHODS = (AUTO, "rodas5p", "ros4l", "tsit5", "ros3l")
 FIXED_STEPS = "ros3l"
 
 
@@ -16,14 +17,15 @@ FIXED_STEPS = "ros3l"
 class Solver:
     """Integration method, and its tolerances or its step.
 
+    ``auto`` takes the fastest suitable method: ``ros3l`` where `step` is given, else ``ros4l`` where all friction has
+    bristles (LuGre), else ``rodas5p``; sensitivities take ``rodas5p``. ``Run.data.attrs["solver_method"]`` says which.
     ``rodas5p`` and ``ros4l`` are stiff methods with the exact Jacobian, ``tsit5`` is explicit: they choose their
-    steps, up to `max_step` (s). With LuGre friction ``ros4l`` is the quickest, with static friction ``rodas5p`` is
-    the more exact. ``ros3l``, stiff as well, takes equal steps no longer than `step` (s) between changes of a
-    command, for real time: it cuts a step only where its error is gross, into at most 64 parts. `atol` scales the
+    steps, up to `max_step` (s). ``ros3l``, stiff as well, takes equal steps no longer than `step` (s) between changes
+    of a command, for real time: it cuts a step only where its error is gross, into at most 256 parts. `atol` scales the
     absolute tolerances of all states together; ``None`` leaves them in their fixed proportion to `rtol`.
     """
 
-    method: str = "rodas5p"
+    method: str = AUTO
     rtol: float = 1e-4
     atol: float | None = None
     max_step: float = 0.05
@@ -39,7 +41,7 @@ class Solver:
                 check_positive(name, getattr(self, name))
         if self.step is None and self.method == FIXED_STEPS:
             raise InputError(f"`{self.method}` takes fixed steps: give their size in seconds, for example step=0.005")
-        if self.step is not None and self.method != FIXED_STEPS:
+        if self.step is not None and self.method not in (AUTO, FIXED_STEPS):
             raise InputError(
                 f"`{self.method}` chooses its steps itself: leave `step` out, give `max_step` for the largest one, "
                 f"or take method=`{FIXED_STEPS}`"
@@ -55,3 +57,8 @@ class Solver:
             "max_step": float(self.max_step),
             "step": None if self.step is None else float(self.step),
         }
+
+
+def named(method: str, choice: str) -> str:
+    """The method that was taken, and that nobody stated it where it was chosen."""
+    return f"{method} (chosen: {AUTO})" if choice == AUTO else method

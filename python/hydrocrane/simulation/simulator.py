@@ -19,7 +19,7 @@ from hydrocrane.machine.sensors import SENSORS, SensorFault
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.results.outcome import Outcome
 from hydrocrane.scenario.payload import PayloadChange
-from hydrocrane.scenario.solver import Solver
+from hydrocrane.scenario.solver import AUTO, Solver
 
 
 class Simulator:
@@ -33,7 +33,7 @@ class Simulator:
     payload : float, optional
         kg at the tip at every reset; default is the machine's own. :meth:`set_payload` changes it on the way.
     method, rtol, step
-        As in :class:`~hydrocrane.Solver`: ``method="ros3l", step=1e-3`` for a bounded cost per sample.
+        As in :class:`~hydrocrane.Solver`: ``step=1e-3`` for a bounded cost per sample.
     sensors : {"ideal", "data-sheet"}
         What ``obs.measured`` holds: the truth, or what the machine's sensors read.
     seed : int
@@ -48,7 +48,7 @@ class Simulator:
         sample_time: float = 0.01,
         *,
         payload: float | None = None,
-        method: str = "rodas5p",
+        method: str = AUTO,
         rtol: float = 1e-4,
         step: float | None = None,
         sensors: str = "ideal",
@@ -95,6 +95,11 @@ class Simulator:
     def state(self) -> Array:
         """(n_states,) in the order of ``machine.state_names``."""
         return np.array(self._core.state, dtype=np.float64)
+
+    @property
+    def method(self) -> str:
+        """The method of integration: the one that was asked for, or that ``auto`` took."""
+        return self._core.method
 
     @property
     def time(self) -> float:

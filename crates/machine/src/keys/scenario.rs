@@ -188,9 +188,12 @@ static SENSOR_FAULT: &[Key] = &[
 ];
 
 static SOLVER: &[Key] = &[
-    Key::choice("method", &["rodas5p", "ros4l", "tsit5", "ros3l"])
-        .defaults(&["rodas5p"])
-        .means("Method of integration: `rodas5p` and `ros4l` for stiff machines, `tsit5` explicit, `ros3l` with fixed steps.")
+    Key::choice("method", &["auto", "rodas5p", "ros4l", "tsit5", "ros3l"])
+        .defaults(&["auto"])
+        .means(
+            "Method of integration: `auto` takes the fastest suitable one for the machine, with `step` `ros3l`; `rodas5p` and `ros4l` \
+             are for stiff machines, `tsit5` is explicit, `ros3l` takes fixed steps.",
+        )
         .source("theory/integration.md"),
     Key::quantity("rtol", &[NUMBER], Positive)
         .defaults(&["1e-4"])
@@ -205,7 +208,7 @@ static SOLVER: &[Key] = &[
         .usual(&[("0.01 ms", "1 s", 1e3)])
         .means("Largest step."),
     Key::quantity("step", &[TIME], Positive)
-        .otherwise("required by `ros3l`, an error with the others")
+        .otherwise("required by `ros3l`, an error with the other methods")
         .usual(&[("0.01 ms", "100 ms", 100.0)])
-        .means("Step of `ros3l`: no step is longer; each interval between changes of a command is divided evenly."),
+        .means("Step of `ros3l`, which `auto` then takes: no step is longer; each interval between changes of a command is divided evenly."),
 ];

@@ -8,6 +8,7 @@ pub use commands::commands;
 pub use start::start;
 
 use crate::live::Live;
+use crate::method_choice::{method_for, Task};
 use crate::model::Model;
 use crate::options::{Commands, RunOptions};
 use crate::payload::PayloadChange;
@@ -16,7 +17,7 @@ use crate::sampled::SampledPlan;
 use crate::warning::Warning;
 use hydrocrane_control::controller::Controller;
 use hydrocrane_machine::scenario::{Scenario, Solver, Stage};
-use hydrocrane_machine::{MachineError, OverrideValue};
+use hydrocrane_machine::{Machine, MachineError, OverrideValue};
 use hydrocrane_ode::Tolerances;
 use hydrocrane_plant::{BuildError, PoseError};
 use std::sync::Arc;
@@ -118,18 +119,20 @@ pub fn assemble(
     };
     let payload = scenario.payload.unwrap_or(first.model.machine().payload.mass);
     let (x0, doubts) = start(&scenario.initial, first.model.as_ref(), payload)?;
-    let options = options(&scenario.solver, &scenario.payload_changes, payload, settings);
+    let changes = scenario.payload_changes.iter().map(|&(time, mass)| PayloadChange { time, mass }).collect();
+    let options = options(&scenario.solver, first.model.machine(), Task::States, payload, settings);
+    let options = RunOptions { payload_changes: changes, ..options };
     Ok(Assembly { x0, doubts, end: scenario.duration, options, stages })
 }
 
-/// How a scenario is integrated.
-pub fn options(solver: &Solver, changes: &[(f64, f64)], payload: f64, settings: RunSettings) -> RunOptions {
+/// How a `task` on a machine is integrated, without changes of its payload.
+pub fn options(solver: &Solver, machine: &Machine, task: Task, payload: f64, settings: RunSettings) -> RunOptions {
     let (relative, max_step) = (solver.rtol, solver.step.unwrap_or(solver.max_step));
     RunOptions {
-        method: solver.method.clone(),
+        method: method_for(solver, machine, task).to_string(),
         tolerances: Tolerances { relative, absolute: solver.atol.unwrap_or(relative), max_step },
         payload,
-        payload_changes: changes.iter().map(|&(time, mass)| PayloadChange { time, mass }).collect(),
+        payload_changes: Vec::new(),
         ledger: settings.ledger,
         max_steps: settings.max_steps,
     }

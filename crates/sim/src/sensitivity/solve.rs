@@ -4,15 +4,18 @@ use super::construction::{tangents, Inputs};
 use super::key::{Keys, Parameter};
 use super::tangent_system::{Group, Number, TangentSystem};
 use super::SensitivityError;
+use crate::assembly::{options, RunSettings};
 use crate::build::build;
 use crate::driven::Driven;
 use crate::event_loop::{EventLoop, Record};
 use crate::faults::start_fault;
+use crate::method_choice::{step_control, Task};
 use crate::model::Model;
-use crate::options::{Commands, RunOptions};
+use crate::options::Commands;
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::schedule::Schedule;
 use crate::warning::Warning;
+use hydrocrane_machine::scenario::Solver;
 use hydrocrane_machine::{Machine, OverrideValue, Template};
 use hydrocrane_ode::System;
 use hydrocrane_ode::{method, Effort, Stepper};
@@ -44,8 +47,9 @@ pub struct Experiment {
     pub commands: Commands,
     /// Ascending times to record at, s.
     pub record: Vec<f64>,
-    /// Its payload is not used: `payload.mass` is the machine's. No ledger is kept.
-    pub options: RunOptions,
+    pub solver: Solver,
+    /// Accepted steps after which a run is given up.
+    pub max_steps: u64,
     /// Whether step sizes follow the derivatives too, or the states alone, as in a run without derivatives.
     pub resolve_slopes: bool,
 }
@@ -66,6 +70,8 @@ pub struct Sensitivities {
     /// What makes the run doubtful, in order of time.
     pub warnings: Vec<Warning>,
     pub outcome: Outcome,
+    /// The method that was taken.
+    pub method: String,
     pub accepted: u64,
     pub rejected: u64,
     pub effort: Effort,
@@ -118,17 +124,18 @@ fn sized<const N: usize>(
     let start = start_state(experiment, model, &groups)?;
     let mut record = SensitivityRecord::new(keys, model, &groups, &experiment.record);
     let states = model.layout().len();
-    if let Some(message) = start_fault(model, &start[..states.min(start.len())], &experiment.options) {
+    let settings = RunSettings { ledger: false, max_steps: experiment.max_steps };
+    let options = options(&experiment.solver, machine, Task::Sensitivities, inputs.payload, settings);
+    record.done.method.clone_from(&options.method);
+    if let Some(message) = start_fault(model, &start[..states.min(start.len())], &options) {
         record.done.outcome = Outcome { kind: OutcomeKind::BadState, time: 0.0, message };
         return Ok(record.done);
     }
     let sizes: Vec<f64> = if experiment.resolve_slopes { values.iter().map(size).collect() } else { Vec::new() };
-    let payload_changes = Vec::new();
-    let options = RunOptions { payload: inputs.payload, payload_changes, ledger: false, ..experiment.options.clone() };
     let mut system = TangentSystem::new(Driven::new(model, &options, 0.0), &groups, &sizes);
     let method = method(&options.method, system.dimension());
     let method = method.ok_or_else(|| SensitivityError::Key(format!("no method `{}`", options.method)))?;
-    let stepper = Stepper::new(method, options.tolerances, 0.0, &start, 0);
+    let stepper = Stepper::new(method, options.tolerances, 0.0, &start, 0).with_control(step_control(&options.method));
     let mut going = EventLoop::new(stepper, &system.driven);
     let mut schedule = Schedule::new(&experiment.commands, model);
     schedule.begin(0.0, &mut system.driven);
@@ -196,6 +203,7 @@ impl<'a, const N: usize> SensitivityRecord<'a, N> {
             commands: Vec::new(),
             warnings: Vec::new(),
             outcome: Outcome { kind: OutcomeKind::Completed, time: 0.0, message: String::new() },
+            method: String::new(),
             accepted: 0,
             rejected: 0,
             effort: Effort::default(),
