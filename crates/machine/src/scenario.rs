@@ -10,7 +10,7 @@ mod stage;
 mod written;
 
 pub use closed_loop::{ControllerChoice, Joystick, SensorQuality, StickMode};
-pub use command::SpoolCommand;
+pub use command::{CommandLog, LoggedColumn, SpoolCommand};
 pub use initial::{Initial, Pressures};
 pub use phase::Phase;
 pub use sensor_fault::{FaultKind, SensorFault};
