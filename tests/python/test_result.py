@@ -1,6 +1,7 @@
 """Scenarios, runs, their files and comparisons, and the stepping interface."""
 
 import dataclasses
+import pickle
 import signal
 import threading
 
@@ -36,6 +37,33 @@ def plan():
 @pytest.fixture(scope="module")
 def run(plan):
     return hc.simulate(plan)
+
+
+def test_a_run_is_labelled_when_its_data_is_asked_for(plan, run):
+    fresh = hc.simulate(plan)
+    assert (fresh.outcome, fresh.warnings, fresh.cylinder_names) == (run.outcome, run.warnings, run.cylinder_names)
+    assert "short on rottne-f9-lab" in repr(fresh)
+    assert "data" not in vars(fresh)
+    copied = pickle.loads(pickle.dumps(fresh))
+    for other in (fresh, copied):
+        assert other.data is other.data
+        xr.testing.assert_equal(other.data, run.data)
+        assert other.data.attrs["outcome"] == other.outcome.kind == "completed"
+    # What somebody writes there counts.
+    fresh.data.attrs["events"] = '[[0.1, "noted"]]'
+    assert fresh.events[0].text == "noted"
+
+
+def test_the_data_of_a_run_needs_no_file_any_more(plan, tmp_path):
+    """Phases read their machine anew, and a file may change or go before the data is asked for."""
+    file = tmp_path / "crane.toml"
+    file.write_text(f'extends = "{LAB}"\n[machine]\nname = "own"\nclass = "assumed"\n')
+    levers = hc.Joystick([0.0], {"lift": [0.5]}, mode="lever")
+    later = hc.Phase(0.1, {"supply.pressure": "100 bar"})
+    run = hc.simulate(hc.Scenario(machine=file, joints=plan.joints, joystick=levers, phases=[later], duration=0.2))
+    file.unlink()
+    assert run.data.attrs["machine"] == "own"
+    assert np.isfinite(run.data["energy.oil"]).all()
 
 
 # --- the data of a run ----------------------------------------------------------------------------------------------

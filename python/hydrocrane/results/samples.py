@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-import xarray as xr
 
 from hydrocrane._core_types import Samples
 from hydrocrane.arrays import Array
@@ -19,6 +18,10 @@ ROUNDING = 1e-9
 TOGETHER = 64
 
 
+# Variables over time as a data set takes them: dimension, values, and units with a long name.
+Columns = dict[str, tuple[str, np.ndarray, dict[str, str | float]]]
+
+
 def stage_rows(plan: Scenario, time: Array) -> Iterator[tuple[np.ndarray, Scenario]]:
     """Rows (m,) of each phase among the times (m,) of a run, and what holds there; where it begins, the old holds."""
     stages = plan.stages()
@@ -27,22 +30,20 @@ def stage_rows(plan: Scenario, time: Array) -> Iterator[tuple[np.ndarray, Scenar
         yield (time <= end + ROUNDING) & ((time > begin + ROUNDING) | (begin == 0.0)), stage
 
 
-def add_samples(data: xr.Dataset, machine: Machine, plan: Scenario, recorded: Sequence[Samples]) -> xr.Dataset:
-    """`data` with the samples of a run, each held over ``time`` until the next one; NaN where a phase has none."""
-    driver = plan.driver
-    data.attrs["controller"] = driver if isinstance(driver, str) else getattr(driver, "__name__", type(driver).__name__)
-    data.attrs["sensors"] = plan.sensors
-    time = data.time.values
-    tip = np.column_stack([data["tip.x"].values, data["tip.z"].values])
-    columns: dict[str, tuple[str, Array, dict[str, str]]] = {}
+def sample_columns(time: Array, tip: Array, machine: Machine, plan: Scenario, recorded: Sequence[Samples]) -> Columns:
+    """The samples of a run, each held over `time` (m,) until the next one; NaN where a phase has none.
+
+    `tip` (m, 2) is where the tip was.
+    """
+    columns: Columns = {}
     for (rows, stage), samples in zip(stage_rows(plan, time), recorded, strict=False):
         if not np.size(samples["t"]) or not rows.any():
             continue
         held = np.searchsorted(samples["t"], time[rows] + ROUNDING, side="right") - 1
         found = _sampled(samples, held, machine, stage) | _set_point(tip[rows], samples["set_points"], held)
         for name, (values, about) in found.items():
-            columns.setdefault(name, ("time", np.full(time.size, np.nan), about))[1][rows] = values
-    return data.assign(columns)
+            columns.setdefault(name, ("time", np.full(time.size, np.nan), {**about}))[1][rows] = values
+    return columns
 
 
 # What a signal is called is held with its values (m,).

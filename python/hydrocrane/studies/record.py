@@ -10,7 +10,7 @@ from hydrocrane.arrays import Array
 from hydrocrane.errors import unknown
 from hydrocrane.machine.machine import Machine
 from hydrocrane.result_warning import ResultWarning
-from hydrocrane.results.dataset import outputs_table, run_dataset
+from hydrocrane.results.dataset import outputs_table, run_dataset, stage_machines
 from hydrocrane.results.outcome import Outcome
 from hydrocrane.results.recording import Recording
 from hydrocrane.results.run import Run
@@ -80,4 +80,4 @@ class CaseRecord:
 
     @cached_property
     def _outputs(self) -> Array:
-        return outputs_table(self.machine, self.plan, self._recorded, oil=False)
+        return outputs_table(stage_machines(self.machine, self.plan), self.plan, self._recorded, oil=False)
