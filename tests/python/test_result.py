@@ -5,6 +5,7 @@ import pickle
 import signal
 import threading
 
+import h5py
 import numpy as np
 import pandas as pd
 import pytest
@@ -12,6 +13,7 @@ import scipy.io
 import xarray as xr
 
 import hydrocrane as hc
+from hydrocrane.files.netcdf import write_netcdf
 from hydrocrane.results.summary import energy_balance
 
 LAB = "rottne-f9-lab"
@@ -380,3 +382,27 @@ def test_cite_names_what_the_run_used(run):
         assert key in text
     assert "tsitouras" not in text
     assert text.count("{") == text.count("}")
+
+
+def test_netcdf_keeps_values_of_every_kind_and_what_is_said_of_them(tmp_path):
+    """As h5netcdf writes them; what it writes is what netCDF itself reads."""
+    data = xr.Dataset(
+        {
+            "pressure": (("time", "side"), np.ones((2, 2)), {"units": "Pa"}),
+            "closed": ("time", np.array([True, False])),
+            "who": ("time", np.array(["lever", "µ"])),
+            "count": ((), 3),
+        },
+        coords={"time": ("time", np.array(["2024-01-01", "2024-01-02"], dtype="datetime64[ns]"))},
+        attrs={"text": "µ", "empty": "", "numbers": [1.5, 2.5], "seed": 7, "names": ["a", "b"]},
+    )
+    ours, theirs = tmp_path / "ours.nc", tmp_path / "theirs.nc"
+    write_netcdf(data, ours)
+    data.to_netcdf(theirs, engine="h5netcdf")
+    with xr.open_dataset(ours, engine="h5netcdf") as one, xr.open_dataset(theirs, engine="h5netcdf") as other:
+        xr.testing.assert_identical(one.load(), other.load())
+        assert list(one.variables) == list(other.variables)
+    with h5py.File(ours) as one, h5py.File(theirs) as other:
+        for name in other:
+            assert [len(scales) for scales in one[name].dims] == [len(scales) for scales in other[name].dims]
+            assert one[name].is_scale == other[name].is_scale
