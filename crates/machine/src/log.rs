@@ -25,7 +25,9 @@ pub struct Log {
 
 impl Log {
     pub fn new(demands_class: bool) -> Self {
-        Self { demands_class, seen: RefCell::default(), unusual: RefCell::default() }
+        // A large machine has some three hundred values.
+        let seen = RefCell::new(HashMap::with_capacity(if demands_class { 512 } else { 0 }));
+        Self { demands_class, seen, unusual: RefCell::default() }
     }
 
     /// What was read, in the order of the tree.
