@@ -138,7 +138,9 @@ pub fn controller(
 /// What the controller believes of the machine where that is not the truth; loading it finds what is wrong.
 fn believed(table: &Reader, machine: &MachineSource, overrides: &[Override]) -> Result<Vec<(String, OverrideValue)>> {
     let believed = overrides_in(table, "believed")?;
-    machine.load(&[overrides, &believed].concat())?;
+    if !believed.is_empty() {
+        machine.load(&[overrides, &believed].concat())?;
+    }
     Ok(plain(believed))
 }
 
