@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from hydrocrane.plots.style import ACCENT, COLOURS, INK, MUTED, figure, styled, title, write
+from hydrocrane.plots.style import ACCENT, COLOURS, INK, MUTED, one_chart, styled, title, write
 
 MARKS = ("o", "s", "^", "D", "v", "P")
 
@@ -13,7 +13,7 @@ MARKS = ("o", "s", "^", "D", "v", "P")
 @styled
 def work_precision(curves: dict[str, list[dict[str, Any]]], families: dict[str, str], ours: str, path: Path) -> Path:
     """One line per solver: time against tip error, both logarithmic; colours are families, marks the methods."""
-    fig, axes = figure(8.5, 5.6)
+    fig, axes = one_chart(8.5, 5.6)
     order = list(dict.fromkeys(families.values()))
     colours = dict(zip(order, (ACCENT, *COLOURS[:4], COLOURS[5]), strict=False))
     drawn: dict[str, int] = dict.fromkeys(order, 0)

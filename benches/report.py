@@ -9,6 +9,7 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+from benches.as_called import printed as calls
 from benches.competitors.exudyn_crane import DIFFERENCES
 from benches.goals import goals, thread_shares
 from benches.picture import work_precision
@@ -219,6 +220,11 @@ def circumstances(results: Results) -> str:
     return table([*heads, "a right-hand side before and after [ns]"], rows)
 
 
+def as_called(results: Results) -> str:
+    section = results.get("as_called")
+    return lacking(section) or calls(section["figures"])
+
+
 PARTS: dict[str, Callable[[Results], str]] = {
     "goals": goals,
     "open_loop": open_loop,
@@ -228,6 +234,7 @@ PARTS: dict[str, Callable[[Results], str]] = {
     "batch": batch,
     "real_time": real_time,
     "laws": laws,
+    "as_called": as_called,
     "printed": printed,
     "growth": growth,
     "circumstances": circumstances,

@@ -96,7 +96,7 @@ class CockpitPage {
       load: (mass) => this.load(mass),
       save: () => this.send({ do: "save", share: false }),
       share: () => this.send({ do: "save", share: true }),
-      replay: (scenario, machine) => this.open({ scenario, text: machine ?? this.request.text ?? null }),
+      replay: (scenario, machine, logs) => this.open({ scenario, text: machine ?? this.request.text ?? null, logs }),
       task: (task) => this.setTask(task),
       data: () => this.data(),
       refuse: (message) => this.refuse(message),
@@ -233,7 +233,7 @@ class CockpitPage {
     // What stands in keeps the message why.
     if (this.description && this.asked !== USUAL) this.notices.clear(fresh);
     this.description = description;
-    const { scenario: _, ...request } = description.request;
+    const { scenario: _, logs: __, ...request } = description.request;
     this.request = request;
     this.warnOfDifferences(description);
     this.history.begin(description.signals, !fresh);

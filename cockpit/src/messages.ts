@@ -109,6 +109,8 @@ export interface Request {
   ground?: boolean;
   /** A scenario to be replayed; it stands for everything else but the `text` of its machine. */
   scenario?: string;
+  /** Texts of the logs that the scenario names. */
+  logs?: Record<string, string>;
   "keep-state"?: boolean;
 }
 

@@ -8,6 +8,8 @@ import { TASKS, type Score, type TaskName } from "./tasks";
 
 /** Largest file that is read, bytes. */
 const LARGEST = 8_000_000;
+/** Files that are read at once: a scenario, its machine, its logs. */
+const MOST_FILES = 8;
 
 export interface Actions {
   /** Changes the drive at hand, which goes on from its state. */
@@ -24,8 +26,8 @@ export interface Actions {
   refuse: (message: string) => void;
   save: () => void;
   share: () => void;
-  /** `machine`: text of the machine file that the scenario names, where it was chosen with it. */
-  replay: (scenario: string, machine: string | null) => void;
+  /** `machine`: text of the machine file that the scenario names, and `logs` those of its logs, where they were chosen with it. */
+  replay: (scenario: string, machine: string | null, logs: Record<string, string>) => void;
   data: () => void;
   /** Back to the start with something to do, or nothing. */
   task: (task: TaskName | null) => void;
@@ -257,13 +259,17 @@ export class Panel {
   }
 
   private files(): HTMLElement {
-    const replay = (files: { text: string }[]): void => {
-      const scenario = files.find(({ text }) => /^\s*\[scenario\]/m.test(text)) ?? files[0];
-      const machine = files.find((other) => other !== scenario);
-      if (scenario) this.act.replay(scenario.text, machine?.text ?? null);
+    const replay = (files: { name: string; text: string }[]): void => {
+      const tables = files.filter(({ name }) => /\.toml$/i.test(name));
+      const scenario = tables.find(({ text }) => /^\s*\[scenario\]/m.test(text)) ?? tables[0];
+      if (!scenario) return this.act.refuse("No scenario is among the files: choose one that ends in .toml.");
+      const machine = tables.find((other) => other !== scenario);
+      const logs = files.filter((file) => !tables.includes(file)).map(({ name, text }): [string, string] => [name, text]);
+      this.act.replay(scenario.text, machine?.text ?? null, Object.fromEntries(logs));
     };
     const file = fileInput("drive-file", replay, this.act.refuse);
     file.multiple = true;
+    file.accept += ",.csv,.tsv,.txt,.dat,.log";
     return section(
       "Keep this drive",
       file,
@@ -277,7 +283,7 @@ export class Panel {
         "div",
         { className: "row" },
         button("Link", "Copy an address that opens this page and replays the drive", this.act.share),
-        button("Replay …", "Replay a saved drive, or another scenario with a joystick; choose its machine file with it", () => file.click()),
+        button("Replay …", "Replay a saved drive or any other scenario; choose its machine file and its logs with it", () => file.click()),
       ),
     );
   }
@@ -291,7 +297,7 @@ function fileInput(
 ): HTMLInputElement {
   const file = make("input", { type: "file", accept: ".toml", id, hidden: true });
   file.addEventListener("change", () => {
-    const chosen = [...(file.files ?? [])].slice(0, 2);
+    const chosen = [...(file.files ?? [])].slice(0, MOST_FILES);
     file.value = "";
     const large = chosen.find(({ size }) => size > LARGEST);
     if (large) return refuse(`${large.name} has ${(large.size / 1e6).toFixed(0)} MB: a machine or scenario has ${LARGEST / 1e6} MB at most.`);

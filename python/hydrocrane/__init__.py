@@ -62,6 +62,7 @@ _HOME = {
     "mode_map": "analysis.linear",
     "modes": "analysis.linear",
     "open_study": "studies",
+    "read_commands": "scenario.command",
     "read_log": "logs",
     "sensitivities": "analysis.sensitivity",
     "simulate": "simulation.running",

@@ -46,6 +46,8 @@ __all__ = [
     "stages",
     "start_state",
     "command_table",
+    "scenario_text",
+    "read_commands",
     "tip_gain_info",
 ]
 
@@ -250,6 +252,14 @@ def method_for(machine: Machine, solver: SolverEntry) -> str: ...
 def stages(scenario: ScenarioEntry) -> list[StageTable]: ...
 def start_state(machine: Machine, scenario: ScenarioEntry) -> tuple[_Array, list[WarningEntry]]: ...
 def command_table(machine: Machine, scenario: ScenarioEntry) -> tuple[_Array, _Array, bool]: ...
+def scenario_text(machine: Machine, scenario: ScenarioEntry, head: tuple[str, str, str, str]) -> str: ...
+def read_commands(
+    cylinders: list[str],
+    name: str,
+    time: str | None,
+    linear: bool,
+    columns: list[tuple[str, str | None, str | None]],
+) -> list[tuple[str, _Array, _Array]]: ...
 def measure(
     machine: Machine,
     times: _Array,

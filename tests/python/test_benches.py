@@ -16,7 +16,7 @@ import hydrocrane as hc
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
-from benches import report, tables  # noqa: E402
+from benches import as_called, report, tables  # noqa: E402
 from benches.compete import Effort, compete, curve, operating_point  # noqa: E402
 from benches.competitors import casadi_cvodes, compiled, exudyn_crane, own, scipy_solvers  # noqa: E402
 from benches.measures import batch, growth, laws  # noqa: E402
@@ -193,3 +193,12 @@ def test_the_page_says_what_was_not_measured():
 )
 def test_numbers_are_rounded_for_readers(value, text):
     assert tables.digits(value) == text
+
+
+def test_calls_of_two_checkouts_are_compared_pair_by_pair():
+    found = [[{"call": 1e-3}, {"call": 3e-3}], [{"call": 2e-3}, {"call": 4e-3}], [{"call": 4e-3}, {"call": 8e-3}]]
+    figures = as_called.summary(found)
+    assert figures == {"call": {"seconds": 1e-3, "other_seconds": 3e-3, "ratio": 2.0}}
+    assert as_called.printed(figures).endswith("| `call` | 1.00 | 3.00 | 2.00 |")
+    alone = as_called.summary([[{"call": 1e-3}]])
+    assert as_called.printed(alone).endswith("| `call` | 1.00 |")

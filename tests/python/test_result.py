@@ -1,9 +1,11 @@
 """Scenarios, runs, their files and comparisons, and the stepping interface."""
 
 import dataclasses
+import pickle
 import signal
 import threading
 
+import h5py
 import numpy as np
 import pandas as pd
 import pytest
@@ -11,6 +13,7 @@ import scipy.io
 import xarray as xr
 
 import hydrocrane as hc
+from hydrocrane.files.netcdf import write_netcdf
 from hydrocrane.results.summary import energy_balance
 
 LAB = "rottne-f9-lab"
@@ -36,6 +39,33 @@ def plan():
 @pytest.fixture(scope="module")
 def run(plan):
     return hc.simulate(plan)
+
+
+def test_a_run_is_labelled_when_its_data_is_asked_for(plan, run):
+    fresh = hc.simulate(plan)
+    assert (fresh.outcome, fresh.warnings, fresh.cylinder_names) == (run.outcome, run.warnings, run.cylinder_names)
+    assert "short on rottne-f9-lab" in repr(fresh)
+    assert "data" not in vars(fresh)
+    copied = pickle.loads(pickle.dumps(fresh))
+    for other in (fresh, copied):
+        assert other.data is other.data
+        xr.testing.assert_equal(other.data, run.data)
+        assert other.data.attrs["outcome"] == other.outcome.kind == "completed"
+    # What somebody writes there counts.
+    fresh.data.attrs["events"] = '[[0.1, "noted"]]'
+    assert fresh.events[0].text == "noted"
+
+
+def test_the_data_of_a_run_needs_no_file_any_more(plan, tmp_path):
+    """Phases read their machine anew, and a file may change or go before the data is asked for."""
+    file = tmp_path / "crane.toml"
+    file.write_text(f'extends = "{LAB}"\n[machine]\nname = "own"\nclass = "assumed"\n')
+    levers = hc.Joystick([0.0], {"lift": [0.5]}, mode="lever")
+    later = hc.Phase(0.1, {"supply.pressure": "100 bar"})
+    run = hc.simulate(hc.Scenario(machine=file, joints=plan.joints, joystick=levers, phases=[later], duration=0.2))
+    file.unlink()
+    assert run.data.attrs["machine"] == "own"
+    assert np.isfinite(run.data["energy.oil"]).all()
 
 
 # --- the data of a run ----------------------------------------------------------------------------------------------
@@ -359,3 +389,27 @@ def test_cite_names_what_the_run_used(run):
         assert key in text
     assert "tsitouras" not in text and "steinebach" not in text
     assert text.count("{") == text.count("}")
+
+
+def test_netcdf_keeps_values_of_every_kind_and_what_is_said_of_them(tmp_path):
+    """As h5netcdf writes them; what it writes is what netCDF itself reads."""
+    data = xr.Dataset(
+        {
+            "pressure": (("time", "side"), np.ones((2, 2)), {"units": "Pa"}),
+            "closed": ("time", np.array([True, False])),
+            "who": ("time", np.array(["lever", "µ"])),
+            "count": ((), 3),
+        },
+        coords={"time": ("time", np.array(["2024-01-01", "2024-01-02"], dtype="datetime64[ns]"))},
+        attrs={"text": "µ", "empty": "", "numbers": [1.5, 2.5], "seed": 7, "names": ["a", "b"]},
+    )
+    ours, theirs = tmp_path / "ours.nc", tmp_path / "theirs.nc"
+    write_netcdf(data, ours)
+    data.to_netcdf(theirs, engine="h5netcdf")
+    with xr.open_dataset(ours, engine="h5netcdf") as one, xr.open_dataset(theirs, engine="h5netcdf") as other:
+        xr.testing.assert_identical(one.load(), other.load())
+        assert list(one.variables) == list(other.variables)
+    with h5py.File(ours) as one, h5py.File(theirs) as other:
+        for name in other:
+            assert [len(scales) for scales in one[name].dims] == [len(scales) for scales in other[name].dims]
+            assert one[name].is_scale == other[name].is_scale

@@ -113,10 +113,6 @@ impl Columns {
             None => Ok(values),
         }
     }
-
-    pub fn len(&self) -> usize {
-        self.rows.len()
-    }
 }
 
 fn is_comment(line: &str) -> bool {

@@ -334,6 +334,7 @@ pub fn join(path: &str, key: &str) -> String {
     if path.is_empty() {
         key.to_string()
     } else {
-        format!("{path}.{key}")
+        // Every key of a file is joined: `format!` takes several times as long.
+        [path, ".", key].concat()
     }
 }

@@ -78,7 +78,7 @@ impl<'a> Field<'a> {
     }
 
     fn keep(&self, si: &[f64], quantities: &[&Quantity], form: Form) {
-        let units = quantities.iter().map(|quantity| quantity.unit.clone()).collect();
+        let units = quantities.iter().map(|quantity| quantity.unit.to_string()).collect();
         self.log.keep(&self.path, Recorded { si: si.to_vec(), units, form });
     }
 
@@ -234,16 +234,16 @@ impl<'a> Field<'a> {
     fn judge(&self, number: f64, written: Option<&str>, si: f64, place: &Place, quantity: &Quantity) -> Result<()> {
         let verdict = plausible::judge(self.key, quantity, number, si);
         let in_si = || format!("{} {}", plausible::short(si), quantity.unit).trim_end().to_string();
-        let shown = written.map_or_else(in_si, str::to_string);
+        let shown = || written.map_or_else(in_si, str::to_string);
         match verdict {
             Verdict::Usual => Ok(()),
             Verdict::Unusual(usual, cure) => {
                 let place = place.locate().to_string();
-                self.log.warn(Unusual { key: self.path.clone(), place, text: format!("{shown}; {usual}"), cure });
+                self.log.warn(Unusual { key: self.path.clone(), place, text: format!("{}; {usual}", shown()), cure });
                 Ok(())
             }
             Verdict::Refused(usual, cure) => {
-                let message = format!("{shown} is beyond any use; {usual}");
+                let message = format!("{} is beyond any use; {usual}", shown());
                 Err(place.error(ErrorKind::OutOfRange, &self.path, message).help(cure))
             }
         }

@@ -1,8 +1,9 @@
 //! From a bundled name or a path to a checked machine.
 
+use std::borrow::Cow;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock, OnceLock};
 
 use crate::bundled::{bundled_machines, bundled_scenarios};
 use crate::document::{self, Node, NodeKind, Place, Scalar, SourceFile, LONGEST_TEXT};
@@ -30,7 +31,7 @@ pub fn load(source: &str, overrides: &[(String, OverrideValue)]) -> Result<Machi
 
 /// As [`load`], for overrides written in a file.
 pub fn load_with(source: &str, overrides: &[Override]) -> Result<Machine> {
-    build(&open(source, "machine", bundled_machines())?, overrides)
+    build(named_tree(source)?, overrides)
 }
 
 /// Overrides by a caller.
@@ -49,11 +50,32 @@ pub fn parse(text: &str, origin: &str, overrides: &[(String, OverrideValue)]) ->
 /// As [`parse`], for overrides written in a file.
 pub fn parse_with(text: &str, origin: &str, overrides: &[Override]) -> Result<Machine> {
     let file = Arc::new(SourceFile { name: origin.into(), text: text.into() });
-    build(&Source { file, folder: None }, overrides)
+    build(Cow::Owned(machine_tree(&Source { file, folder: None })?), overrides)
 }
 
-fn build(source: &Source, overrides: &[Override]) -> Result<Machine> {
-    sections::machine(&overridden(machine_tree(source)?, overrides)?)
+fn build(tree: Cow<Node>, overrides: &[Override]) -> Result<Machine> {
+    sections::machine(&*overridden(tree, overrides)?)
+}
+
+/// The tree of the machine `source`, a bundled name or a path.
+fn named_tree(source: &str) -> Result<Cow<'static, Node>> {
+    match bundled_tree(source) {
+        Some(tree) => tree.map(Cow::Borrowed),
+        None => machine_tree(&open(source, "machine", bundled_machines())?).map(Cow::Owned),
+    }
+}
+
+/// The tree of a bundled machine; read once, since what is compiled in cannot change as a file can. `None`: no such name.
+fn bundled_tree(name: &str) -> Option<Result<&'static Node>> {
+    static TREES: LazyLock<Vec<OnceLock<Node>>> =
+        LazyLock::new(|| bundled_machines().iter().map(|_| OnceLock::new()).collect());
+    let index = bundled_machines().iter().position(|(known, _)| *known == name)?;
+    Some(match TREES[index].get() {
+        Some(tree) => Ok(tree),
+        None => open(name, "machine", bundled_machines())
+            .and_then(|source| machine_tree(&source))
+            .map(|tree| TREES[index].get_or_init(|| tree)),
+    })
 }
 
 /// The tree of a machine file with all that it extends and includes.
@@ -68,9 +90,9 @@ fn machine_tree(source: &Source) -> Result<Node> {
     }
 }
 
-fn overridden(mut tree: Node, overrides: &[Override]) -> Result<Node> {
+fn overridden<'a>(mut tree: Cow<'a, Node>, overrides: &[Override]) -> Result<Cow<'a, Node>> {
     for change in overrides {
-        apply_override(&mut tree, change)?;
+        apply_override(tree.to_mut(), change)?;
     }
     Ok(tree)
 }
@@ -86,8 +108,7 @@ impl Template {
     /// # Errors
     /// What is wrong with the files or the keys of the overrides; their values are checked when built.
     pub fn open(source: &str, overrides: &[(String, OverrideValue)]) -> Result<Self> {
-        let tree = machine_tree(&open(source, "machine", bundled_machines())?)?;
-        Ok(Self { tree: overridden(tree, &placed(overrides))? })
+        Ok(Self { tree: overridden(named_tree(source)?, &placed(overrides))?.into_owned() })
     }
 
     /// The machine with `changes` on top.
@@ -95,7 +116,7 @@ impl Template {
     /// # Errors
     /// As [`load`].
     pub fn build(&self, changes: &[(String, OverrideValue)]) -> Result<Machine> {
-        sections::machine(&overridden(self.tree.clone(), &placed(changes))?)
+        build(Cow::Borrowed(&self.tree), &placed(changes))
     }
 }
 
@@ -121,6 +142,10 @@ fn extended_base(source: &Source, node: &Node, opened: &mut Vec<String>) -> Resu
         let found = format!("expected the name of a machine, found {}", node.kind_name());
         return Err(place.error(ErrorKind::WrongType, "extends", found).help("put the name in quotes"));
     };
+    // A bundled machine extends no other file than bundled ones.
+    if let Some(tree) = bundled_tree(name) {
+        return tree.cloned();
+    }
     if opened.len() >= MOST_EXTENDED {
         let message = format!("more than {MOST_EXTENDED} files extend each other");
         return Err(place.error(ErrorKind::TooLarge, "extends", message).help("extend a file that stands alone"));

@@ -25,22 +25,17 @@ pub struct Log {
 
 impl Log {
     pub fn new(demands_class: bool) -> Self {
-        Self { demands_class, seen: RefCell::default(), unusual: RefCell::default() }
+        // A large machine has some three hundred values.
+        let seen = RefCell::new(HashMap::with_capacity(if demands_class { 512 } else { 0 }));
+        Self { demands_class, seen, unusual: RefCell::default() }
     }
 
     /// What was read, in the order of the tree.
-    pub fn in_order_of(&self, root: &Node) -> Vec<Provenance> {
-        let mut ordered = Vec::new();
-        self.collect(root, "", &mut ordered);
+    pub fn in_order_of(self, root: &Node) -> Vec<Provenance> {
+        let mut seen = self.seen.into_inner();
+        let mut ordered = Vec::with_capacity(seen.len());
+        collect(&mut seen, root, "", &mut ordered);
         ordered
-    }
-
-    fn collect(&self, node: &Node, path: &str, ordered: &mut Vec<Provenance>) {
-        for entry in node.entries().unwrap_or_default() {
-            let key = join(path, &entry.key);
-            ordered.extend(self.seen.borrow().get(&key).cloned());
-            self.collect(&entry.node, &key, ordered);
-        }
     }
 
     /// Notes where the value at `key` comes from; demanding logs refuse a value without a class.
@@ -80,5 +75,13 @@ impl Log {
         if let Some(entry) = self.seen.borrow_mut().get_mut(key) {
             entry.value = value;
         }
+    }
+}
+
+fn collect(seen: &mut HashMap<String, Provenance>, node: &Node, path: &str, ordered: &mut Vec<Provenance>) {
+    for entry in node.entries().unwrap_or_default() {
+        let key = join(path, &entry.key);
+        ordered.extend(seen.remove(&key));
+        collect(seen, &entry.node, &key, ordered);
     }
 }

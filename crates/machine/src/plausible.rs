@@ -33,7 +33,7 @@ struct Range {
 
 impl Range {
     fn new(&(low, high, margin): &Usual) -> Self {
-        let ends = [low, high].map(|text| units::parse_scalar(text).expect("a range of this program"));
+        let ends = [low, high].map(units::own_scalar);
         let [from, to] = ends.map(|(number, unit)| unit.to_si(number));
         let dimension = low.contains(' ').then_some(ends[0].1.dimension);
         Range { dimension, low: from, high: to, margin, texts: [low, high] }
@@ -87,7 +87,7 @@ fn range_of(key: &Key, dimension: Dimension) -> Option<Range> {
 fn likely(range: &Range, dimension: Dimension, number: f64) -> Option<String> {
     let distance = |si: f64| libm::log(si * si / (range.low.max(1e-3 * range.high) * range.high)).abs();
     let meant = units::symbols().chain(WRITTEN_UNITS).filter_map(|symbol| {
-        let unit = units::parse_unit(symbol).expect("a unit of this program");
+        let unit = units::own_unit(symbol);
         let si = unit.to_si(number).abs();
         let fits = unit.dimension == dimension && (range.low..=range.high).contains(&si);
         fits.then_some((symbol, distance(si)))

@@ -57,5 +57,5 @@ pub const NUMBER: Kind = Kind { name: "plain number", unit: "" };
 
 /// N (s/m)^exponent: a friction force over a power of the velocity.
 pub fn viscous_friction(exponent: f64) -> Quantity {
-    Quantity::new("viscous friction coefficient", &format!("N s^{exponent}/m^{exponent}"))
+    Quantity::new("viscous friction coefficient", format!("N s^{exponent}/m^{exponent}"))
 }

@@ -182,7 +182,12 @@ impl<'a> Reader<'a> {
     }
 
     pub fn required(&self, key: &str, help: &str) -> Result<Field<'a>> {
-        self.optional(key)?.ok_or_else(|| self.missing(key, format!("give {help}")))
+        self.required_as(key, || help.into())
+    }
+
+    /// As [`Self::required`], where the help is written only if it is needed.
+    fn required_as(&self, key: &str, help: impl FnOnce() -> String) -> Result<Field<'a>> {
+        self.optional(key)?.ok_or_else(|| self.missing(key, format!("give {}", help())))
     }
 
     /// The declared quantity.
@@ -197,7 +202,7 @@ impl<'a> Reader<'a> {
 
     /// As [`Self::quantity`], where other values decide which of the declared quantities it is.
     pub fn quantity_of(&self, key: &str, quantity: &Quantity) -> Result<f64> {
-        self.required(key, &quantity.example())?.quantity_of(quantity)
+        self.required_as(key, || quantity.example())?.quantity_of(quantity)
     }
 
     pub fn optional_quantity(&self, key: &str) -> Result<Option<f64>> {
@@ -223,7 +228,7 @@ impl<'a> Reader<'a> {
 
     pub fn pair(&self, key: &str) -> Result<[f64; 2]> {
         let quantity = self.quantity_at(key);
-        self.required(key, &quantity.example())?.pair_of([&quantity, &quantity])
+        self.required_as(key, || quantity.example())?.pair_of([&quantity, &quantity])
     }
 
     pub fn point(&self, key: &str) -> Result<[f64; 2]> {
@@ -240,8 +245,8 @@ impl<'a> Reader<'a> {
 
     /// Which of the declared choices the key names; `values` are what they stand for, in their order.
     pub fn choice<T: Copy>(&self, key: &str, values: &[T]) -> Result<T> {
-        let choices = self.choices(key).join(", ");
-        self.required(key, &format!("one of {choices}"))?.choice(values)
+        let help = || format!("one of {}", self.choices(key).join(", "));
+        self.required_as(key, help)?.choice(values)
     }
 
     pub fn optional_choice<T: Copy>(&self, key: &str, values: &[T]) -> Result<Option<T>> {

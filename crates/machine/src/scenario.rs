@@ -7,13 +7,15 @@ mod log;
 mod phase;
 mod sensor_fault;
 mod stage;
+mod written;
 
 pub use closed_loop::{ControllerChoice, Joystick, SensorQuality, StickMode};
-pub use command::SpoolCommand;
+pub use command::{CommandLog, LoggedColumn, SpoolCommand};
 pub use initial::{Initial, Pressures};
 pub use phase::Phase;
 pub use sensor_fault::{FaultKind, SensorFault};
 pub use stage::Stage;
+pub use written::Unwritable;
 
 use crate::bundled::{bundled_machines, bundled_scenarios};
 use crate::document::{self, Node, NodeKind, Scalar, SourceFile};
@@ -91,7 +93,7 @@ pub const FIXED_STEPS: &str = "ros3l";
 /// # Errors
 /// The first problem met, with its place and cure.
 pub fn load_scenario(source: &str, overrides: &[(String, OverrideValue)]) -> Result<Scenario> {
-    build(&load::open(source, "scenario", bundled_scenarios())?, overrides, &[])
+    build(&load::open(source, "scenario", bundled_scenarios())?, overrides, None, &[])
 }
 
 /// As [`load_scenario`], for text in memory; `origin` is what errors call it.
@@ -99,15 +101,21 @@ pub fn load_scenario(source: &str, overrides: &[(String, OverrideValue)]) -> Res
 /// # Errors
 /// The first problem met, with its place and cure.
 pub fn parse_scenario(text: &str, origin: &str, overrides: &[(String, OverrideValue)]) -> Result<Scenario> {
-    build(&in_memory(text, origin), overrides, &[])
+    build(&in_memory(text, origin), overrides, None, &[])
 }
 
-/// As [`parse_scenario`], with the names and texts of the files that the scenario names: its machine, its logs.
+/// As [`parse_scenario`], where `machine` is the text of the machine file that the scenario names, if it names one, and `logs`
+/// are the names and texts of its logs.
 ///
 /// # Errors
 /// The first problem met, with its place and cure.
-pub fn parse_scenario_with(text: &str, origin: &str, files: &[(String, String)]) -> Result<Scenario> {
-    build(&in_memory(text, origin), &[], files)
+pub fn parse_scenario_with(
+    text: &str,
+    origin: &str,
+    machine: Option<&str>,
+    logs: &[(String, String)],
+) -> Result<Scenario> {
+    build(&in_memory(text, origin), &[], machine, logs)
 }
 
 fn in_memory(text: &str, origin: &str) -> Source {
@@ -131,7 +139,12 @@ impl MachineSource {
     }
 }
 
-fn build(source: &Source, overrides: &[(String, OverrideValue)], given: &[(String, String)]) -> Result<Scenario> {
+fn build(
+    source: &Source,
+    overrides: &[(String, OverrideValue)],
+    machine_text: Option<&str>,
+    given: &[(String, String)],
+) -> Result<Scenario> {
     let mut tree = document::parse(&source.file)?;
     let tables = tree.entries().unwrap_or_default();
     let of_a_machine = |key: &str| ["machine", "link", "extends", "include"].contains(&key);
@@ -153,7 +166,7 @@ fn build(source: &Source, overrides: &[(String, OverrideValue)], given: &[(Strin
     let machine_overrides = overrides_in(&root, "overrides")?;
     let name = machine_source(source, head.text("machine")?);
     let files = Files { folder: source.folder.as_deref(), given };
-    let text = files.given(&name).filter(|_| is_path(&name)).map(str::to_string);
+    let text = machine_text.filter(|_| is_path(&name)).map(str::to_string);
     let machine_source = MachineSource { name, text };
     let machine = machine(&head, &machine_source, &machine_overrides)?;
     let payload = head.optional_quantity("payload")?;

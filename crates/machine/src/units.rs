@@ -4,6 +4,9 @@
 //! cannot be mistaken for each other. `Hz` means cycles per second of an angular frequency: 1 Hz = 2 pi rad/s.
 
 use crate::nearest::suggestion;
+use std::borrow::Cow;
+use std::cell::RefCell;
+use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 use std::fmt;
 
@@ -44,7 +47,7 @@ impl fmt::Display for Dimension {
 #[derive(Debug, Clone)]
 pub struct Quantity {
     pub name: &'static str,
-    pub unit: String,
+    pub unit: Cow<'static, str>,
     pub dimension: Dimension,
 }
 
@@ -53,13 +56,17 @@ impl Quantity {
     ///
     /// # Panics
     /// Where `unit` is not a unit; it is written in this program, never read from a file.
-    pub fn new(name: &'static str, unit: &str) -> Self {
-        let dimension = parse_unit(unit).expect("a unit of this program").dimension;
-        Self { name, unit: unit.into(), dimension }
+    pub fn new(name: &'static str, unit: impl Into<Cow<'static, str>>) -> Self {
+        let unit = unit.into();
+        let dimension = match unit {
+            Cow::Borrowed(text) => own_unit(text).dimension,
+            Cow::Owned(ref text) => parse_unit(text).expect("a unit of this program").dimension,
+        };
+        Self { name, unit, dimension }
     }
 
     pub fn number() -> Self {
-        Self { name: "plain number", unit: String::new(), dimension: Dimension::NONE }
+        Self { name: "plain number", unit: Cow::Borrowed(""), dimension: Dimension::NONE }
     }
 
     pub fn is_number(&self) -> bool {
@@ -115,6 +122,25 @@ pub fn parse_scalar(text: &str) -> Result<(f64, Unit), UnitError> {
     let end = number_length(text);
     let number = parse_number(&text[..end])?;
     Ok((number, parse_unit(&text[end..])?))
+}
+
+thread_local! {
+    static OWN_UNITS: RefCell<HashMap<&'static str, Unit>> = RefCell::default();
+}
+
+/// A unit that stands in this program and not in a file. Each is parsed once: every value of a file is held against several.
+///
+/// # Panics
+/// Where it is none.
+pub fn own_unit(text: &'static str) -> Unit {
+    let parse = || parse_unit(text).expect("a unit of this program");
+    OWN_UNITS.with_borrow_mut(|known| *known.entry(text).or_insert_with(parse))
+}
+
+/// As [`own_unit`], behind a number.
+pub fn own_scalar(text: &'static str) -> (f64, Unit) {
+    let (number, unit) = text.split_at(number_length(text));
+    (number.parse().expect("a number of this program"), own_unit(unit))
 }
 
 /// `"(0.199, -0.061) m"`: two numbers and their common unit.

@@ -209,7 +209,11 @@ impl Stepper {
     /// Takes one of the fewest equal steps to `limit` that are not longer than the largest step, or a part of one where the whole
     /// step would not follow the equations. The number of parts is bounded, and so is the work of a step.
     fn even_step(&mut self, system: &dyn System, limit: f64) -> Result<(), StepFailure> {
-        let parts_of = |span: f64, most: f64| span / (span / most - EVEN).ceil().max(1.0);
+        // Without a limit the largest step is taken as it is.
+        let parts_of = |span: f64, most: f64| match span.is_finite() {
+            true => span / (span / most - EVEN).ceil().max(1.0),
+            false => most,
+        };
         let whole = parts_of(limit - self.t, self.tolerances.max_step);
         let gross = self.gross(whole);
         let least = self.least_part();

@@ -6,19 +6,20 @@ use crate::from_machine::plant;
 use crate::laws::{Laws, Moment};
 use crate::layout::{Layout, Unit};
 use crate::limits::{JointActuation, JointLimits};
+use crate::oil;
 use crate::outputs::{self, OutputInfo};
 use crate::plant::Plant;
 use crate::precision::Precision;
 use hydrocrane_machine::Machine;
 use hydrocrane_num::{portable, small};
 use hydrocrane_physics::hydraulics::fluid::OilTables;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 pub struct Crane<const N: usize> {
     pub(crate) machine: Machine,
     pub(crate) laws: Laws<N>,
     /// Built on first use: only energies and densities need them.
-    pub(crate) oil: OnceLock<OilTables>,
+    pub(crate) oil: OnceLock<Arc<OilTables>>,
     pub(crate) layout: Layout,
     pub(crate) precision: Precision,
     pub(crate) limits: Vec<JointLimits>,
@@ -101,7 +102,7 @@ impl<const N: usize> Crane<N> {
     }
 
     pub(crate) fn oil(&self) -> &OilTables {
-        self.oil.get_or_init(|| OilTables::new(self.plant().fluid))
+        self.oil.get_or_init(|| oil::tables(&self.plant().fluid))
     }
 
     pub(crate) fn actuation_of(&self, i: usize) -> JointActuation<'_> {

@@ -192,6 +192,9 @@ impl JointActuation<'_> {
 fn bisect(mut inside: f64, mut outside: f64, holds: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..80 {
         let middle = 0.5 * (inside + outside);
+        if middle == inside || middle == outside {
+            break;
+        }
         if holds(middle) {
             inside = middle;
         } else {

@@ -1,12 +1,15 @@
 //! Machine and scenario files.
 
+use crate::arrays::vector;
 use crate::errors::{assembly_error, file_error};
 use crate::machine::Machine;
 use crate::overrides::{overrides, pairs_of};
 use hydrocrane_machine::scenario::{
-    ControllerChoice, FaultKind, Interpolation, Joystick, Phase, Pressures, SensorFault, SensorQuality, StickMode,
+    CommandLog, ControllerChoice, FaultKind, Interpolation, Joystick, LoggedColumn, Phase, Pressures, SensorFault,
+    SensorQuality, StickMode,
 };
 use hydrocrane_machine::FileKind;
+use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
@@ -71,6 +74,25 @@ pub fn load_scenario<'py>(py: Python<'py>, source: &str, pairs: &Bound<'py, PyLi
     solver.set_item("step", s.solver.step)?;
     out.set_item("solver", solver)?;
     Ok(out)
+}
+
+/// Spool commands of `cylinders` from a log: name of the file, its column of times, whether to join its rows, and cylinder,
+/// column and unit of those that are wanted. Cylinder, times (s) and spool positions (m) of each.
+#[pyfunction]
+pub fn read_commands(
+    py: Python<'_>,
+    cylinders: Vec<String>,
+    name: String,
+    time: Option<String>,
+    linear: bool,
+    columns: Vec<(String, Option<String>, Option<String>)>,
+) -> PyResult<Vec<(String, Bound<'_, PyArray1<f64>>, Bound<'_, PyArray1<f64>>)>> {
+    let interpolation = if linear { Interpolation::Linear } else { Interpolation::Hold };
+    let columns = columns.into_iter().map(|(cylinder, column, unit)| LoggedColumn { cylinder, column, unit }).collect();
+    let log = CommandLog { name, time, interpolation, columns };
+    let names: Vec<&str> = cylinders.iter().map(String::as_str).collect();
+    let commands = py.detach(|| log.commands(&names)).map_err(|error| file_error(&error))?;
+    Ok(commands.into_iter().map(|c| (c.cylinder, vector(py, c.time), vector(py, c.spool))).collect())
 }
 
 fn phase_of<'py>(py: Python<'py>, p: Phase) -> PyResult<Bound<'py, PyDict>> {

@@ -8,7 +8,7 @@ use crate::overrides::pairs_of;
 use crate::own_controller::PythonController;
 use crate::record::{record_of, stopper, MAX_STEPS};
 use crate::scenario::ScenarioEntry;
-use hydrocrane_machine::scenario::{SensorQuality, Stage, StickMode};
+use hydrocrane_machine::scenario::{Scenario, SensorQuality, Stage, StickMode};
 use hydrocrane_machine::OverrideValue;
 use hydrocrane_sim::assembly::{
     assemble, commands, start, AssembledStage, AssemblyError, OwnedDriver, RunSettings, Surroundings,
@@ -168,6 +168,22 @@ pub fn command_table<'py>(
     let table = commands(&scenario.commands()?, machine.model.as_ref()).map_err(PyValueError::new_err)?;
     let columns = machine.model.machine().cylinders.len();
     Ok((vector(py, table.times), matrix(py, table.values, columns)?, table.linear))
+}
+
+/// Name, title, machine and version of its recorder.
+type Head = (String, String, String, String);
+
+/// The text of a file that states a scenario on `machine`.
+#[pyfunction]
+pub fn scenario_text(machine: &Machine, scenario: ScenarioEntry<'_>, head: Head) -> PyResult<String> {
+    let (name, title, source, recorder) = head;
+    let recorded_by = (!recorder.is_empty()).then_some(recorder);
+    let scenario = Scenario { name, title, machine: source, recorded_by, ..scenario.scenario(&cylinders(machine))? };
+    let made =
+        scenario.stages().iter().map(|stage| machine.with(&stage.machine_overrides())).collect::<Result<Vec<_>, _>>();
+    let made = made.map_err(|error| assembly_error(&error))?;
+    let machines: Vec<_> = made.iter().map(|machine| machine.model.machine()).collect();
+    scenario.to_toml(&machines).map_err(|error| PyValueError::new_err(error.0))
 }
 
 fn samples_of<'py>(py: Python<'py>, rows: Samples, stage: &AssembledStage) -> PyResult<Bound<'py, PyDict>> {

@@ -106,6 +106,8 @@ impl EventLoop {
         driven.model = model;
         self.watch.follow(before, driven, &self.stepper);
         self.stepper.restart();
+        // Whatever was due next belonged to what drove before.
+        self.limit = self.stepper.t;
     }
 
     /// What has made the run doubtful since the last call.

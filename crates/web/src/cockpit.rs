@@ -1,9 +1,8 @@
 //! A crane with a controller and somebody at the sticks.
 
 use crate::description;
-use crate::drive::{begin, Drive, TICK};
+use crate::drive::{begin, repeat, Drive, TICK};
 use crate::frame::Frame;
-use crate::friction_level;
 use crate::offered;
 use crate::problem::Problem;
 use crate::replay;
@@ -24,18 +23,13 @@ impl Cockpit {
     /// After an error the drive at hand goes on.
     pub fn open(&mut self, request: &str) -> Result<Value, Problem> {
         let request = Request::read(request)?;
-        let replay = request.scenario.as_deref().map(|text| replay::of(text, request.text.as_deref())).transpose()?;
+        let replay = request.scenario.as_deref().map(|text| replay::of(text, &request)).transpose()?;
         let going = self.drive.as_mut().filter(|_| request.keep_state && replay.is_none());
         let goes_on = going.map_or(Ok(false), |drive| drive.change(&request))?;
         if !goes_on {
             self.drive = Some(match replay {
-                Some(mut replay) => {
-                    let first = replay.phases.pop_front();
-                    let request =
-                        first.as_ref().map_or(request, |phase| friction_level::settled(phase.request.clone()));
-                    begin(request, first, Some(replay))?
-                }
-                None => begin(offered::comfortable(request)?, None, None)?,
+                Some(replay) => repeat(replay)?,
+                None => begin(offered::comfortable(request)?)?,
             });
         }
         let Some(drive) = &self.drive else { return Err(Problem::plain("there is no drive")) };
@@ -66,7 +60,7 @@ impl Cockpit {
         let Some(drive) = &mut self.drive else { return false };
         drive.ticks += u64::from(ticks);
         let goes_on = drive.advance(drive.ticks as f64 * TICK);
-        if drive.replay.as_ref().is_some_and(|replay| drive.live.time() > replay.duration) {
+        if drive.replayed && drive.live.replaying() && drive.live.time() > drive.scenario.duration {
             drive.take_over();
         }
         goes_on

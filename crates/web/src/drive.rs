@@ -1,21 +1,21 @@
 //! A drive under way: what is in force, its replay, and how it goes on under other settings.
 
-use crate::friction_level;
 use crate::offered;
 use crate::problem::Problem;
-use crate::replay::{Phase, Replay};
+use crate::replay::Replay;
 use crate::request::Request;
-use hydrocrane_machine::{Machine, OverrideValue};
-use hydrocrane_ode::Tolerances;
-use hydrocrane_sim::controller::Controller;
-use hydrocrane_sim::{
-    build, implausible, moved_starts, BuildError, EquilibriumMode, Live, Model, RunOptions, SampledPlan, SensorMode,
-    Sensors, StickKind, Sticks, Warning,
-};
+use crate::scenario::{problem, SETTINGS};
+use hydrocrane_machine::scenario::{ControllerChoice, Scenario};
+use hydrocrane_machine::OverrideValue;
+use hydrocrane_sim::assembly::{assemble, stages, AssembledStage, Assembly, Machines, OwnedDriver};
+use hydrocrane_sim::{implausible, Live, Model, Sticks, Warning};
+use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// The step of a drive, s.
-pub const TICK: f64 = 1e-3;
+pub use crate::scenario::TICK;
+
+/// Rounding allowed between the time of a drive and the end of its commands, s.
+const ROUNDING: f64 = 1e-9;
 
 /// A drive under way.
 pub struct Drive {
@@ -25,7 +25,12 @@ pub struct Drive {
     pub live: Live,
     /// Start pose, rad or m.
     pub pose: Vec<f64>,
-    pub replay: Option<Replay>,
+    /// What was begun: its start, commands, faults of sensors and seed hold throughout.
+    pub scenario: Scenario,
+    /// Whether it was a scenario that is repeated.
+    pub replayed: bool,
+    /// Stages of the replay that are to come.
+    pub coming: VecDeque<(AssembledStage, Request)>,
     pub ticks: u64,
     pub loads_told: usize,
     /// Whether a phase of a replay has begun since the last call of [`crate::Cockpit::events`].
@@ -43,6 +48,20 @@ pub struct Setting {
     pub request: Request,
     pub overrides: Vec<(String, OverrideValue)>,
     pub model: Arc<dyn Model>,
+    /// `None`: spool commands against time move the crane.
+    pub controller: Option<ControllerChoice>,
+}
+
+impl Setting {
+    fn of(stage: &AssembledStage, request: Request) -> Self {
+        Setting {
+            from: stage.stage.from,
+            overrides: stage.stage.machine_overrides(),
+            controller: stage.stage.controller.clone(),
+            model: stage.model.clone(),
+            request,
+        }
+    }
 }
 
 impl Drive {
@@ -50,18 +69,26 @@ impl Drive {
         !self.earlier.is_empty()
     }
 
-    /// Whoever moves a stick, a load or a knob drives.
+    /// Whoever moves a stick, a load or a knob drives. Where spool commands are repeated, the levers take over.
     pub fn take_over(&mut self) {
         self.live.take_over();
         self.live.end_phase_at(f64::INFINITY);
-        if let Some(replay) = &mut self.replay {
-            replay.phases.clear();
+        self.coming.clear();
+        if self.live.follows_commands() && self.stuck.is_none() && self.live.outcome().is_none() {
+            let request = self.now.request.clone();
+            self.stuck = self.by_hand(request).err();
+            self.changed = true;
         }
     }
 
-    /// When the next phase of a replay begins, s.
+    /// When the next phase of a replay begins, or spool commands end, s.
     pub fn next_phase(&self) -> f64 {
-        self.replay.as_ref().and_then(|replay| replay.phases.front()).map_or(f64::INFINITY, |phase| phase.from)
+        let end = self.scenario.duration;
+        match self.coming.front() {
+            Some((stage, _)) => stage.stage.from,
+            None if self.live.follows_commands() && self.live.time() < end - ROUNDING => end,
+            None => f64::INFINITY,
+        }
     }
 
     /// Goes on to time `until` (s), from phase to phase of a replay; whether it goes on after that.
@@ -74,11 +101,11 @@ impl Drive {
 
     /// The next phase of a replay begins.
     fn next_stage(&mut self) -> Result<(), Problem> {
-        let Some(phase) = self.replay.as_mut().and_then(|replay| replay.phases.pop_front()) else { return Ok(()) };
-        let (setting, _) = setting(friction_level::settled(phase.request.clone()), &self.now.overrides)?;
-        self.go_on(Setting { from: phase.from, ..setting }, Some(&phase))?;
+        if let Some((stage, request)) = self.coming.pop_front() {
+            self.go_on(Setting::of(&stage, request), stage.driver)?;
+            self.changed = true;
+        }
         self.live.end_phase_at(self.next_phase());
-        self.changed = true;
         Ok(())
     }
 
@@ -93,8 +120,10 @@ impl Drive {
         stuck.or_else(|| self.live.outcome().map(|o| (o.kind.name(), o.time, o.message.clone())))
     }
 
-    fn go_on(&mut self, setting: Setting, phase: Option<&Phase>) -> Result<(), Problem> {
-        let (controller, plan) = surroundings(&setting, phase)?;
+    fn go_on(&mut self, setting: Setting, driver: OwnedDriver) -> Result<(), Problem> {
+        let OwnedDriver::Controller(controller, plan) = driver else {
+            return Err(Problem::plain("spool commands against time begin with the drive"));
+        };
         let sticks = self.live.go_on(setting.model.clone(), controller, &plan).map_err(Problem::plain)?;
         self.earlier.push((std::mem::replace(&mut self.now, setting), sticks));
         Ok(())
@@ -106,47 +135,74 @@ impl Drive {
         if (&own.machine, &own.text) != (&other.machine, &other.text) || self.live.outcome().is_some() {
             return Ok(false);
         }
-        let request = Request { seed: own.seed, ..request.clone() };
-        let (setting, machine) = setting(request, &self.now.overrides)?;
-        offered::check(&machine, &setting.request.controller)?;
-        if setting.model.layout().names != self.now.model.layout().names {
+        self.by_hand(Request { seed: own.seed, ..request.clone() })
+    }
+
+    fn by_hand(&mut self, request: Request) -> Result<bool, Problem> {
+        let (machine, overrides) = request.machine(&self.now.overrides)?;
+        offered::check(&machine, &request.controller)?;
+        let faults = self.scenario.sensor_faults.clone();
+        let wanted = Scenario { sensor_faults: faults, ..request.scenario(&machine, &overrides, &self.pose) };
+        let Some(stage) = assembled_stages(&wanted, &request)?.pop() else { return Ok(false) };
+        if stage.model.layout().names != self.now.model.layout().names {
             return Ok(false);
         }
-        self.take_over();
+        self.live.take_over();
+        self.live.end_phase_at(f64::INFINITY);
+        self.coming.clear();
         let Ok(from) = self.live.finish_sample(self.now.from) else { return Ok(false) };
         self.ticks = (self.live.time() / TICK).round() as u64;
-        self.go_on(Setting { from, ..setting }, None)?;
+        self.go_on(Setting { from, ..Setting::of(&stage, request) }, stage.driver)?;
         Ok(true)
     }
 }
 
-/// A drive from rest, moved by a replay where there is one.
-pub fn begin(request: Request, phase: Option<Phase>, replay: Option<Replay>) -> Result<Drive, Problem> {
-    let (now, machine) = setting(request, &[])?;
-    let payload = now.request.payload.unwrap_or(machine.payload.mass);
-    let stated = now.request.pose(&machine)?;
-    let limits = now.model.joint_limits();
-    let pose: Vec<f64> = stated.iter().zip(limits).map(|(q, l)| q.unwrap_or(0.5 * (l.lower + l.upper))).collect();
-    let pose = if replay.is_none() { clear_of_the_ground(&now, pose, payload) } else { pose };
-    let at_rest = now.model.equilibrium(&pose, EquilibriumMode::Hold, payload);
-    let x0 = at_rest.map_err(|error| Problem::plain(error.to_string()))?;
-    let doubts = [implausible(&machine), moved_starts(now.model.as_ref(), &pose, &x0)].concat();
-    let (controller, plan) = surroundings(&now, phase.as_ref())?;
-    let options = RunOptions {
-        method: "ros3l".into(),
-        tolerances: Tolerances { relative: 1e-4, absolute: 1e-4, max_step: TICK },
-        payload,
-        payload_changes: replay.as_ref().map(|replay| replay.loads.clone()).unwrap_or_default(),
-        ledger: true,
-        max_steps: u64::MAX,
+fn assembled_stages(scenario: &Scenario, request: &Request) -> Result<Vec<AssembledStage>, Problem> {
+    let mut machines = Machines { machine: &request.machine, text: request.text.as_deref() };
+    stages(scenario, &mut machines).map_err(problem)
+}
+
+/// A fresh drive from rest.
+pub fn begin(request: Request) -> Result<Drive, Problem> {
+    let (machine, overrides) = request.machine(&[])?;
+    let stated = request.pose(&machine)?;
+    let middle: Vec<f64> = stated.iter().map(|q| q.unwrap_or(0.0)).collect();
+    let wanted = request.scenario(&machine, &overrides, &middle);
+    let Some(stage) = assembled_stages(&wanted, &request)?.pop() else {
+        return Err(Problem::plain("there is no drive"));
     };
-    let live = Live::new(now.model.clone(), controller, &x0, &plan, options).map_err(Problem::plain)?;
+    let limits = stage.model.joint_limits();
+    let pose: Vec<f64> = stated.iter().zip(limits).map(|(q, l)| q.unwrap_or(0.5 * (l.lower + l.upper))).collect();
+    let payload = request.payload.unwrap_or(machine.payload.mass);
+    let pose = clear_of_the_ground(&request, stage.model.as_ref(), pose, payload);
+    let scenario = request.scenario(&machine, &overrides, &pose);
+    let mut machines = Machines { machine: &request.machine, text: request.text.as_deref() };
+    let assembly = assemble(&scenario, SETTINGS, &mut machines).map_err(problem)?;
+    started(scenario, assembly, vec![request], false)
+}
+
+/// A drive that repeats a scenario, from stage to stage.
+pub fn repeat(replay: Replay) -> Result<Drive, Problem> {
+    started(replay.scenario, replay.assembly, replay.requests, true)
+}
+
+fn started(scenario: Scenario, assembly: Assembly, requests: Vec<Request>, replayed: bool) -> Result<Drive, Problem> {
+    let Assembly { x0, doubts, options, stages, .. } = assembly;
+    let mut coming: VecDeque<_> = stages.into_iter().zip(requests).collect();
+    let Some((first, request)) = coming.pop_front() else { return Err(Problem::plain("there is no drive")) };
+    let now = Setting::of(&first, request);
+    let doubts = [implausible(now.model.machine()), doubts].concat();
+    let pose = x0[..now.model.layout().joints()].to_vec();
+    let pose = stated_pose(&scenario, &now, pose);
+    let live = first.live(&x0, options).map_err(Problem::plain)?;
     let mut drive = Drive {
         now,
         earlier: Vec::new(),
         live,
         pose,
-        replay,
+        scenario,
+        replayed,
+        coming,
         ticks: 0,
         loads_told: 0,
         changed: false,
@@ -157,47 +213,25 @@ pub fn begin(request: Request, phase: Option<Phase>, replay: Option<Replay>) -> 
     Ok(drive)
 }
 
+/// The pose that the scenario states; `found`, where the crane stands, may rest on an end stop.
+fn stated_pose(scenario: &Scenario, now: &Setting, found: Vec<f64>) -> Vec<f64> {
+    let joints = now.model.machine().joints.iter().zip(found);
+    let stated = |name: &str| scenario.initial.joints.iter().find(|(joint, _)| joint == name).map(|(_, q)| *q);
+    joints.map(|(joint, found)| stated(&joint.name).unwrap_or(found)).collect()
+}
+
 /// A start that the request leaves open is raised by the first joint until the load hangs clear of the ground.
-fn clear_of_the_ground(now: &Setting, pose: Vec<f64>, payload: f64) -> Vec<f64> {
+fn clear_of_the_ground(request: &Request, model: &dyn Model, pose: Vec<f64>, payload: f64) -> Vec<f64> {
     const PARTS: u32 = 50;
-    let stated = now.request.joints.contains_key(&now.model.machine().joints[0].name);
-    if stated || now.model.ground_energy(&pose, payload) == 0.0 {
+    let stated = request.joints.contains_key(&model.machine().joints[0].name);
+    if stated || model.ground_energy(&pose, payload) == 0.0 {
         return pose;
     }
-    let limits = &now.model.joint_limits()[0];
+    let limits = &model.joint_limits()[0];
     let raised = |end: f64, part: u32| {
         let first = pose[0] + (end - pose[0]) * f64::from(part) / f64::from(PARTS + 1);
         [&[first], &pose[1..]].concat()
     };
     let tries = (1..=PARTS).flat_map(|part| [limits.upper, limits.lower].map(|end| raised(end, part)));
-    tries.into_iter().find(|q| now.model.ground_energy(q, payload) == 0.0).unwrap_or_else(|| pose.clone())
-}
-
-/// What a request puts in force from time zero on, after what was changed `before`.
-fn setting(request: Request, before: &[(String, OverrideValue)]) -> Result<(Setting, Machine), Problem> {
-    let (machine, overrides) = request.machine(before)?;
-    let model = build(&machine).map_err(|error| {
-        let slug = if matches!(error, BuildError::Chain(_)) { "chain" } else { "cannot-build" };
-        Problem::named(slug, format!("{}: [cannot-build] {error}", request.machine))
-    })?;
-    Ok((Setting { from: 0.0, request, overrides, model }, machine))
-}
-
-/// Controller, sensors and sticks, as a scenario with the same settings has them.
-fn surroundings(setting: &Setting, phase: Option<&Phase>) -> Result<(Box<dyn Controller>, SampledPlan), Problem> {
-    let (request, model) = (&setting.request, &setting.model);
-    let mut controller = model.controller(&request.controller).map_err(Problem::plain)?;
-    if !request.lever() {
-        controller = model.with_sensor_monitor(controller, request.delay);
-    }
-    let kind = if request.lever() { StickKind::Lever } else { StickKind::Tip };
-    let centred = Sticks::centred(kind, model.machine().cylinders.len());
-    let sticks = phase.map_or_else(|| centred.clone(), |phase| phase.sticks(centred.clone()));
-    let mode = if request.real_sensors { SensorMode::DataSheet } else { SensorMode::Ideal };
-    let plan = SampledPlan {
-        sticks: Sticks { dead_zone: request.dead_zone, ramp: request.ramp, ..sticks },
-        sensors: Sensors::new(model.as_ref(), mode, request.seed, &[]).map_err(Problem::plain)?,
-        delay: request.delay,
-    };
-    Ok((controller, plan))
+    tries.into_iter().find(|q| model.ground_energy(q, payload) == 0.0).unwrap_or_else(|| pose.clone())
 }

@@ -15,6 +15,7 @@ mod problem;
 mod replay;
 mod request;
 mod saved;
+mod scenario;
 mod values;
 
 pub use cockpit::Cockpit;

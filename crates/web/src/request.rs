@@ -9,6 +9,7 @@ use hydrocrane_machine::{
 };
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
+use std::collections::BTreeMap;
 
 /// Everything that makes a drive; SI units.
 #[derive(Debug, Clone, Deserialize, Serialize)]
@@ -44,8 +45,11 @@ pub struct Request {
     pub dead_zone: f64,
     #[serde(default)]
     pub ramp: f64,
-    /// A scenario whose sticks and loads are repeated; it stands for everything above but the `text` of its machine.
+    /// A scenario that is repeated; it stands for everything above but the `text` of its machine.
     pub scenario: Option<String>,
+    /// Texts of the logs that the scenario names.
+    #[serde(default)]
+    pub logs: BTreeMap<String, String>,
     /// Whether the ground that is drawn carries, where the machine states no ground of its own.
     #[serde(default)]
     pub ground: bool,
@@ -73,6 +77,29 @@ const MOST_DELAY: f64 = 60.0;
 const MOST_PAYLOAD: f64 = 1e6;
 
 impl Request {
+    /// One that asks for nothing.
+    pub fn plain() -> Self {
+        Request {
+            machine: String::new(),
+            text: None,
+            overrides: Map::new(),
+            friction: one(),
+            joints: Map::new(),
+            payload: None,
+            controller: tip(),
+            full_speed: None,
+            real_sensors: false,
+            seed: 0,
+            delay: 0.0,
+            dead_zone: 0.0,
+            ramp: 0.0,
+            scenario: None,
+            logs: BTreeMap::new(),
+            ground: false,
+            keep_state: false,
+        }
+    }
+
     pub fn read(text: &str) -> Result<Self, Problem> {
         if text.len() > LONGEST_REQUEST {
             return Err(Problem::plain(format!("the request is longer than {} MiB", LONGEST_REQUEST >> 20)));

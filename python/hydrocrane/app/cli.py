@@ -69,6 +69,9 @@ def simulate(
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for data, charts, film.")] = Path("results"),
     settings: Settings = [],  # noqa: B006
     machine: Annotated[str | None, typer.Option(help="Use this machine in place of the scenario's.")] = None,
+    command_log: Annotated[
+        Path | None, typer.Option(help="CSV file with spool commands in place of the scenario's; columns as cylinders.")
+    ] = None,
     payload: Payload = None,
     duration: Annotated[float | None, typer.Option(help="s.")] = None,
     method: Annotated[
@@ -89,6 +92,9 @@ def simulate(
     changes = cast("RunChanges", {name: value for name, value in wanted.items() if value is not None})
     changes["overrides"] = overrides(settings)
     plan = hc.load_scenario(checked_scenario(scenario))
+    if command_log is not None:
+        changes["commands"] = hc.read_commands(command_log, machine or plan.load_machine())
+        plan = plan.changed(controller=None, joystick=None, phases=())
     if plan.recorded_by not in ("", hc.__version__):
         warn(f"{scenario} was recorded with version {plan.recorded_by}, this is {hc.__version__}: the drive may differ")
     suffixes = _data_suffixes(plan.name, also, film)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import importlib.util
-import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import h5netcdf
 import xarray as xr
 
 from hydrocrane.errors import ResultFileError, nearest
+from hydrocrane.files.netcdf import write_netcdf
 from hydrocrane.files.whole_file import written_whole
 
 if TYPE_CHECKING:
@@ -54,16 +53,6 @@ def frame(data: xr.Dataset) -> pd.DataFrame:
     table = data.to_dataframe().reset_index()
     table.attrs = {"units": {name: str(data[name].attrs.get("units", "")) for name in table.columns}}
     return table
-
-
-def write_netcdf(data: xr.Dataset, path: Path) -> None:
-    """HDF5 that cannot finish a file on a full disk takes the whole process down: it writes into memory."""
-    from xarray.backends import H5NetCDFStore
-
-    content = io.BytesIO()
-    with h5netcdf.File(content, "w") as stored:
-        data.dump_to_store(H5NetCDFStore(stored))
-    path.write_bytes(content.getbuffer())
 
 
 def write_matlab(data: xr.Dataset, path: Path) -> None:

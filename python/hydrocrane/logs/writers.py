@@ -12,7 +12,8 @@ import h5py
 import xarray as xr
 
 from hydrocrane.errors import ResultFileError, nearest
-from hydrocrane.files.datasets import frame, write_matlab, write_netcdf
+from hydrocrane.files.datasets import frame, write_matlab
+from hydrocrane.files.netcdf import write_netcdf
 from hydrocrane.files.whole_file import written_whole
 from hydrocrane.logs.readers import mdf_reader
 from hydrocrane.logs.table import plain_facts

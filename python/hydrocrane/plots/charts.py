@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
-from hydrocrane.plots.style import COLOURS, MUTED, figure, shown, styled, title, write
+from hydrocrane.plots.style import COLOURS, MUTED, RC, figure, shown, styled, title, write
 from hydrocrane.plots.tip_path import mark_payload_changes
 
 if TYPE_CHECKING:
     from hydrocrane.results.record import Record
+
+# From here on matplotlib writes a power of ten above an axis.
+LARGE = 1e6
 
 __all__ = ["cylinder_charts", "overview", "write"]
 
@@ -40,8 +44,7 @@ def cylinder_charts(run: Record, cylinder: str) -> Figure:
     fig, axes = figure(9.5, 7.5, nrows=3, ncols=2, sharex=True)
     colour = COLOURS[run.cylinder_names.index(cylinder) % len(COLOURS)]
     for panel, (name, heading) in zip(axes.flat, _quantities(run, cylinder), strict=True):
-        _curve(panel, run, name, colour)
-        panel.set_title(heading)
+        _curve(panel, run, name, colour, heading)
     for panel in axes[-1]:
         panel.set_xlabel("time [s]")
     title(fig, f"Cylinder {cylinder}", _subject(run))
@@ -56,8 +59,8 @@ def overview(run: Record) -> Figure:
     fig, axes = figure(4.2 * max(len(cylinders), 1.6), 11.5, nrows=6, ncols=len(cylinders), sharex=True, squeeze=False)
     for column, cylinder in enumerate(cylinders):
         for row, (name, heading) in enumerate(_quantities(run, cylinder)):
-            _curve(axes[row, column], run, name, COLOURS[column % len(COLOURS)])
-            axes[row, column].set_title(f"{cylinder}: {heading}" if row > 1 else heading, fontsize=9.5)
+            heading = f"{cylinder}: {heading}" if row > 1 else heading
+            _curve(axes[row, column], run, name, COLOURS[column % len(COLOURS)], heading, size=9.5)
         axes[-1, column].set_xlabel("time [s]")
     title(fig, "Cylinders", _subject(run))
     return fig
@@ -68,11 +71,13 @@ def _check_recorded(run: Record) -> None:
         raise InputError(f"this run recorded nothing to draw: {run.outcome.kind}, {run.outcome.message}")
 
 
-def _curve(axes: Axes, run: Record, name: str, colour: str) -> None:
+def _curve(axes: Axes, run: Record, name: str, colour: str, heading: str, size: float = RC["axes.titlesize"]) -> None:
     variable = run.data[name]
     unit, factor = shown(str(variable.attrs.get("units", "")))
     values = variable.values * factor
     axes.plot(run.data.time.values, values, color=colour)
+    # Above an axis with a power of ten a heading must make way; to find out costs a fifth of the picture.
+    axes.set_title(heading, fontsize=size, y=1.0 if np.abs(values).max() < LARGE else None)
     axes.set_ylabel(f"[{unit}]")
     axes.margins(x=0)
     mark_payload_changes(axes, run)

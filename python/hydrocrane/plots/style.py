@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from functools import wraps
 from pathlib import Path
 from typing import Any, Literal, ParamSpec, TypedDict, Unpack
@@ -137,9 +138,27 @@ CRANE_LINES: dict[str, dict[str, Any]] = {
 def write(fig: Figure, path: Path) -> Path:
     """Save a figure, whole or not at all; missing folders are made."""
     checked_suffix(path)
-    with written_whole(path) as beside:
+    # Formats of lines measure texts in a way of their own; another size of the pixels changes the layout.
+    once = path.suffix.lower() == ".png" and mpl.rcParams["savefig.dpi"] == "figure"
+    with written_whole(path) as beside, laid_out(fig) if once else nullcontext():
         fig.savefig(beside)
     return path
+
+
+@contextmanager
+def laid_out(fig: Figure) -> Iterator[None]:
+    """Solve the layout once and keep it meanwhile; `savefig` would draw all twice, first for the layout alone."""
+    engine = fig.get_layout_engine()
+    if engine is None:
+        yield
+        return
+    engine.execute(fig)
+    with mpl.rc_context({"figure.autolayout": False, "figure.constrained_layout.use": False}):
+        fig.set_layout_engine(None)
+    try:
+        yield
+    finally:
+        fig.set_layout_engine(engine)
 
 
 def checked_suffix(path: Path) -> Path:

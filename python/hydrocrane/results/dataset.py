@@ -1,10 +1,10 @@
-"""From the raw arrays of a run to a labelled ``xarray.Dataset``."""
+"""From the raw arrays of a run to a labelled ``xarray.Dataset``, where somebody asks for it."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 
 import numpy as np
 import xarray as xr
@@ -13,36 +13,68 @@ from hydrocrane.machine.machine import Machine
 from hydrocrane.machine.overrides import Override
 from hydrocrane.result_warning import to_json
 from hydrocrane.results.recording import Recording
-from hydrocrane.results.samples import add_samples, stage_rows
+from hydrocrane.results.samples import Columns, sample_columns, stage_rows
 from hydrocrane.scenario.payload import PayloadChange
 from hydrocrane.scenario.scenario import Scenario
 
 
-def run_dataset(machine: Machine, plan: Scenario, run: Recording, *, payload: float, wall: float) -> xr.Dataset:
-    """Everything a run recorded, over ``time``, with units and long names.
+@dataclass(frozen=True)
+class RunDataset:
+    """The data set of a run before anybody has asked for it: labelling arrays takes as long as a run of a few seconds.
 
-    A ledger entry's ``sign`` says whether it adds to the stored energy (+1), takes from it (-1), or moves inside (0).
-
-    `wall` is the time it took, s.
+    Attributes
+    ----------
+    attrs : dict
+        Those of the data set.
+    machine : Machine
+        That the run began on.
+    recorded : Recording
     """
-    states_info = zip(machine.state_names, machine.state_units, machine.core.state_long_names, strict=True)
-    commands_info = [(f"cylinder.{c}.command", "m", f"{c} spool command") for c in machine.cylinder_names]
-    # One construction from all columns: adding variables one by one to a data set costs more than the run.
-    columns = _columns(states_info, run.states) | _columns(commands_info, run.commands)
-    columns |= _columns(machine.core.output_info, outputs_table(machine, run))
-    columns["payload"] = ("time", run.payloads, {"units": "kg", "long_name": "payload at the tip"})
-    if run.ledger.size:
-        info = [(f"ledger.{name}", unit, text) for name, unit, text in machine.core.ledger_info]
-        entries = _columns(info, run.ledger)
-        for (_, _, about), sign in zip(entries.values(), machine.core.ledger_signs, strict=True):
-            about["sign"] = sign
-        columns |= entries
-    data = xr.Dataset(columns, coords={"time": ("time", run.time, {"units": "s", "long_name": "time"})})
-    data.attrs = _run_attributes(machine, plan, run, payload, wall)
+
+    attrs: dict[str, str | float]
+    machine: Machine
+    recorded: Recording
+
+    def labelled(self) -> xr.Dataset:
+        """Everything the run recorded, over ``time``, with units and long names.
+
+        A ledger entry's ``sign`` says whether it adds to the stored energy (+1), takes from it (-1), or moves inside
+        (0).
+        """
+        machine, run = self.machine, self.recorded
+        core = machine.core
+        states_info = zip(machine.state_names, machine.state_units, core.state_long_names, strict=True)
+        commands_info = [(f"cylinder.{c}.command", "m", f"{c} spool command") for c in machine.cylinder_names]
+        # One construction from all columns: adding variables one by one to a data set costs more than the run.
+        columns = _columns(states_info, run.states) | _columns(commands_info, run.commands)
+        columns |= _columns(core.output_info, outputs_table(machine, run))
+        columns["payload"] = ("time", run.payloads, {"units": "kg", "long_name": "payload at the tip"})
+        if run.ledger.size:
+            info = [(f"ledger.{name}", unit, text) for name, unit, text in core.ledger_info]
+            entries = _columns(info, run.ledger)
+            for (_, _, about), sign in zip(entries.values(), core.ledger_signs, strict=True):
+                about["sign"] = sign
+            columns |= entries
+        if any(stage.controlled for stage in run.stages):
+            tip = np.column_stack([columns["tip.x"][1], columns["tip.z"][1]])
+            columns |= sample_columns(tip, machine, run)
+        time = ("time", run.time, {"units": "s", "long_name": "time"})
+        return xr.Dataset(columns, coords={"time": time}, attrs=self.attrs)
+
+
+def run_dataset(machine: Machine, plan: Scenario, run: Recording, *, payload: float, wall: float) -> RunDataset:
+    """The data set of a run that took `wall` s."""
+    attrs = _run_attributes(machine, plan, run, payload, wall)
     if any(stage.controlled for stage in run.stages):
-        data = add_samples(data, machine, plan, run)
-        _note_belief(data, plan, run)
-    return data
+        driver = plan.driver
+        attrs["controller"] = driver if isinstance(driver, str) else getattr(driver, "__name__", type(driver).__name__)
+        attrs["sensors"] = plan.sensors
+        # What the controller took the crane for, where that was not the truth.
+        if plan.believed is not None:
+            believed = run.stages[0].believed
+            attrs["believed_source"] = believed.source
+            attrs["believed_overrides"] = json.dumps(believed.overrides)
+    return RunDataset(attrs, machine, run)
 
 
 def outputs_table(machine: Machine, run: Recording, *, oil: bool = True) -> np.ndarray:
@@ -65,22 +97,12 @@ def _events(run: Recording) -> list[tuple[float, str]]:
     return sorted([*run.events, *((change.time, change.text) for change in changes)], key=lambda e: e[0])
 
 
-def _columns(
-    info: Iterable[tuple[str, str, str]], table: np.ndarray
-) -> dict[str, tuple[str, np.ndarray, dict[str, str | float]]]:
+def _columns(info: Iterable[tuple[str, str, str]], table: np.ndarray) -> Columns:
     """Variables over time from the columns of a table, by their names, units and meanings."""
     return {
         name: ("time", table[:, i].copy(), {"units": unit, "long_name": meaning})
         for i, (name, unit, meaning) in enumerate(info)
     }
-
-
-def _note_belief(data: xr.Dataset, plan: Scenario, run: Recording) -> None:
-    """What the controller took the crane for, where that was not the truth."""
-    if plan.believed is not None:
-        believed = run.stages[0].believed
-        data.attrs["believed_source"] = believed.source
-        data.attrs["believed_overrides"] = json.dumps(believed.overrides)
 
 
 def _phases(plan: Scenario) -> list[tuple[float, str, dict[str, Override]]]:

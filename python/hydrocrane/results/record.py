@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import cast
 
 import xarray as xr
 
 from hydrocrane.errors import ResultFileError
 from hydrocrane.machine.machine import Machine, load_machine
 from hydrocrane.result_warning import ResultWarning, from_json
+from hydrocrane.results.dataset import RunDataset
 from hydrocrane.results.outcome import Outcome, Verification
 from hydrocrane.scenario.payload import PayloadChange
 
@@ -40,57 +43,80 @@ class Record:
         where the controller has one, ``set_point.{x,z}`` and ``tip.deviation``.
     """
 
-    def __init__(self, data: xr.Dataset, machine: Machine | None = None) -> None:
-        self.data = data
+    def __init__(self, data: xr.Dataset | RunDataset, machine: Machine | None = None) -> None:
+        self._unlabelled: RunDataset | None = None
+        if isinstance(data, xr.Dataset):
+            self.data = data
+        else:
+            self._unlabelled = data
         self._machine = machine
 
+    @cached_property
+    def data(self) -> xr.Dataset:
+        unlabelled = self._unlabelled
+        if unlabelled is None:
+            # Another thread has just asked, too.
+            return cast(xr.Dataset, self.__dict__["data"])
+        self.data = unlabelled.labelled()
+        self._unlabelled = None
+        return self.data
+
+    @property
+    def _attrs(self) -> Mapping[str, str | float]:
+        """Those of the data."""
+        unlabelled = self._unlabelled
+        return cast("Mapping[str, str | float]", self.data.attrs) if unlabelled is None else unlabelled.attrs
+
+    def __getstate__(self) -> dict[str, object]:
+        return {**self.__dict__, "data": self.data, "_unlabelled": None}
+
     def __repr__(self) -> str:
-        about = self.data.attrs
+        about = self._attrs
         return f"<Run {about['scenario']} on {about['machine']}: {self.outcome.kind} at {self.outcome.time:.4g} s>"
 
     @cached_property
     def outcome(self) -> Outcome:
-        about = self.data.attrs
+        about = self._attrs
         return Outcome(str(about["outcome"]), float(about["outcome_time"]), str(about["outcome_message"]))
 
     @property
     def events(self) -> tuple[Event, ...]:
         """What happened on the way, in order of time: trouble of a controller, loads picked up and let go, warnings."""
-        own = [Event(float(time), str(text)) for time, text in json.loads(self.data.attrs.get("events", "[]"))]
+        own = [Event(float(time), str(text)) for time, text in json.loads(str(self._attrs.get("events", "[]")))]
         doubts = [Event(warning.time, f"warning: {warning}", warning.kind) for warning in self.warnings]
         return tuple(sorted([*own, *doubts], key=lambda event: event.time))
 
     @property
     def warnings(self) -> tuple[ResultWarning, ...]:
         """Why the run may be wrong, in order of time, with cause and cure; see docs/reference/warnings.md."""
-        return from_json(self.data.attrs.get("warnings", "[]"))
+        return from_json(str(self._attrs.get("warnings", "[]")))
 
     @property
     def verification(self) -> Verification | None:
         """How the run differs from a tighter repeat; ``None`` where it was run without ``verify``."""
-        found = json.loads(self.data.attrs.get("verification", "null"))
+        found = json.loads(str(self._attrs.get("verification", "null")))
         return None if found is None else Verification(**found)
 
     @property
     def payload_changes(self) -> tuple[PayloadChange, ...]:
         """Loads picked up and let go, in order of time; rows at such a time have the state before it."""
-        return tuple(PayloadChange.of(entry) for entry in json.loads(self.data.attrs.get("payload_changes", "[]")))
+        return tuple(PayloadChange.of(entry) for entry in json.loads(str(self._attrs.get("payload_changes", "[]"))))
 
     @property
     def machine(self) -> Machine:
         """The machine that ran; a loaded run fetches it again by its source and overrides."""
         if self._machine is None:
-            about = self.data.attrs
-            source = about["machine_source"]
+            about = self._attrs
+            source = str(about["machine_source"])
             if ("/" in source or "\\" in source) and not Path(source).is_file():
                 raise ResultFileError(f"this run's machine file {source} is gone; its data can still be read")
-            self._machine = load_machine(source, json.loads(about["machine_overrides"]))
+            self._machine = load_machine(source, json.loads(str(about["machine_overrides"])))
         return self._machine
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        return tuple(json.loads(self.data.attrs["joint_names"]))
+        return tuple(json.loads(str(self._attrs["joint_names"])))
 
     @property
     def cylinder_names(self) -> tuple[str, ...]:
-        return tuple(json.loads(self.data.attrs["cylinder_names"]))
+        return tuple(json.loads(str(self._attrs["cylinder_names"])))

@@ -5,19 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-import xarray as xr
 
 from hydrocrane._core_types import Samples
 from hydrocrane.arrays import Array
 from hydrocrane.control.joystick import TIP_AXES
 from hydrocrane.machine.machine import Machine
 from hydrocrane.results.recording import RecordedStage, Recording
-from hydrocrane.scenario.scenario import Scenario
 
 # Between a time of the record and one of a sample or phase, s.
 ROUNDING = 1e-9
 # Points whose distances are found together: some hundred kilobytes at a time.
 TOGETHER = 64
+
+
+# Variables over time as a data set takes them: dimension, values, and units with a long name.
+Columns = dict[str, tuple[str, np.ndarray, dict[str, str | float]]]
 
 
 def stage_rows(run: Recording) -> Iterator[tuple[np.ndarray, RecordedStage]]:
@@ -28,22 +30,21 @@ def stage_rows(run: Recording) -> Iterator[tuple[np.ndarray, RecordedStage]]:
         yield (time <= end + ROUNDING) & ((time > stage.begin + ROUNDING) | (stage.begin == 0.0)), stage
 
 
-def add_samples(data: xr.Dataset, machine: Machine, plan: Scenario, run: Recording) -> xr.Dataset:
-    """`data` with the samples of a run, each held over ``time`` until the next one; NaN where a phase has none."""
-    driver = plan.driver
-    data.attrs["controller"] = driver if isinstance(driver, str) else getattr(driver, "__name__", type(driver).__name__)
-    data.attrs["sensors"] = plan.sensors
-    time = data.time.values
-    tip = np.column_stack([data["tip.x"].values, data["tip.z"].values])
-    columns: dict[str, tuple[str, Array, dict[str, str]]] = {}
+def sample_columns(tip: Array, machine: Machine, run: Recording) -> Columns:
+    """The samples of a run, each held over its times (m,) until the next one; NaN where a stage has none.
+
+    `tip` (m, 2) is where the tip was.
+    """
+    time = run.time
+    columns: Columns = {}
     for (rows, stage), samples in zip(stage_rows(run), run.samples, strict=False):
         if not np.size(samples["t"]) or not rows.any():
             continue
         held = np.searchsorted(samples["t"], time[rows] + ROUNDING, side="right") - 1
         found = _sampled(samples, held, machine, stage) | _set_point(tip[rows], samples["set_points"], held)
         for name, (values, about) in found.items():
-            columns.setdefault(name, ("time", np.full(time.size, np.nan), about))[1][rows] = values
-    return data.assign(columns)
+            columns.setdefault(name, ("time", np.full(time.size, np.nan), {**about}))[1][rows] = values
+    return columns
 
 
 # What a signal is called is held with its values (m,).

@@ -1,6 +1,6 @@
 """Scenarios: what is to be simulated, built in Python or read from a file."""
 
-from hydrocrane.scenario.command import INTERPOLATIONS, Command
+from hydrocrane.scenario.command import INTERPOLATIONS, Command, read_commands
 from hydrocrane.scenario.payload import PayloadChange
 from hydrocrane.scenario.phases import Phase
 from hydrocrane.scenario.scenario import LEAST_PERIOD, Scenario
@@ -19,4 +19,5 @@ __all__ = [
     "Solver",
     "bundled_scenarios",
     "load_scenario",
+    "read_commands",
 ]

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from os import PathLike
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hydrocrane import _core
 from hydrocrane.arrays import Array, real_array
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, translated, unknown
+from hydrocrane.machine.machine import MachineLike, as_machine
 
 INTERPOLATIONS = ("hold", "linear")
 
@@ -82,3 +85,59 @@ def split_table(commands: object, cylinders: tuple[str, ...]) -> dict[str, Comma
     if table.shape != (time.size, len(cylinders)):
         raise InputError(f"spool must have shape ({time.size}, {len(cylinders)}), one row per time; got {table.shape}")
     return {name: Command(time, table[:, i]) for i, name in enumerate(cylinders)}
+
+
+def read_commands(
+    log: str | PathLike[str],
+    machine: MachineLike,
+    *,
+    columns: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+    time: str | None = None,
+    interpolation: str = "linear",
+) -> dict[str, Command]:
+    """Spool commands from a log, as ``[command] log`` of a scenario file reads them.
+
+    Parameters
+    ----------
+    log : path
+        CSV file or other text with columns: comma, semicolon, tab or spaces; units behind the names, as in
+        ``lift [mm]``, or in a line of their own.
+    machine : Machine, str or path
+        Whose cylinders the commands are for.
+    columns : mapping, optional
+        Cylinder -> column of the log. By default every cylinder that has a column named as itself,
+        ``command.<cylinder>`` or ``cylinder.<cylinder>.command``, as runs are saved with.
+    units : mapping, optional
+        Cylinder -> unit of its column; default is what the log states, else m.
+    time : str, optional
+        Column of the times; default is ``time`` or ``t``. In s unless the log states another unit.
+    interpolation : {"linear", "hold"}
+        What holds between two rows.
+
+    Returns
+    -------
+    dict of Command
+        By cylinder, for ``Scenario(commands=...)``.
+
+    Raises
+    ------
+    MachineFileError
+        With what is wrong with the log, and the cure.
+
+    Examples
+    --------
+    >>> commands = hc.read_commands("drive.csv", "rottne-f9-lab", columns={"lift": "u_lift"}, units={"lift": "mm"})
+    >>> run = hc.simulate("vertical-lift-open-loop", commands=commands)
+    """
+    if interpolation not in INTERPOLATIONS:
+        raise unknown("interpolation", interpolation, INTERPOLATIONS)
+    own, columns, units = as_machine(machine), columns or {}, units or {}
+    wanted = [cylinder for cylinder in own.cylinder_names if cylinder in columns or cylinder in units]
+    for cylinder in (*columns, *units):
+        if cylinder not in own.cylinder_names:
+            raise unknown("cylinder", cylinder, own.cylinder_names)
+    asked = [(cylinder, columns.get(cylinder), units.get(cylinder)) for cylinder in wanted]
+    with translated():
+        read = _core.read_commands(list(own.cylinder_names), str(log), time, interpolation == "linear", asked)
+    return {cylinder: Command(times, spool, interpolation) for cylinder, times, spool in read}

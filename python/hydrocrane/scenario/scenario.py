@@ -13,6 +13,8 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack, cast
 
 import numpy as np
@@ -23,6 +25,7 @@ from hydrocrane.arrays import Array, check_positive, real_array, seed_number
 from hydrocrane.control.controllers import AnyController, check_controller
 from hydrocrane.control.joystick import Joystick
 from hydrocrane.errors import InputError, nearest, translated, unknown
+from hydrocrane.files.whole_file import write_text
 from hydrocrane.machine.machine import Machine, load_machine
 from hydrocrane.machine.overrides import Override, plain_overrides
 from hydrocrane.machine.sensors import SENSORS, SensorFault
@@ -245,6 +248,26 @@ class Scenario:
             told = _core.stages(scenario_entry(self))
         own = own_controllers(self)
         return [(stage["from"], Stage.of(stage, own)) for stage in told]
+
+    def to_toml(self) -> str:
+        """The scenario as the text of a file, which :func:`hydrocrane.load_scenario` reads back the same.
+
+        Raises
+        ------
+        InputError
+            Where no file can state it: a controller of one's own, or another machine as the controller model.
+        """
+        machine = self.load_machine()
+        head = (self.name, self.title, machine.source, self.recorded_by)
+        with translated():
+            return _core.scenario_text(machine.core, scenario_entry(self, machine.cylinder_names), head)
+
+    def save(self, path: str | PathLike[str]) -> Path:
+        """Write the scenario as a file, whose name ends in ``.toml``; see :meth:`to_toml`."""
+        file = Path(path)
+        if file.suffix != ".toml":
+            raise InputError(f"a scenario is saved as TOML: give a name that ends in .toml, got `{file.name}`")
+        return write_text(file, self.to_toml())
 
     def load_machine(self) -> Machine:
         """The scenario's machine with its overrides."""

@@ -11,9 +11,9 @@ import numpy as np
 from hydrocrane.errors import InputError
 from hydrocrane.machine.overrides import Override
 from hydrocrane.scenario.changes import ScenarioFields
-from hydrocrane.scenario.command import Command
+from hydrocrane.scenario.command import Command, read_commands
 from hydrocrane.scenario.scenario import Scenario
-from hydrocrane.studies.key import COMMAND_FIELDS, FIELDS, JOYSTICK, SOLVER, Key
+from hydrocrane.studies.key import COMMAND_FIELDS, COMMAND_LOG, FIELDS, JOYSTICK, SOLVER, Key
 from hydrocrane.studies.values import si_numbers
 
 
@@ -48,6 +48,8 @@ def _change_scenario(fields: ScenarioFields, plan: Scenario, key: Key, value: Ov
         whole = name == "seed" and isinstance(value, float) and value.is_integer()
         stated: dict[str, Any] = {FIELDS[name][0]: int(cast(float, value)) if whole else value}
         fields.update(cast(ScenarioFields, stated))
+    elif name == COMMAND_LOG:
+        fields["commands"] = read_commands(str(value), plan.machine)
     elif name in SOLVER:
         solver = fields.get("solver", plan.solver)
         setting: dict[str, Any] = {SOLVER[name][0]: value}

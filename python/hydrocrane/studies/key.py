@@ -28,7 +28,9 @@ JOYSTICK: dict[str, tuple[str, str | None]] = {
     "joystick.ramp": ("ramp", "s"),
     "joystick.interpolation": ("interpolation", None),
 }
-PLAIN = FIELDS | SOLVER | JOYSTICK
+# A file with the commands of all cylinders.
+COMMAND_LOG = "command.log"
+PLAIN = FIELDS | SOLVER | JOYSTICK | {COMMAND_LOG: ("commands", None)}
 # Tables of a scenario file whose keys hold names.
 NAMED = ("initial.joint", "initial.pressure", "command", "controller.believed")
 COMMAND_FIELDS: dict[str, str | None] = {"time": "s", "spool": "m", "interpolation": None}

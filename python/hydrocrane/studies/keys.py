@@ -14,7 +14,7 @@ from hydrocrane.machine.machine import Machine
 from hydrocrane.machine.overrides import Override, plain_overrides
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.studies.changes import changed_plan
-from hydrocrane.studies.key import COMMAND_FIELDS, JOYSTICK, NAMED, PLAIN, Key
+from hydrocrane.studies.key import COMMAND_FIELDS, COMMAND_LOG, JOYSTICK, NAMED, PLAIN, Key
 
 # Mistakes of a value that leave its key and unit beyond doubt: a case of a study may have them.
 OF_THE_VALUE = ("out-of-range", "not-finite", "crossed-limits", "cannot-close", "cannot-build")
@@ -34,6 +34,8 @@ def resolved_key(name: str, values: Sequence[object], plan: Scenario, machine: M
     if name in PLAIN:
         if name in JOYSTICK and plan.joystick is None:
             raise InputError(f"key `{name}`: this scenario has no joystick")
+        if name == COMMAND_LOG and plan.closed_loop:
+            raise InputError(f"key `{name}`: this scenario has a controller in place of commands")
         if name.startswith("controller.") and name != "controller.name" and not plan.closed_loop:
             raise InputError(f"key `{name}`: this scenario has no controller")
         key = Key(name, PLAIN[name][1])

@@ -1,8 +1,7 @@
 //! What is done with an input: read it, build, find equilibria, run and drive it for an instant.
 
 use super::Kind;
-use hydrocrane_machine::scenario::{Interpolation, Scenario};
-use hydrocrane_machine::{load, parse, parse_scenario, parse_scenario_with, Machine};
+use hydrocrane_machine::{parse, parse_scenario, parse_scenario_with, Machine};
 use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::{build, simulate, Commands, EquilibriumMode, Model, OutcomeKind, RunOptions};
 use hydrocrane_web::Cockpit;
@@ -106,44 +105,10 @@ fn finite(what: &str, values: &[f64]) -> Result<(), String> {
 }
 
 fn scenario(text: &str) -> Result<Reply, String> {
-    let scenario = match parse_scenario(text, "fuzz.toml", &[]) {
-        Ok(scenario) => scenario,
-        Err(error) => return refused(&error.to_string()),
-    };
-    if scenario.joystick.is_some() {
-        return drive(&json!({ "scenario": text }), None);
+    if let Err(error) = parse_scenario(text, "fuzz.toml", &[]) {
+        return refused(&error.to_string());
     }
-    let machine = match load(&scenario.machine, &scenario.overrides) {
-        Ok(machine) => machine,
-        Err(error) => return refused(&error.to_string()),
-    };
-    let model = match build(&machine) {
-        Ok(model) => model,
-        Err(error) => return refused(&error.to_string()),
-    };
-    commanded(&scenario, &machine, model.as_ref())
-}
-
-/// The beginning of an open-loop scenario.
-fn commanded(scenario: &Scenario, machine: &Machine, model: &dyn Model) -> Result<Reply, String> {
-    let joints = &scenario.initial.joints;
-    let at = |name: &str| joints.iter().find(|(joint, _)| joint == name).map_or(0.0, |(_, q)| *q);
-    let q: Vec<f64> = machine.joints.iter().map(|joint| at(&joint.name)).collect();
-    let payload = scenario.payload.unwrap_or(machine.payload.mass);
-    let x0 = match model.equilibrium(&q, EquilibriumMode::Hold, payload) {
-        Ok(x0) => x0,
-        Err(error) => return refused(&error.to_string()),
-    };
-    finite("an equilibrium", &x0)?;
-    for command in &scenario.commands {
-        let Some(c) = machine.cylinders.iter().position(|cylinder| cylinder.name == command.cylinder) else { continue };
-        let mut values = vec![0.0; command.time.len() * q.len()];
-        command.spool.iter().enumerate().for_each(|(row, spool)| values[row * q.len() + c] = *spool);
-        let linear = command.interpolation == Interpolation::Linear;
-        let commands = Commands { times: command.time.clone(), values, linear };
-        open_loop(model, &x0, scenario.duration.min(RUN), &commands, payload)?;
-    }
-    Ok(Reply::Ran)
+    drive(&json!({ "scenario": text }), None)
 }
 
 fn link(text: &str) -> Result<Reply, String> {
@@ -185,7 +150,7 @@ fn opened(cockpit: &mut Cockpit, request: &str, machine: Option<&str>) -> Result
     }
     if let Ok(saved) = cockpit.save() {
         let again = match machine {
-            Some(own) => parse_scenario_with(&saved, "drive.toml", own),
+            Some(own) => parse_scenario_with(&saved, "drive.toml", Some(own), &[]),
             None => parse_scenario(&saved, "drive.toml", &[]),
         };
         again.map_err(|error| format!("a saved drive cannot be read: {error:.300}"))?;

@@ -257,7 +257,7 @@ impl Key {
 
     /// The default of this dimension in SI.
     pub fn default_in(&self, dimension: Dimension) -> Option<f64> {
-        let defaults = self.defaults.iter().map(|text| units::parse_scalar(text).expect("a default of this program"));
+        let defaults = self.defaults.iter().map(|text| units::own_scalar(text));
         defaults.filter(|(_, unit)| unit.dimension == dimension).map(|(number, unit)| unit.to_si(number)).next()
     }
 }

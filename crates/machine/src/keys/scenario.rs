@@ -69,7 +69,7 @@ static INITIAL: &[Key] = &[
 ];
 
 static INITIAL_JOINT: &[Key] = &[Key::quantity("<joint>", &[ANGLE, LENGTH], Any)
-    .otherwise("0")
+    .otherwise("an error: every joint has a start")
     // Sliding joints reach as far as the bounds of cylinders let them.
     .usual(&[("0 deg", "360 deg", 100.0), ("0 m", "100 m", 50.0)])
     .means("Coordinate of the joint.")];

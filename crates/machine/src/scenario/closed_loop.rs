@@ -2,6 +2,7 @@
 
 use super::log::{is_text, Files, Log};
 use super::{check_series, overrides_in, plain, Interpolation, MachineSource, Result, INTERPOLATIONS};
+use crate::columns::Problem;
 use crate::errors::ErrorKind;
 use crate::keys::{CONTROLLERS, LEVER, TIP_AXES};
 use crate::merge::{Override, OverrideValue};
@@ -137,7 +138,9 @@ pub fn controller(
 /// What the controller believes of the machine where that is not the truth; loading it finds what is wrong.
 fn believed(table: &Reader, machine: &MachineSource, overrides: &[Override]) -> Result<Vec<(String, OverrideValue)>> {
     let believed = overrides_in(table, "believed")?;
-    machine.load(&[overrides, &believed].concat())?;
+    if !believed.is_empty() {
+        machine.load(&[overrides, &believed].concat())?;
+    }
     Ok(plain(believed))
 }
 
@@ -236,14 +239,15 @@ fn logged(field: &Field, mode: StickMode, axes: &[&str], files: &Files) -> Resul
         let (time, axes) = (Vec::new(), vec![Vec::new(); axes.len()]);
         return Ok(Deflections { time, axes, log: Some(files.beside(name)), interpolation });
     }
-    let log = Log::open(field, None, files)?;
+    let wrong = |(kind, message, cure): Problem| field.error(kind, message).help(cure);
+    let log = Log::open(name, None, files).map_err(wrong)?;
     let mut deflections = Vec::new();
     let mut found = false;
     for axis in axes {
         let of_a_stick = format!("stick.{axis}");
         let names = [of_a_stick.as_str(), axis];
         let values = match log.has(&names) {
-            true => log.column(&names, "a stick", None, &NUMBER.quantity())?,
+            true => log.column(&names, "a stick", None, &NUMBER.quantity()).map_err(wrong)?,
             false => vec![0.0; log.time.len()],
         };
         found |= log.has(&names);
@@ -252,7 +256,7 @@ fn logged(field: &Field, mode: StickMode, axes: &[&str], files: &Files) -> Resul
     }
     if !found {
         let what = if mode == StickMode::Tip { "stick axis" } else { "lever" };
-        return Err(log.without_columns(axes.iter().copied(), what));
+        return Err(wrong(log.without_columns(axes.iter().copied(), what)));
     }
     Ok(Deflections { time: log.time, axes: deflections, log: None, interpolation })
 }

@@ -2,7 +2,8 @@
 
 use super::log::{Files, Log};
 use super::{check_series, known_cylinder, Interpolation, Result, INTERPOLATIONS};
-use crate::errors::ErrorKind;
+use crate::columns::Problem;
+use crate::errors::{ErrorKind, Location, MachineError};
 use crate::model::Machine;
 use crate::quantities::LENGTH;
 use crate::reader::{Field, Reader};
@@ -74,41 +75,98 @@ fn stated<'a>(open: &Reader<'a>, machine: &Machine) -> Result<Placed<'a>> {
     Ok(commands)
 }
 
-/// Commands from a log: of the cylinders that have a table, or else of all that it has a column for.
+/// Commands from the log that `field` names: of the cylinders that have a table, or else of all that it has a column for.
 fn logged<'a>(open: &Reader<'a>, field: Field<'a>, machine: &Machine, files: &Files) -> Result<Placed<'a>> {
-    let time = open.optional("time")?.map(|name| name.text()).transpose()?;
-    let log = Log::open(&field, time, files)?;
-    let interpolation = open.optional_choice("interpolation", &INTERPOLATIONS)?.unwrap_or(Interpolation::Linear);
-    let mut commands = Vec::new();
-    let tables = open.keys().filter(|key| !["log", "time", "interpolation"].contains(key));
-    for name in tables {
+    let mut wanted = Vec::new();
+    for name in open.keys().filter(|key| !["log", "time", "interpolation"].contains(key)) {
         known_cylinder(open, name, machine)?;
         let Some(table) = open.table(name)? else { continue };
         if let Some(key) = ["time", "spool", "interpolation"].into_iter().find(|key| table.has(key)) {
             let message = "excludes `command.log`, which is given too";
             return Err(table.key_error(ErrorKind::ConflictingKeys, key, message).help("keep one of the two"));
         }
-        let column = table.optional("column")?.map(|column| column.text()).transpose()?;
-        let usual = usual_names(name);
-        let names = column.map_or_else(|| usual.iter().map(String::as_str).collect(), |column| vec![column]);
-        let unit = table.optional("unit")?.map(|unit| unit.text()).transpose()?;
-        commands.push((name, log.column(&names, &format!("the command of `{name}`"), unit, &LENGTH.quantity())?));
+        wanted.push(LoggedColumn {
+            cylinder: name.into(),
+            column: table.optional("column")?.map(|column| column.text().map(str::to_string)).transpose()?,
+            unit: table.optional("unit")?.map(|unit| unit.text().map(str::to_string)).transpose()?,
+        });
     }
-    if commands.is_empty() {
-        for cylinder in &machine.cylinders {
-            let usual = usual_names(&cylinder.name);
+    let asked = CommandLog {
+        name: field.text()?.into(),
+        time: open.optional("time")?.map(|name| name.text().map(str::to_string)).transpose()?,
+        interpolation: open.optional_choice("interpolation", &INTERPOLATIONS)?.unwrap_or(Interpolation::Linear),
+        columns: wanted,
+    };
+    let cylinders: Vec<&str> = machine.cylinders.iter().map(|cylinder| cylinder.name.as_str()).collect();
+    let commands =
+        asked.read(&cylinders, files).map_err(|(kind, message, cure)| field.error(kind, message).help(cure))?;
+    Ok(commands.into_iter().map(|command| (command, field.clone())).collect())
+}
+
+/// A log of spool commands, and what of it is which.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CommandLog {
+    /// Path of a text file.
+    pub name: String,
+    /// Column of the times; `None`: `time` or `t`.
+    pub time: Option<String>,
+    pub interpolation: Interpolation,
+    /// Empty: whatever is named as a cylinder.
+    pub columns: Vec<LoggedColumn>,
+}
+
+/// Where a log has the command of a cylinder.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoggedColumn {
+    pub cylinder: String,
+    /// `None`: named as the cylinder.
+    pub column: Option<String>,
+    /// `None`: what the log states, or m.
+    pub unit: Option<String>,
+}
+
+impl CommandLog {
+    /// The commands of these `cylinders`.
+    ///
+    /// # Errors
+    /// What is wrong with the log.
+    pub fn commands(&self, cylinders: &[&str]) -> Result<Vec<SpoolCommand>> {
+        self.read(cylinders, &Files::default()).map_err(|(kind, message, cure)| {
+            MachineError::new(kind, Location::Source(self.name.clone()), message).help(cure)
+        })
+    }
+
+    fn read(&self, cylinders: &[&str], files: &Files) -> std::result::Result<Vec<SpoolCommand>, Problem> {
+        let log = Log::open(&self.name, self.time.as_deref(), files)?;
+        let command = |cylinder: &str, spool: Vec<f64>| SpoolCommand {
+            cylinder: cylinder.to_string(),
+            time: log.time.clone(),
+            spool,
+            interpolation: self.interpolation,
+        };
+        let mut commands = Vec::new();
+        for LoggedColumn { cylinder, column, unit } in &self.columns {
+            let usual = usual_names(cylinder);
+            let names: Vec<&str> = match column {
+                Some(column) => vec![column],
+                None => usual.iter().map(String::as_str).collect(),
+            };
+            let what = format!("the command of `{cylinder}`");
+            commands.push(command(cylinder, log.column(&names, &what, unit.as_deref(), &LENGTH.quantity())?));
+        }
+        if !self.columns.is_empty() {
+            return Ok(commands);
+        }
+        for cylinder in cylinders {
+            let usual = usual_names(cylinder);
             let names: Vec<&str> = usual.iter().map(String::as_str).collect();
             if log.has(&names) {
-                commands.push((&cylinder.name, log.column(&names, "a command", None, &LENGTH.quantity())?));
+                commands.push(command(cylinder, log.column(&names, "a command", None, &LENGTH.quantity())?));
             }
         }
+        if commands.is_empty() {
+            return Err(log.without_columns(cylinders.iter().copied(), "command"));
+        }
+        Ok(commands)
     }
-    if commands.is_empty() {
-        return Err(log.without_columns(machine.cylinders.iter().map(|c| c.name.as_str()), "command"));
-    }
-    let of = |(cylinder, spool): (&str, Vec<f64>)| {
-        let (cylinder, time) = (cylinder.to_string(), log.time.clone());
-        (SpoolCommand { cylinder, time, spool, interpolation }, field.clone())
-    };
-    Ok(commands.into_iter().map(of).collect())
 }

@@ -1,11 +1,9 @@
 //! Logs that a scenario names: text files with columns, beside the scenario or handed over with it.
 
-use super::{check_series, Result};
 use crate::columns::{Columns, Problem};
 use crate::document::LONGEST_TEXT;
-use crate::errors::{ErrorKind, MachineError};
+use crate::errors::ErrorKind;
 use crate::quantities::TIME;
-use crate::reader::Field;
 use crate::units::Quantity;
 use std::io::Read;
 use std::path::Path;
@@ -58,32 +56,33 @@ impl Files<'_> {
 }
 
 /// A log that was read.
-pub struct Log<'a> {
-    field: Field<'a>,
+pub struct Log {
     columns: Columns,
     /// s
     pub time: Vec<f64>,
 }
 
-impl<'a> Log<'a> {
-    /// Reads the log that `field` names; `time` is its column of times.
-    pub fn open(field: &Field<'a>, time: Option<&str>, files: &Files) -> Result<Self> {
-        let name = field.text()?;
+impl Log {
+    /// Reads the log `name`; `time` is its column of times.
+    pub fn open(name: &str, time: Option<&str>, files: &Files) -> Result<Self, Problem> {
         if !is_text(name) {
             let message = format!("`{name}` is no log as text");
             let cure = format!("save it as CSV; suffixes of texts are {}", TEXTS.join(", "));
-            return Err(field.error(ErrorKind::UnreadableFile, message).help(cure));
+            return Err((ErrorKind::UnreadableFile, message, cure));
         }
-        let unreadable =
-            |message| field.error(ErrorKind::UnreadableFile, message).help("check the name and the folder");
-        let text = files.text(name).map_err(unreadable)?;
-        let wrong = |problem| at(field, problem);
-        let columns = Columns::read(&text).map_err(wrong)?;
+        let unreadable = |message| (ErrorKind::UnreadableFile, message, "check the name and the folder".to_string());
+        let columns = Columns::read(&files.text(name).map_err(unreadable)?)?;
         let names = time.map_or_else(|| TIMES.to_vec(), |time| vec![time]);
-        let index = columns.index(&names, "the times").map_err(wrong)?;
-        let time = columns.column(index, None, &TIME.quantity()).map_err(wrong)?;
-        check_series(&time, &vec![0.0; columns.len()], field, field)?;
-        Ok(Log { field: field.clone(), columns, time })
+        let time = columns.column(columns.index(&names, "the times")?, None, &TIME.quantity())?;
+        if time.is_empty() {
+            let cure = "give a line of numbers for each time".to_string();
+            return Err((ErrorKind::BadSeries, "the log has no rows".into(), cure));
+        }
+        if let Some(pair) = time.windows(2).find(|pair| pair[1] <= pair[0]) {
+            let message = format!("the times of the log do not grow: {} s follows {} s", pair[1], pair[0]);
+            return Err((ErrorKind::BadSeries, message, "sort its rows, each time once".into()));
+        }
+        Ok(Log { columns, time })
     }
 
     pub fn has(&self, names: &[&str]) -> bool {
@@ -91,20 +90,21 @@ impl<'a> Log<'a> {
     }
 
     /// The column of one of these names, in SI; `what` says what for.
-    pub fn column(&self, names: &[&str], what: &str, unit: Option<&str>, quantity: &Quantity) -> Result<Vec<f64>> {
-        let index = self.columns.index(names, what);
-        index.and_then(|index| self.columns.column(index, unit, quantity)).map_err(|problem| at(&self.field, problem))
+    pub fn column(
+        &self,
+        names: &[&str],
+        what: &str,
+        unit: Option<&str>,
+        quantity: &Quantity,
+    ) -> Result<Vec<f64>, Problem> {
+        self.columns.column(self.columns.index(names, what)?, unit, quantity)
     }
 
     /// The error of a log that has no column of any of these names.
-    pub fn without_columns<'n>(&self, wanted: impl Iterator<Item = &'n str>, what: &str) -> MachineError {
+    pub fn without_columns<'n>(&self, wanted: impl Iterator<Item = &'n str>, what: &str) -> Problem {
         let wanted: Vec<&str> = wanted.collect();
         let message = format!("the log has no column of a {what}; it has {}", self.columns.names.join(", "));
-        let help = format!("name its columns {}, or say which is which", wanted.join(", "));
-        self.field.error(ErrorKind::UnknownReference, message).help(help)
+        let cure = format!("name its columns {}, or say which is which", wanted.join(", "));
+        (ErrorKind::UnknownReference, message, cure)
     }
-}
-
-fn at(field: &Field, (kind, message, cure): Problem) -> MachineError {
-    field.error(kind, message).help(cure)
 }

@@ -44,7 +44,7 @@ pub fn read(root: &Reader, machine: &Machine, controller: Option<&ControllerChoi
 }
 
 /// Every signal that a run with this controller measures, with its quantity.
-fn measured(machine: &Machine, choice: &ControllerChoice) -> Vec<(String, Quantity)> {
+pub fn measured(machine: &Machine, choice: &ControllerChoice) -> Vec<(String, Quantity)> {
     let joints = machine.joints.iter().map(|j| (format!("joint.{}.q", j.name), coordinate(&j.kind)));
     let pressures = machine
         .cylinders

@@ -60,8 +60,8 @@ pub fn machine(tree: &Node) -> Result<Machine> {
         warnings: Vec::new(),
     };
     errata::check_printed_viscosity(&root, &machine)?;
-    machine.provenance = log.in_order_of(tree);
     machine.warnings = log.unusual();
+    machine.provenance = log.in_order_of(tree);
     Ok(machine)
 }
 

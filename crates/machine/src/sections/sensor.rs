@@ -21,10 +21,11 @@ const JOINT_SIGNALS: [&str; 2] = ["q", "qd"];
 const CYLINDER_SIGNALS: [&str; 5] = ["x", "v", "p1", "p2", "force"];
 
 pub fn read(root: &Reader, joints: &[Joint], cylinders: &[Cylinder]) -> Result<Vec<Sensor>> {
+    let signals = signals(joints, cylinders);
     let read = |(name, table): (&str, Reader)| {
         let (kind, own) = table.choice("kind", &KINDS)?;
         let measures = table.required("measures", "a signal, for example \"joint.boom.q\"")?;
-        check_signal(&measures, joints, cylinders)?;
+        check_signal(&measures, &signals)?;
         let properties = properties(&table, kind, own)?;
         Ok(Sensor { name: name.into(), measures: measures.text()?.into(), kind: kind.into(), properties })
     };
@@ -90,13 +91,16 @@ fn property(kind: &str, key: &str) -> Quantity {
     }
 }
 
-/// `joint.<name>.<signal>` or `cylinder.<name>.<signal>` of this machine.
-fn check_signal(field: &Field, joints: &[Joint], cylinders: &[Cylinder]) -> Result<()> {
-    let text = field.text()?;
+/// `joint.<name>.<signal>` and `cylinder.<name>.<signal>` of this machine.
+fn signals(joints: &[Joint], cylinders: &[Cylinder]) -> Vec<String> {
     let joint_signals = joints.iter().flat_map(|joint| JOINT_SIGNALS.map(|s| join(&join("joint", &joint.name), s)));
     let cylinder_signals =
         cylinders.iter().flat_map(|cylinder| CYLINDER_SIGNALS.map(|s| join(&join("cylinder", &cylinder.name), s)));
-    let signals: Vec<String> = joint_signals.chain(cylinder_signals).collect();
+    joint_signals.chain(cylinder_signals).collect()
+}
+
+fn check_signal(field: &Field, signals: &[String]) -> Result<()> {
+    let text = field.text()?;
     if signals.iter().any(|signal| signal == text) {
         return Ok(());
     }

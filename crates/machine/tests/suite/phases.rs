@@ -66,11 +66,11 @@ fn what_is_wrong_with_a_phase_is_told_at_its_place() {
 #[test]
 fn a_scenario_can_bring_the_text_of_its_machine() {
     let own = "extends = \"rottne-f9-lab\"\n[supply]\nclass = \"setting\"\npressure = \"120 bar\"\n";
-    let mine = |text: &str| [("mine.toml".to_string(), text.to_string())];
     let text = HEAD.replace("\"rottne-f9-lab\"", "\"./mine.toml\"\nrecorded-by = \"0.0.1\"");
-    let s = parse_scenario_with(&text, "drive.toml", &mine(own)).unwrap();
+    let s = parse_scenario_with(&text, "drive.toml", Some(own), &[]).unwrap();
     assert_eq!((s.machine.as_str(), s.recorded_by.as_deref()), ("./mine.toml", Some("0.0.1")));
-    let slip = parse_scenario_with(&text, "drive.toml", &mine("extends = \"rottne-f9-lab\"\n[suply]\n")).unwrap_err();
+    let slip =
+        parse_scenario_with(&text, "drive.toml", Some("extends = \"rottne-f9-lab\"\n[suply]\n"), &[]).unwrap_err();
     assert_eq!((slip.file(), slip.line()), (Some("./mine.toml"), Some(2)));
 }
 

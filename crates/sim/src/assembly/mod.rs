@@ -2,9 +2,11 @@
 
 mod commands;
 mod drivers;
+mod machines;
 mod start;
 
 pub use commands::commands;
+pub use machines::Machines;
 pub use start::start;
 
 use crate::live::Live;
@@ -110,10 +112,7 @@ pub fn assemble(
     settings: RunSettings,
     surroundings: &mut dyn Surroundings,
 ) -> Result<Assembly, AssemblyError> {
-    let mut stages = Vec::new();
-    for stage in scenario.stages().into_iter().filter(|stage| stage.from < scenario.duration) {
-        stages.push(drivers::stage(scenario, stage, surroundings)?);
-    }
+    let stages = stages(scenario, surroundings)?;
     let Some(first) = stages.first() else {
         return Err(format!("the duration is {} s; it must be greater than zero", scenario.duration).into());
     };
@@ -123,6 +122,15 @@ pub fn assemble(
     let options = options(&scenario.solver, first.model.machine(), Task::States, payload, settings);
     let options = RunOptions { payload_changes: changes, ..options };
     Ok(Assembly { x0, doubts, end: scenario.duration, options, stages })
+}
+
+/// The stages of `scenario` that begin before its end, ready to run from wherever the crane is then.
+///
+/// # Errors
+/// As [`assemble`], but for the start.
+pub fn stages(scenario: &Scenario, surroundings: &mut dyn Surroundings) -> Result<Vec<AssembledStage>, AssemblyError> {
+    let due = scenario.stages().into_iter().filter(|stage| stage.from < scenario.duration);
+    due.map(|stage| drivers::stage(scenario, stage, surroundings)).collect()
 }
 
 /// How a `task` on a machine is integrated, without changes of its payload.

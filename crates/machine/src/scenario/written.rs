@@ -1,0 +1,265 @@
+//! A scenario as the text of a file that reads back the same.
+
+use super::closed_loop::{ControllerChoice, Joystick, SensorQuality, StickMode};
+use super::sensor_fault::{measured, FaultKind};
+use super::{Interpolation, Pressures, Scenario};
+use crate::keys::TIP_AXES;
+use crate::merge::OverrideValue;
+use crate::model::Machine;
+use crate::sections::coordinate;
+use std::fmt::Write;
+
+/// What no file can state.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Unwritable(pub String);
+
+type Result = std::result::Result<(), Unwritable>;
+
+impl Scenario {
+    /// The scenario as a file. Numbers have all their digits. `machines` are those of its stages: they tell the units of the
+    /// overrides that are numbers.
+    ///
+    /// # Errors
+    /// A controller of somebody's own, and another machine as the controller model: neither stands in a file.
+    pub fn to_toml(&self, machines: &[&Machine]) -> std::result::Result<String, Unwritable> {
+        let mut writer = Writer { text: String::new(), machines };
+        writer.head(self);
+        writer.overrides("overrides", &self.overrides);
+        writer.start(self);
+        writer.payload(&self.payload_changes);
+        for command in &self.commands {
+            let _ = write!(
+                writer.text,
+                "\n[command.{}]\ntime = {}\nspool = {}\ninterpolation = {}\n",
+                key(&command.cylinder),
+                list(&command.time, "s"),
+                list(&command.spool, "m"),
+                quoted(interpolation(command.interpolation))
+            );
+        }
+        writer.control("", self.controller.as_ref(), self.joystick.as_ref(), &self.cylinders)?;
+        for (i, phase) in self.phases.iter().enumerate() {
+            let name = if phase.name.is_empty() { (i + 1).to_string() } else { phase.name.clone() };
+            let table = format!("phase.{}", key(&name));
+            let _ = write!(writer.text, "\n[{table}]\ntime = {}\n", quantity(phase.time, "s"));
+            writer.overrides(&format!("{table}.overrides"), &phase.overrides);
+            writer.control(
+                &format!("{table}."),
+                phase.controller.as_ref(),
+                phase.joystick.as_ref(),
+                &self.cylinders,
+            )?;
+        }
+        writer.faults(self);
+        writer.solver(self);
+        Ok(writer.text)
+    }
+}
+
+struct Writer<'a> {
+    text: String,
+    machines: &'a [&'a Machine],
+}
+
+impl Writer<'_> {
+    fn head(&mut self, scenario: &Scenario) {
+        let _ = write!(
+            self.text,
+            "[scenario]\nname = {}\ntitle = {}\nmachine = {}\nduration = {}\nrecord-interval = {}\n",
+            quoted(&scenario.name),
+            quoted(&scenario.title),
+            quoted(&scenario.machine),
+            quantity(scenario.duration, "s"),
+            quantity(scenario.record_interval, "s"),
+        );
+        self.optional("payload", scenario.payload, "kg");
+        let _ = writeln!(self.text, "seed = {}", scenario.seed);
+        if let Some(version) = &scenario.recorded_by {
+            let _ = writeln!(self.text, "recorded-by = {}", quoted(version));
+        }
+    }
+
+    fn optional(&mut self, name: &str, value: Option<f64>, unit: &str) {
+        if let Some(value) = value {
+            let _ = writeln!(self.text, "{name} = {}", quantity(value, unit));
+        }
+    }
+
+    fn overrides(&mut self, table: &str, overrides: &[(String, OverrideValue)]) {
+        if overrides.is_empty() {
+            return;
+        }
+        let _ = write!(self.text, "\n[{table}]\n");
+        for (name, value) in overrides {
+            let mut recorded = self.machines.iter().flat_map(|machine| &machine.provenance);
+            let units = recorded.find(|entry| entry.key == *name).map_or(&[][..], |entry| &entry.value.units);
+            let _ = writeln!(self.text, "{} = {}", quoted(name), written(value, units));
+        }
+    }
+
+    fn start(&mut self, scenario: &Scenario) {
+        if let Pressures::Equilibrium = scenario.initial.pressures {
+            self.text.push_str("\n[initial]\npressures = \"equilibrium\"\n");
+        }
+        if !scenario.initial.joints.is_empty() {
+            self.text.push_str("\n[initial.joint]\n");
+        }
+        for (name, q) in &scenario.initial.joints {
+            let mut joints = self.machines.iter().flat_map(|machine| &machine.joints);
+            let unit =
+                joints.find(|joint| joint.name == *name).map_or("rad".into(), |joint| coordinate(&joint.kind).unit);
+            let _ = writeln!(self.text, "{} = {}", key(name), quantity(*q, &unit));
+        }
+        if let Pressures::Explicit(pressures) = &scenario.initial.pressures {
+            self.text.push_str("\n[initial.pressure]\n");
+            for (name, pair) in pressures {
+                let _ = writeln!(self.text, "{} = {}", key(name), list(pair, "Pa"));
+            }
+        }
+    }
+
+    fn payload(&mut self, changes: &[(f64, f64)]) {
+        if !changes.is_empty() {
+            let (times, masses): (Vec<f64>, Vec<f64>) = changes.iter().copied().unzip();
+            let _ = write!(self.text, "\n[payload]\ntime = {}\nmass = {}\n", list(&times, "s"), list(&masses, "kg"));
+        }
+    }
+
+    fn control(
+        &mut self,
+        table: &str,
+        choice: Option<&ControllerChoice>,
+        stick: Option<&Joystick>,
+        cylinders: &[String],
+    ) -> Result {
+        if let Some(choice) = choice {
+            self.controller(table, choice)?;
+        }
+        if let Some(stick) = stick {
+            self.joystick(table, stick, cylinders);
+        }
+        Ok(())
+    }
+
+    fn controller(&mut self, table: &str, choice: &ControllerChoice) -> Result {
+        if choice.own.is_some() {
+            let message = "a controller of one's own stands in no file; name one of the package, or keep the script";
+            return Err(Unwritable(message.into()));
+        }
+        if choice.believed_machine.is_some() {
+            let message = "another machine as the controller model stands in no file; state it as overrides";
+            return Err(Unwritable(message.into()));
+        }
+        let sensors = if choice.sensors == SensorQuality::Ideal { "ideal" } else { "data-sheet" };
+        let _ = write!(self.text, "\n[{table}controller]\nname = {}\n", quoted(&choice.name));
+        self.optional("period", choice.period, "s");
+        let _ = write!(self.text, "delay = {}\nsensors = \"{sensors}\"\n", quantity(choice.delay, "s"));
+        if let Some(on) = choice.monitor {
+            let _ = writeln!(self.text, "monitor = \"{}\"", if on { "on" } else { "off" });
+        }
+        self.overrides(&format!("{table}controller.believed"), &choice.believed);
+        Ok(())
+    }
+
+    fn joystick(&mut self, table: &str, stick: &Joystick, cylinders: &[String]) {
+        let tip = stick.mode == StickMode::Tip;
+        let _ = write!(self.text, "\n[{table}joystick]\nmode = \"{}\"\n", if tip { "tip" } else { "lever" });
+        let _ = writeln!(self.text, "interpolation = {}", quoted(interpolation(stick.interpolation)));
+        let _ = writeln!(self.text, "dead-zone = {:?}", stick.dead_zone);
+        self.optional("full-speed", stick.full_speed, "m/s");
+        let _ = writeln!(self.text, "ramp = {}", quantity(stick.ramp, "s"));
+        if let Some(log) = &stick.log {
+            let _ = writeln!(self.text, "log = {}", quoted(log));
+            return;
+        }
+        let _ = writeln!(self.text, "time = {}", list(&stick.time, "s"));
+        let names: Vec<&str> = if tip { TIP_AXES.to_vec() } else { cylinders.iter().map(String::as_str).collect() };
+        for (name, axis) in names.iter().zip(&stick.axes) {
+            let _ = writeln!(self.text, "{} = {}", key(name), list(axis, ""));
+        }
+    }
+
+    fn faults(&mut self, scenario: &Scenario) {
+        let Some(choice) = &scenario.controller else { return };
+        for (i, fault) in scenario.sensor_faults.iter().enumerate() {
+            let _ = write!(self.text, "\n[sensor-fault.{}]\nsignal = {}\n", i + 1, quoted(&fault.signal));
+            let (kind, size) = match fault.kind {
+                FaultKind::Freeze => ("freeze", None),
+                FaultKind::Jump(size) => ("jump", Some(size)),
+                FaultKind::DropOut => ("drop-out", None),
+            };
+            let _ = write!(self.text, "kind = \"{kind}\"\nfrom = {}\n", quantity(fault.from, "s"));
+            self.optional("until", fault.until, "s");
+            let signals = self.machines.first().map(|machine| measured(machine, choice)).unwrap_or_default();
+            let known = signals.iter().find(|(signal, _)| *signal == fault.signal);
+            self.optional("size", size, known.map_or("", |(_, quantity)| &quantity.unit));
+        }
+    }
+
+    fn solver(&mut self, scenario: &Scenario) {
+        let solver = &scenario.solver;
+        let _ = write!(self.text, "\n[solver]\nmethod = {}\nrtol = {:?}\n", quoted(&solver.method), solver.rtol);
+        self.optional("atol", solver.atol, "");
+        let _ = writeln!(self.text, "max-step = {}", quantity(solver.max_step, "s"));
+        self.optional("step", solver.step, "s");
+    }
+}
+
+fn interpolation(interpolation: Interpolation) -> &'static str {
+    match interpolation {
+        Interpolation::Hold => "hold",
+        Interpolation::Linear => "linear",
+    }
+}
+
+fn quantity(value: f64, unit: &str) -> String {
+    if unit.is_empty() {
+        format!("{value:?}")
+    } else {
+        format!("\"{value:?} {unit}\"")
+    }
+}
+
+fn list(values: &[f64], unit: &str) -> String {
+    format!("[{}]", values.iter().map(|value| quantity(*value, unit)).collect::<Vec<_>>().join(", "))
+}
+
+/// `units` are those of the numbers, or one for all; plain numbers have none.
+fn written(value: &OverrideValue, units: &[String]) -> String {
+    match value {
+        OverrideValue::Number(number) => quantity(*number, units.first().map_or("", String::as_str)),
+        OverrideValue::Text(text) => quoted(text),
+        OverrideValue::Bool(flag) => flag.to_string(),
+        OverrideValue::List(items) => {
+            let unit_of = |i: usize| units.get(i..).filter(|rest| !rest.is_empty()).unwrap_or(units);
+            let items = items.iter().enumerate().map(|(i, item)| written(item, unit_of(i)));
+            format!("[{}]", items.collect::<Vec<_>>().join(", "))
+        }
+    }
+}
+
+/// A name as a key: in quotes where it is no bare one.
+fn key(name: &str) -> String {
+    let bare = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_');
+    if bare {
+        name.into()
+    } else {
+        quoted(name)
+    }
+}
+
+/// A basic string of TOML.
+fn quoted(text: &str) -> String {
+    let mut quoted = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => quoted.extend(['\\', c]),
+            c if c.is_control() => {
+                let _ = write!(quoted, "\\U{:08X}", c as u32);
+            }
+            c => quoted.push(c),
+        }
+    }
+    quoted.push('"');
+    quoted
+}

@@ -1,0 +1,35 @@
+//! Machines of a scenario from bundled names, paths, or one text in memory.
+
+use super::{AssemblyError, Surroundings};
+use crate::build::build;
+use crate::model::Model;
+use hydrocrane_control::controller::Controller;
+use hydrocrane_machine::scenario::Stage;
+use hydrocrane_machine::{load, parse, OverrideValue};
+use std::sync::Arc;
+
+/// The machines of a scenario that nobody brings controllers of their own to.
+pub struct Machines<'a> {
+    /// Bundled name or path; the name of the `text` where there is one.
+    pub machine: &'a str,
+    pub text: Option<&'a str>,
+}
+
+impl Surroundings for Machines<'_> {
+    fn machine(
+        &mut self,
+        source: Option<&str>,
+        overrides: &[(String, OverrideValue)],
+    ) -> Result<Arc<dyn Model>, AssemblyError> {
+        let name = source.unwrap_or(self.machine);
+        let machine = match self.text.filter(|_| source.is_none()) {
+            Some(text) => parse(text, name, overrides)?,
+            None => load(name, overrides)?,
+        };
+        build(&machine).map_err(|error| AssemblyError::Build(name.into(), error))
+    }
+
+    fn own_controller(&mut self, _: usize, _: &Stage, _: &Arc<dyn Model>) -> Option<Box<dyn Controller>> {
+        None
+    }
+}

@@ -1,0 +1,72 @@
+//! What a page asks for as a scenario.
+
+use crate::problem::Problem;
+use crate::request::Request;
+use hydrocrane_machine::scenario::{
+    ControllerChoice, Initial, Interpolation, Joystick, Pressures, Scenario, SensorQuality, Solver, StickMode,
+};
+use hydrocrane_machine::{Machine, OverrideValue};
+use hydrocrane_sim::assembly::{AssemblyError, RunSettings};
+use hydrocrane_sim::BuildError;
+
+/// The step of a drive, s.
+pub const TICK: f64 = 1e-3;
+
+/// How every drive is run: as long as somebody drives.
+pub const SETTINGS: RunSettings = RunSettings { ledger: true, max_steps: u64::MAX };
+
+/// The one method of the page's core.
+pub fn solver() -> Solver {
+    Solver { method: "ros3l".into(), rtol: 1e-4, atol: None, max_step: TICK, step: Some(TICK) }
+}
+
+/// What an assembly complains of, as the page tells it.
+pub fn problem(error: AssemblyError) -> Problem {
+    match error {
+        AssemblyError::Machine(error) => Problem::file(&error),
+        AssemblyError::Build(_, BuildError::Chain(_)) => Problem::named("chain", error.to_string()),
+        AssemblyError::Build(..) => Problem::named("cannot-build", error.to_string()),
+        other => Problem::plain(other.to_string()),
+    }
+}
+
+impl Request {
+    /// The request as a scenario that starts at the joint coordinates `q`, on `machine` with its `overrides`.
+    pub fn scenario(&self, machine: &Machine, overrides: &[(String, OverrideValue)], q: &[f64]) -> Scenario {
+        let (mode, axes) = if self.lever() { (StickMode::Lever, machine.cylinders.len()) } else { (StickMode::Tip, 2) };
+        let joystick = Joystick {
+            mode,
+            time: Vec::new(),
+            axes: vec![Vec::new(); axes],
+            log: None,
+            interpolation: Interpolation::Hold,
+            dead_zone: self.dead_zone,
+            full_speed: None,
+            ramp: self.ramp,
+        };
+        let sensors = if self.real_sensors { SensorQuality::DataSheet } else { SensorQuality::Ideal };
+        let controller = ControllerChoice { delay: self.delay, sensors, ..ControllerChoice::named(&self.controller) };
+        let joints = machine.joints.iter().zip(q).map(|(joint, q)| (joint.name.clone(), *q)).collect();
+        Scenario {
+            name: "drive".into(),
+            title: format!("{} driven by hand", machine.name),
+            // A file of one's own is expected beside the scenario.
+            machine: if self.text.is_some() { format!("./{}", self.machine) } else { self.machine.clone() },
+            overrides: overrides.to_vec(),
+            payload: self.payload,
+            payload_changes: Vec::new(),
+            duration: f64::INFINITY,
+            record_interval: 0.01,
+            initial: Initial { joints, pressures: Pressures::Equilibrium },
+            commands: Vec::new(),
+            cylinders: machine.cylinders.iter().map(|cylinder| cylinder.name.clone()).collect(),
+            controller: Some(controller),
+            joystick: Some(joystick),
+            phases: Vec::new(),
+            sensor_faults: Vec::new(),
+            solver: solver(),
+            seed: self.seed,
+            recorded_by: None,
+        }
+    }
+}
