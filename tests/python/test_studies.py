@@ -86,7 +86,7 @@ LOWER = {"boom": np.deg2rad(95), "jib": np.deg2rad(100), "extension": 0.0}
 KEYS = {
     "machine": (OPEN, "cylinder.lift.bore", "90 mm", over("cylinder.lift.bore", 0.09)),
     "choice of the machine": (OPEN, "errata.gravity-sign", "as-printed", over("errata.gravity-sign", "as-printed")),
-    "one of a pair": (OPEN, f"{COULOMB}[1]", 600.0, over(COULOMB, [280.0, 600.0])),
+    "one of a pair": (OPEN, f"{COULOMB}[0]", 500.0, over(COULOMB, [500.0, 490.0])),
     "whole pair": (OPEN, COULOMB, ["0.1 kN", 600.0], over(COULOMB, ["0.1 kN", 600.0])),
     "duration": (OPEN, "scenario.duration", "0.7 s", {"duration": 0.7}),
     "record interval": (OPEN, "record-interval", "20 ms", {"record_interval": 0.02}),
