@@ -53,7 +53,7 @@ MEMORY = """\
 
 Four signals every 10 ms. A block holds at most 16 MB of signals; two blocks per thread are under way and one is being
 written. So a study takes at most 16 MB times two more than twice the threads, and what Python, its libraries and a run
-take, however many cases there are; `tests/python/test_study_store.py` holds it to that.
+take, however many cases there are; `tests/python/studies/test_study_store.py` holds it to that.
 
 | cases | result [MB] | peak memory of the process [MB] |
 |---|---|---|

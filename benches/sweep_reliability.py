@@ -1,7 +1,7 @@
 """Third benchmark: studies that are killed, that lose a worker, and that are larger than the memory they may use.
 
 ``python benches/sweep_reliability.py`` takes some minutes and writes ``docs/validation/sweeps.md`` with its figures in
-``sweep_reliability.json`` beside this file. ``tests/python/test_study_store.py`` runs the same with few cases.
+``sweep_reliability.json`` beside this file. ``tests/python/studies/test_study_store.py`` runs the same with few cases.
 """
 
 from __future__ import annotations

@@ -184,7 +184,7 @@ next frame before it is seen; how long the crane itself then takes to move is th
 
 What is computed does not depend on any of this: a saved drive of 60 s, with changes of mode, supply, friction,
 sensors and load on the way, is repeated by the native core to the same tip within 1e-9 m
-(`tests/python/test_cockpit.py`).
+(`tests/python/cockpit/test_cockpit.py`).
 """
 
 

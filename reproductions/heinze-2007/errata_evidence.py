@@ -2,7 +2,7 @@
 
 Every function settles one row of the table with the re-stated printed program
 (`tests/python/oracles`) and elementary algebra; hydrocrane itself is not involved. What a
-correction changes in hydrocrane is measured in `tests/python/test_errata.py`.
+correction changes in hydrocrane is measured in `tests/python/reproduction/test_errata.py`.
 """
 
 from __future__ import annotations

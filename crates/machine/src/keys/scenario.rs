@@ -52,6 +52,7 @@ static HEAD: &[Key] = &[
         .means("Load at the tip."),
     Key::quantity("seed", &[NUMBER], NonNegative)
         .defaults(&["0"])
+        .usual(&[("1", "9007199254740992", 1.0)])
         .means("Whole number up to 2^53 that draws the sensors' errors and noise; kept with the results."),
     Key::text("recorded-by")
         .otherwise("not a recorded drive")

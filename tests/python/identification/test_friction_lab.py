@@ -20,7 +20,7 @@ from hydrocrane.signals import RigParameters, zero_calibrated
 pytestmark = pytest.mark.evidence
 
 SEEDS = range(10)
-SCRIPT = Path(__file__).resolve().parents[2] / "docs/validation/friction_lab.py"
+SCRIPT = Path(__file__).resolve().parents[3] / "docs/validation/friction_lab.py"
 
 
 def loaded(path):

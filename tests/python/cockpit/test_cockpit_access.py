@@ -12,7 +12,7 @@ from cockpit_tab import PICTURES, STARTS, Page, hold, table
 
 import hydrocrane as hc
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 AXE = ROOT / "cockpit/node_modules/axe-core/axe.min.js"
 # Names that lack what a button shows are among the experimental rules.
 WRONG = """async () => {

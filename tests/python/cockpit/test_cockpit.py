@@ -19,7 +19,7 @@ from hydrocrane.app.live import cockpit_server, drive_request
 from hydrocrane.app.live_server import CONNECTIONS, KEEPER, PAGE, Handler, Server, host_names, own_page, page_files
 from hydrocrane.errors import InputError, MachineFileError
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 # A chain of four joints.
 LONG = ROOT / "tests/data/two-telescopes.toml"
 

@@ -13,7 +13,7 @@ import pytest
 
 import hydrocrane as hc
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT))
 
 from benches import as_called, report, tables  # noqa: E402

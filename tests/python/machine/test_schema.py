@@ -18,7 +18,7 @@ import hydrocrane as hc
 from hydrocrane import _core
 from hydrocrane.app.cli import main
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 SCHEMAS = {kind: json.loads(_core.json_schema(kind)) for kind in ("machine", "scenario")}
 VALIDATORS = {kind: Draft7Validator(schema) for kind, schema in SCHEMAS.items()}
 BUNDLED = {"machine": hc.bundled_machines(), "scenario": hc.bundled_scenarios()}

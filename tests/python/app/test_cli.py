@@ -13,7 +13,7 @@ COMMANDS = (
     "simulate", "plot", "view", "animate", "workspace", "loadchart", "modes", "machines", "check", "new", "cite",
     "sweep", "live", "schema",
 )  # fmt: skip
-BAD_FILES = sorted((Path(__file__).parents[1] / "data" / "bad").glob("*.toml"))
+BAD_FILES = sorted((Path(__file__).parents[2] / "data" / "bad").glob("*.toml"))
 
 
 def hydrocrane(*arguments, folder=None):

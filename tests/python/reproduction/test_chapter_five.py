@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_trapezoid
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "reproductions" / "heinze-2007"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "reproductions" / "heinze-2007"))
 stiffness = importlib.import_module("table4_bristle_stiffness")
 step = importlib.import_module("fig73_step")
 

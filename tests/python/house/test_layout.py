@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 PHYSICS = ROOT / "crates/physics/src"
 PACKAGE = ROOT / "python/hydrocrane"
 LONGEST = 600
@@ -45,7 +45,7 @@ ROOMS = {
     "logs": BASE | {"files"},
     "machine": BASE,
     "control": BASE | {"logs", "machine"},
-    "scenario": BASE | {"machine", "control"},
+    "scenario": BASE | {"files", "machine", "control"},
     "results": BASE | {"files", "logs", "machine", "control", "scenario"},
     "simulation": BASE | {"machine", "control", "scenario", "results"},
     "analysis": BASE | {"machine", "scenario", "results", "simulation"},

@@ -12,7 +12,7 @@ from oracles.rig import STATES, Rig
 import hydrocrane as hc
 from hydrocrane import rig
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 RIGS = ("rig-rottne", "rig-kalmar")
 LOADS = (0.0, 20.0, 115.0)
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-FOLDER = Path(__file__).resolve().parents[1] / "fuzz"
+FOLDER = Path(__file__).resolve().parents[2] / "fuzz"
 sys.path.insert(0, str(FOLDER))
 
 import exercise  # noqa: E402

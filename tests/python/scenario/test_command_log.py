@@ -74,7 +74,7 @@ def test_the_command_line_takes_a_log(folder, tmp_path):
     run = hc.Run.load(tmp_path / "out/vertical-lift-open-loop.nc")
     assert run.data["cylinder.lift.command"].sel(time=0.1).item() == pytest.approx(8e-3)
     wrong = CliRunner().invoke(app, [*arguments[:2], "--command-log", str(folder / "drive.csv")])
-    assert wrong.exit_code != 0 and "no column `time`" in wrong.output
+    assert wrong.exit_code != 0 and "no column `time`" in str(wrong.exception)
 
 
 def test_a_study_varies_the_log(folder):

@@ -11,8 +11,8 @@ import hydrocrane as hc
 from hydrocrane.errors import OutOfReachError
 from hydrocrane.result_warning import DoubtfulResult, ResultWarning
 
-FILES = sorted((Path(__file__).parents[1] / "data" / "warnings").glob("*.toml"))
-PAGE = Path(__file__).parents[2] / "docs" / "reference" / "warnings.md"
+FILES = sorted((Path(__file__).parents[2] / "data" / "warnings").glob("*.toml"))
+PAGE = Path(__file__).parents[3] / "docs" / "reference" / "warnings.md"
 # Its laws are as printed: oil that pulls, and a tolerance as loose as the thesis had it.
 AS_PRINTED = "heinze-2007-open-loop"
 LOADER_START = {"lift": 0.939, "tilt": -1.279, "extension": 0.55}

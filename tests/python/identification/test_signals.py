@@ -30,7 +30,7 @@ from hydrocrane.signals.rounding import noise_before_rounding, rounding_bias
 from hydrocrane.signals.statistics import correlation_samples, fitted_line
 from hydrocrane.signals.steadiness import mean_force, motion_of
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 RIG = hc.load_machine("single-cylinder")
 # Position noise, its converter's step, pressure noise, its step.
 SENSORS = {

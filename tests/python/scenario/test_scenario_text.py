@@ -4,10 +4,21 @@ import numpy as np
 import pytest
 
 import hydrocrane as hc
+from hydrocrane import _core
 from hydrocrane.scenario.entry import scenario_entry
 
 JOINTS = {"boom": 1.7, "jib": 1.65, "extension": 0.1}
 CYLINDERS = ("lift", "jib", "extension")
+
+
+def in_si(value):
+    """An override in SI, whether it was a number or a text with its unit."""
+    if isinstance(value, list):
+        return [in_si(inner) for inner in value]
+    try:
+        return _core.quantity(value)[0] if isinstance(value, str) else value
+    except ValueError:
+        return value
 
 
 def plain(value):
@@ -22,6 +33,10 @@ def plain(value):
 def stated(plan):
     """All that a scenario states; sticks that stay centred count as left out."""
     entry = plain(scenario_entry(plan, CYLINDERS))
+    loops = [entry["controller"], *(phase["controller"] for phase in entry["phases"])]
+    for table in [entry, *entry["phases"], *(loop for loop in loops if loop is not None)]:
+        for key in {"overrides", "believed"} & set(table):
+            table[key] = [[name, in_si(value)] for name, value in table[key]]
     for stick in [entry["joystick"], *(phase["joystick"] for phase in entry["phases"])]:
         if stick is not None:
             stick["axes"] = sorted([name, column] for name, column in stick["axes"] if any(column))

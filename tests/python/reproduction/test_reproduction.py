@@ -13,7 +13,7 @@ import hydrocrane as hc
 
 pytestmark = pytest.mark.evidence
 
-FOLDER = Path(__file__).resolve().parents[2] / "reproductions" / "heinze-2007"
+FOLDER = Path(__file__).resolve().parents[3] / "reproductions" / "heinze-2007"
 sys.path.insert(0, str(FOLDER))
 make = importlib.import_module("make")
 

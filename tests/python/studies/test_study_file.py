@@ -15,7 +15,7 @@ import pytest
 
 import hydrocrane as hc
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 
 GOOD = """
 [study]

@@ -15,7 +15,7 @@ import hydrocrane as hc
 from hydrocrane.app.live_server import PAGE, Server, own_page, page_files
 
 # A chain of four joints.
-LONG = Path(__file__).resolve().parents[1] / "data/two-telescopes.toml"
+LONG = Path(__file__).resolve().parents[2] / "data/two-telescopes.toml"
 # Farthest that a tip at 0.3 m/s gets between two rows of 10 ms, m, with its ringing.
 FARTHEST = 5e-3
 # A processor that takes 2 ms for each ms.

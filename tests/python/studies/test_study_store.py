@@ -17,7 +17,7 @@ from hydrocrane.studies import StudyInterrupted, design, local
 
 pytestmark = pytest.mark.evidence
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 RIG = "single-cylinder-step"
 KEYS = {"payload.mass": [50.0, 60.0, 70.0, 80.0], "supply.pressure": [100e5, 120e5, 140e5]}
 

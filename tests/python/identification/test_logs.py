@@ -410,7 +410,7 @@ def test_a_run_is_a_log_through_a_mapping():
 
 def test_the_reference_names_every_flag():
     """Kinds that the sources raise, either way round."""
-    root = Path(__file__).resolve().parents[2]
+    root = Path(__file__).resolve().parents[3]
     sources = [*root.glob("python/hydrocrane/logs/*.py"), root / "python/hydrocrane/signals/window_checks.py"]
     text = "".join(path.read_text(encoding="utf-8") for path in sources)
     raised = set(re.findall(r'(?:Flag|append|return \[)\(\s*\(?"([a-z]+(?:-[a-z]+)+|[a-z]+)",', text))
