@@ -89,7 +89,7 @@ $(PAGE)/index.html: cockpit/node_modules/.package-lock.json cockpit/src/core.was
 
 # One core for chains as the bundled machines have them, and a larger one that the page loads for any other. Built together with the
 # library that tests take, they would keep all their names, a fifth of their size.
-CORE := RUSTFLAGS="-C target-feature=+simd128" $(CARGO) rustc --quiet --profile cockpit --target wasm32-unknown-unknown --package hydrocrane-web --crate-type cdylib
+CORE := RUSTFLAGS="-C target-feature=+simd128 -C link-arg=--strip-all" $(CARGO) rustc --quiet --profile cockpit --target wasm32-unknown-unknown --package hydrocrane-web --crate-type cdylib
 cockpit/src/core.wasm: $(SOURCES)
 	-rustup target add wasm32-unknown-unknown
 	$(CORE)

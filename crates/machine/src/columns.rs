@@ -7,7 +7,7 @@ use crate::errors::ErrorKind;
 use crate::field::MOST_ROWS;
 use crate::nearest::suggestion;
 use crate::units::{parse_unit, Quantity};
-use csv::{ReaderBuilder, StringRecord, Trim};
+use csv_core::{ReadFieldResult, ReaderBuilder};
 
 /// What is wrong with a log: kind, message and cure.
 pub type Problem = (ErrorKind, String, String);
@@ -136,12 +136,18 @@ fn cells(line: &str, delimiter: u8) -> Vec<String> {
         }
         return cells;
     }
-    let mut reader =
-        ReaderBuilder::new().delimiter(delimiter).has_headers(false).trim(Trim::All).from_reader(line.as_bytes());
-    let mut record = StringRecord::new();
-    // One line of text is always a record.
-    let _ = reader.read_record(&mut record);
-    record.iter().map(str::to_string).collect()
+    let mut reader = ReaderBuilder::new().delimiter(delimiter).build();
+    let line = format!("{line}\n");
+    let (mut cells, mut rest, mut cell) = (Vec::new(), line.as_bytes(), vec![0; line.len()]);
+    loop {
+        let (result, read, written) = reader.read_field(rest, &mut cell);
+        rest = &rest[read..];
+        cells.push(String::from_utf8_lossy(&cell[..written]).trim().to_string());
+        // A quote that is never closed ends with the line.
+        if !matches!(result, ReadFieldResult::Field { record_end: false }) {
+            return cells;
+        }
+    }
 }
 
 fn with_unit(cell: &str) -> (&str, &str) {

@@ -5,7 +5,7 @@ use hydrocrane_machine::{parse_scenario_with, MachineError, Scenario};
 
 const HEAD: &str =
     "[scenario]\nname = \"t\"\nmachine = \"rottne-f9-lab\"\nduration = \"9 s\"\n[command]\nlog = \"drive.csv\"\n";
-const LOG: &str = "time [ms],lift,u_tilt [mm],cylinder.telescope.command\n0,0.01,2,0\n500,0.02,-3,0.001\n";
+const LOG: &str = "time [ms],lift,u_jib [mm],cylinder.extension.command\n0,0.01,2,0\n500,0.02,-3,0.001\n";
 
 fn read(rest: &str, log: &str) -> Result<Scenario, MachineError> {
     parse_scenario_with(&format!("{HEAD}{rest}"), "t.toml", None, &[("drive.csv".to_string(), log.to_string())])
@@ -14,17 +14,17 @@ fn read(rest: &str, log: &str) -> Result<Scenario, MachineError> {
 #[test]
 fn columns_are_found_by_the_names_of_cylinders() {
     let scenario = read("", LOG).unwrap();
-    let [lift, telescope] = &scenario.commands[..] else { panic!("{:?}", scenario.commands) };
+    let [lift, extension] = &scenario.commands[..] else { panic!("{:?}", scenario.commands) };
     assert_eq!((lift.cylinder.as_str(), &lift.time[..], &lift.spool[..]), ("lift", &[0.0, 0.5][..], &[0.01, 0.02][..]));
-    assert_eq!((telescope.cylinder.as_str(), &telescope.spool[..]), ("telescope", &[0.0, 0.001][..]));
+    assert_eq!((extension.cylinder.as_str(), &extension.spool[..]), ("extension", &[0.0, 0.001][..]));
     assert_eq!(lift.interpolation, Interpolation::Linear);
 }
 
 #[test]
 fn a_table_says_which_column_in_which_unit() {
-    let scenario = read("interpolation = \"hold\"\n[command.tilt]\ncolumn = \"u_tilt\"\n", LOG).unwrap();
-    let [tilt] = &scenario.commands[..] else { panic!("{:?}", scenario.commands) };
-    assert_eq!((&tilt.spool[..], tilt.interpolation), (&[0.002, -0.003][..], Interpolation::Hold));
+    let scenario = read("interpolation = \"hold\"\n[command.jib]\ncolumn = \"u_jib\"\n", LOG).unwrap();
+    let [jib] = &scenario.commands[..] else { panic!("{:?}", scenario.commands) };
+    assert_eq!((&jib.spool[..], jib.interpolation), (&[0.002, -0.003][..], Interpolation::Hold));
     let scenario = read("[command.lift]\nunit = \"cm\"\n", LOG).unwrap();
     assert_eq!(scenario.commands[0].spool, [1e-4, 2e-4]);
 }
@@ -37,7 +37,7 @@ fn what_is_wrong_is_told_at_its_place() {
         ("", "time,lift\n1,0\n0,0\n", "bad-series", 6),
         ("", "time,lift\n1,0\n2\n", "bad-series", 6),
         ("", "clock,lift\n1,0\n", "unknown-reference", 6),
-        ("time = \"clock\"\n[command.tilt]\ncolumn = \"tilt\"\n", "clock,lift\n1,0\n", "unknown-reference", 6),
+        ("time = \"clock\"\n[command.jib]\ncolumn = \"jib\"\n", "clock,lift\n1,0\n", "unknown-reference", 6),
         ("[command.lift]\nunit = \"bar\"\n", LOG, "wrong-dimension", 6),
         ("[command.lift]\nspool = [\"1 mm\"]\n", LOG, "conflicting-keys", 8),
         ("[command.lifft]\nunit = \"mm\"\n", LOG, "unknown-reference", 7),
