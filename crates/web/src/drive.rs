@@ -142,7 +142,12 @@ impl Drive {
         let (machine, overrides) = request.machine(&self.now.overrides)?;
         offered::check(&machine, &request.controller)?;
         let faults = self.scenario.sensor_faults.clone();
-        let wanted = Scenario { sensor_faults: faults, ..request.scenario(&machine, &overrides, &self.pose) };
+        let mut wanted = Scenario { sensor_faults: faults, ..request.scenario(&machine, &overrides, &self.pose) };
+        // What no knob shows stays as the replay stated it.
+        if let (Some(own), Some(choice)) = (&self.now.controller, &mut wanted.controller) {
+            choice.believed.clone_from(&own.believed);
+            choice.monitor = own.monitor.filter(|_| own.name == choice.name);
+        }
         let Some(stage) = assembled_stages(&wanted, &request)?.pop() else { return Ok(false) };
         if stage.model.layout().names != self.now.model.layout().names {
             return Ok(false);

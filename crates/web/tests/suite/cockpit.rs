@@ -1,7 +1,7 @@
 //! The cockpit against the native run: a drive that is saved and simulated ends in the same place.
 
 use crate::common::{built, index, opened, simulated, tip};
-use hydrocrane_machine::scenario::{Interpolation, Scenario, Solver};
+use hydrocrane_machine::scenario::{Interpolation, Scenario, Solver, Stage};
 use hydrocrane_machine::{parse_scenario, parse_scenario_with, OverrideValue};
 use hydrocrane_web::Cockpit;
 use serde_json::{json, Value};
@@ -248,6 +248,23 @@ fn whatever_a_scenario_states_is_driven_and_saved() {
     let solver = Solver { method: "ros3l".into(), step: Some(1e-3), ..scenario.solver };
     let open_loop = Scenario { solver, ..parse_scenario(text, "open.toml", &[]).expect("a scenario") };
     replayed_and_saved(&json!({ "scenario": text }), &open_loop);
+}
+
+#[test]
+fn what_no_knob_shows_stays_where_a_knob_is_turned_in_a_replay() {
+    let request = json!({ "scenario": EVERYTHING, "logs": { "sticks.csv": STICKS } });
+    let (mut cockpit, told) = opened(request);
+    assert!(cockpit.advance(500));
+    let mut turned = told["request"].clone();
+    turned["dead-zone"] = json!(0.1);
+    turned["keep-state"] = json!(true);
+    cockpit.open(&turned.to_string()).expect("the same machine");
+    assert!(cockpit.advance(500), "{}", cockpit.events());
+    let saved = parse_scenario(&cockpit.save().expect("a drive"), "drive.toml", &[]).expect("a scenario");
+    let [first, second] = &saved.stages()[..] else { panic!("{:?}", saved.phases) };
+    let kept = |stage: &Stage| stage.controller.clone().map(|choice| (choice.believed, choice.monitor));
+    assert_eq!(kept(second), kept(first));
+    assert_eq!((second.joystick.as_ref().map(|stick| stick.dead_zone), saved.sensor_faults.len()), (Some(0.1), 1));
 }
 
 #[test]
