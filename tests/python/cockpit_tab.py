@@ -22,6 +22,7 @@ duration = "30 s"
 [initial.joint]
 boom = "100 deg"
 jib = "100 deg"
+extension = "0 mm"
 [joystick]
 time = ["0.1 s"]
 z = [1]

@@ -51,6 +51,10 @@ STUCK = """
 name = "stuck"
 machine = "rottne-f9-lab"
 duration = "9 s"
+[initial.joint]
+boom = "100 deg"
+jib = "100 deg"
+extension = "0 mm"
 [controller]
 name = "tip"
 [joystick]
