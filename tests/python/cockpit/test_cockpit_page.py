@@ -377,3 +377,18 @@ def test_the_viewer_serves_page_and_run_alone(run, address):
         rows = table.reshape(-1, len(about["columns"]))
         np.testing.assert_array_equal(rows[:, about["columns"].index("tip.x")], run.data["tip.x"])
         np.testing.assert_array_equal(rows[:, 0], run.data["time"])
+
+
+def test_a_scenario_is_replayed_with_the_log_of_its_commands(cockpit, tmp_path):
+    scenario = DRIVE.partition("[joystick]")[0] + '[command]\nlog = "drive.csv"\n'
+    (tmp_path / "logged.toml").write_text(scenario, encoding="utf-8")
+    (tmp_path / "drive.csv").write_text("time [s],lift [mm]\n0,0\n0.5,20\n30,20\n", encoding="utf-8")
+    files = cockpit.tab.locator("#drive-file")
+    files.set_input_files(tmp_path / "logged.toml")
+    cockpit.until(lambda: "drive.csv" in cockpit.notices())
+    files.set_input_files([tmp_path / "logged.toml", tmp_path / "drive.csv"])
+    cockpit.until(lambda: "replay until 30.0 s" in cockpit.tab.locator("#pace").inner_text())
+    start = cockpit.tip
+    cockpit.wait(2.0)
+    assert cockpit.tip[1] > start[1] + 0.02
+    assert cockpit.tab.locator(".lever").count() == 3, "levers stand ready to take over"
