@@ -1,8 +1,8 @@
 """The laboratory crane once more, as a person would write it in Python: for solvers that need the model in their terms.
 
-Independent of the core: it reads the numbers of the machine file and nothing else; ``tests/python/house/test_benches.py``
-holds it equal to the core. It runs on NumPy arrays and on CasADi's symbols alike. Symbols, signs and units as in
-NOTATION.md; numbers in round brackets are equations of Heinze (2007).
+Independent of the core: it reads the numbers of the machine file and nothing else;
+``tests/python/house/test_benches.py`` holds it equal to the core. It runs on NumPy arrays and on CasADi's symbols
+alike. Symbols, signs and units as in NOTATION.md; numbers in round brackets are equations of Heinze (2007).
 """
 
 from __future__ import annotations

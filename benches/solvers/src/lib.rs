@@ -5,7 +5,7 @@ mod cvode;
 mod diffsol_methods;
 mod task;
 
-use hydrocrane_sim::Bordered;
+use hydrocrane_ode::BlockArrow;
 use std::ffi::{c_char, CStr};
 use std::hint::black_box;
 use std::panic::{catch_unwind, AssertUnwindSafe};
@@ -84,7 +84,7 @@ pub unsafe extern "C" fn solve(
 pub unsafe extern "C" fn evaluate(task: *const Task, states: *const f64, rows: usize, structured: bool) {
     let (model, n) = ((*task).model.as_ref(), (*task).start.len());
     let (spools, mut rates) = (vec![0.0; model.layout().joints()], vec![0.0; n]);
-    let mut slopes = Bordered::new(model.layout());
+    let mut slopes = BlockArrow::new(model.layout().axes());
     for x in std::slice::from_raw_parts(states, rows * n).chunks_exact(n) {
         if structured {
             model.linearise(x, &spools, (*task).payload, &mut rates, &mut slopes);

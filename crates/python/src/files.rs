@@ -76,6 +76,9 @@ pub fn load_scenario<'py>(py: Python<'py>, source: &str, pairs: &Bound<'py, PyLi
     Ok(out)
 }
 
+/// Cylinder, times and spool positions.
+type Command<'py> = (String, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
+
 /// Spool commands of `cylinders` from a log: name of the file, its column of times, whether to join its rows, and cylinder,
 /// column and unit of those that are wanted. Cylinder, times (s) and spool positions (m) of each.
 #[pyfunction]
@@ -86,7 +89,7 @@ pub fn read_commands(
     time: Option<String>,
     linear: bool,
     columns: Vec<(String, Option<String>, Option<String>)>,
-) -> PyResult<Vec<(String, Bound<'_, PyArray1<f64>>, Bound<'_, PyArray1<f64>>)>> {
+) -> PyResult<Vec<Command<'_>>> {
     let interpolation = if linear { Interpolation::Linear } else { Interpolation::Hold };
     let columns = columns.into_iter().map(|(cylinder, column, unit)| LoggedColumn { cylinder, column, unit }).collect();
     let log = CommandLog { name, time, interpolation, columns };
