@@ -13,7 +13,7 @@ import hydrocrane as hc
 from benches.compete import Effort, paired
 from benches.problem import Problem, Solution, clocked
 
-MEASURED, OTHERS = "rodas5p", ("ros4l", "tsit5")
+MEASURED, OTHERS = "rodas5p", ("hc-exponential-4", "tsit5")
 TOLERANCE = 1e-4
 DURATION = 20.0
 EFFORT = Effort(per_decade=4, pairs=11, long_pairs=3)

@@ -61,7 +61,7 @@ SIGNALS = (
     "cylinder.test.z",
     "cylinder.test.friction",
 )
-METHODS = ("tsit5", "rodas5p", "ros4l")
+METHODS = ("tsit5", "rodas5p", "hc-exponential-4")
 # Those that are run to REFERENCE, the first compared with the last.
 EXACT = ("tsit5", "rodas5p")
 TOLERANCES = (1e-4, 1e-6, 1e-8)

@@ -9,8 +9,8 @@ import numpy as np
 import hydrocrane as hc
 from benches.problem import Problem, Solution, Solver, clocked
 
-METHODS = ("ros4l", "rodas5p", "tsit5")
-FIXED_STEPS = "ros3l"
+METHODS = ("hc-exponential-4", "rodas5p", "tsit5")
+FIXED_STEPS = "hc-rosenbrock-3"
 
 
 def step_at(rtol: float) -> float:

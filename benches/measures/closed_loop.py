@@ -60,9 +60,13 @@ class Loop:
 
 def candidates() -> dict[str, Callable[[Loop], Solution]]:
     """Methods with their tolerances or steps, fixed steps where the package has them."""
-    made = {f"{m} {r:g}": lambda p, m=m, r=r: p.run(m, r) for m in ("rodas5p", "ros4l", "tsit5") for r in TOLERANCES}
+    made = {
+        f"{m} {r:g}": lambda p, m=m, r=r: p.run(m, r)
+        for m in ("rodas5p", "hc-exponential-4", "tsit5")
+        for r in TOLERANCES
+    }
     if "step" in hc.Solver.__dataclass_fields__:
-        made |= {f"ros3l {h * 1e3:g} ms": lambda p, h=h: p.run("ros3l", 1e-4, h) for h in STEPS}
+        made |= {f"hc-rosenbrock-3 {h * 1e3:g} ms": lambda p, h=h: p.run("hc-rosenbrock-3", 1e-4, h) for h in STEPS}
     return made
 
 

@@ -16,7 +16,7 @@ from benches.models.chain import write_chain
 from benches.problem import Problem, clocked
 
 # The fastest of the package by tolerance.
-METHOD = "ros4l"
+METHOD = "hc-exponential-4"
 RUNS = 15
 JOINTS = range(1, 7)
 RATES = (10, 20, 50, 100, 200, 500, 1000)

@@ -38,7 +38,7 @@ def measure(manoeuvres: int = MANOEUVRES) -> dict[str, Any]:
     if "step" not in hc.Solver.__dataclass_fields__:
         raise NotAvailable("this version has no method of fixed steps")
     crane = hc.load_machine("rottne-f9-lab")
-    simulator = hc.Simulator(crane, sample_time=STEP, method="ros3l", step=STEP)
+    simulator = hc.Simulator(crane, sample_time=STEP, method="hc-rosenbrock-3", step=STEP)
     alone = []
     for manoeuvre in range(manoeuvres):
         simulator.reset(q=POSE)

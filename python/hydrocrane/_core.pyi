@@ -25,6 +25,8 @@ _Array = NDArray[float64]
 
 __all__ = [
     "BatchSimulator",
+    "FORMER_METHODS",
+    "METHODS",
     "Machine",
     "MachineFileError",
     "PoseFault",
@@ -248,6 +250,10 @@ def run(
     make: Callable[[int, Machine, str, float | None], LoopController] | None,
     should_stop: Callable[[], bool] | None,
 ) -> RunRecord: ...
+
+METHODS: list[str]
+FORMER_METHODS: list[tuple[str, str]]
+
 def method_for(machine: Machine, solver: SolverEntry) -> str: ...
 def stages(scenario: ScenarioEntry) -> list[StageTable]: ...
 def start_state(machine: Machine, scenario: ScenarioEntry) -> tuple[_Array, list[WarningEntry]]: ...

@@ -52,7 +52,6 @@ class RunRecord(TypedDict):
     method: str
     stats: dict[str, int]
     doubts: list[WarningEntry]
-    payload: float
     stages: list[StageTable]
     samples: list[Samples]
     events: list[tuple[float, str]]
@@ -247,6 +246,7 @@ class ScenarioTable(TypedDict):
     joystick: JoystickTable | None
     phases: list[PhaseTable]
     recorded_by: str | None
+    warnings: list[WarningEntry]
     sensor_faults: list[FaultTable]
     solver: SolverTable
 

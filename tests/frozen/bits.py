@@ -41,9 +41,9 @@ def last_state(scenario: str | Path, seconds: float, **changes: object) -> np.nd
 
 def open_loops() -> Runs:
     for name in hc.bundled_scenarios():
-        for method in ("rodas5p", "ros4l", "tsit5", "ros3l"):
+        for method in ("rodas5p", "hc-exponential-4", "tsit5", "hc-rosenbrock-3"):
             seconds = PRINTED_SECONDS if name == PRINTED else EXPLICIT_SECONDS if method == "tsit5" else SECONDS
-            changes = {"method": method} | ({"step": STEP} if method == "ros3l" else {})
+            changes = {"method": method} | ({"step": STEP} if method == "hc-rosenbrock-3" else {})
             yield f"{name} by {method}", lambda n=name, s=seconds, c=changes: last_state(n, s, **c)
 
 

@@ -18,6 +18,8 @@ pub struct CylinderModel {
     pub friction: StaticParameters<f64>,
     /// Largest spool displacement, m.
     pub stroke: f64,
+    /// From a command to the middle of the spool's answer, s.
+    pub delay: f64,
     /// Piston positions between which no end stop acts, m.
     pub free: [f64; 2],
 }

@@ -1,10 +1,13 @@
 //! One cylinder's part of tip control: from the piston's reference to a spool command.
 //!                                                               theory: docs/theory/control/drive.md
 //!
-//! v_c = v_ref + k_p (x_ref - x^) - d^ + F'_ref/k_oil - (c/k_oil) band-pass(F - F_ref)
+//! v_c = v_ref + k_p (x_ref - x^) - d^ + F'_ref/k_oil + v_d
 //!
-//! and the spool that gives the speed v_c at the measured pressures. F' winds the oil spring for the
-//! load that comes; the last term damps it: force fed back as velocity acts like a leak that only lets oscillations pass.
+//! and the spool that gives the speed v_c at the measured pressures. F' winds the oil spring for the load that comes; v_d
+//! damps the modes of the crane on its oil ([`crate::damping`]).
+//!
+//! At rest the piston is held where it has stopped: v_c = k_h (x_ref - x^) beyond a band, zero inside. Zero speed needs an opening
+//! that makes up for leakage, and the correction begins at zero, so that no sample kicks the oil.
 //!
 //! Near a dead centre, where a joint swings slowly, the corrections k_p (x_ref - x^) - d^ and the learning of d^ shrink with the
 //! square of its frequency.
@@ -23,11 +26,6 @@ use hydrocrane_physics::hydraulics::fluid::Fluid;
 pub struct DriveGains {
     /// k_p, 1/s
     pub position: f64,
-    /// c, 1/s: adds c/(2 omega) to the damping ratio of an oil mode at omega.
-    pub damping: f64,
-    /// Corners of the band of oil modes that the damping acts on, rad/s: below lie wrong loads, above it
-    /// the delay of a period would turn damping into its opposite.
-    pub damping_band: [f64; 2],
     /// Bandwidth of the position observer, rad/s.
     pub observer: f64,
     /// Corner of the low-pass on the pressures in the valve law, rad/s.
@@ -44,9 +42,11 @@ pub struct Demand {
     /// m and m/s
     pub stroke: f64,
     pub speed: f64,
-    /// Cylinder force without friction (N), and the same with the friction at `speed`.
+    /// Cylinder force without friction, N.
     pub load: f64,
-    /// Stand still: correct only errors beyond the rest band.
+    /// Speed that damps the modes on the oil, m/s.
+    pub damping: f64,
+    /// Stand still: correct only errors beyond the rest band, and gently.
     pub rest: bool,
     /// How the oil holds the joint that the cylinder moves.
     pub hold: Hold,
@@ -62,17 +62,17 @@ pub struct Drive {
     period: f64,
     observer: Observer,
     observing: observer::Gains,
-    /// Shares by which low-passes go on in a period: that of the pressures, those of the damping band.
+    /// Shares by which the low-passes of the pressures and of the load go on in a period.
     pressure_share: f64,
-    damping_shares: [f64; 2],
+    load_share: f64,
     /// Friction at the start of a motion, retracting and extending, N.
     starting_friction: [f64; 2],
     /// Low-passed pressures with the measured position, and what they allow.
     moment: Moment,
     capacity: Capacity,
     force: f64,
-    /// F - F_ref behind low-passes at both corners of the damping band, N.
-    lags: [f64; 2],
+    /// F - F_ref behind a low-pass, N.
+    excess: f64,
     /// F_ref of the last sample, N, and the same without friction.
     planned: f64,
     load: f64,
@@ -82,6 +82,10 @@ pub struct Drive {
     bearable: f64,
 }
 
+/// Corner of the low-pass on the difference between the load and the planned one, rad/s.
+const LOAD_BANDWIDTH: f64 = 5.0;
+/// Share of the position gain that holds a piston at rest.
+const HOLDING: f64 = 0.25;
 /// Least speed at full stroke, as a share of the steady one: a regenerative cylinder that is still being filled would not
 /// move at any opening.
 const LEAST_SHARE: f64 = 0.35;
@@ -111,12 +115,12 @@ impl Drive {
             observer: Observer::at(moment.stroke),
             observing: observer::Gains::new(gains.observer, period),
             pressure_share: share(gains.pressure),
-            damping_shares: gains.damping_band.map(share),
+            load_share: share(LOAD_BANDWIDTH),
             starting_friction: [-FRICTION_SPEED, FRICTION_SPEED].map(|v| cylinder.steady_friction(v)),
             moment,
             capacity: cylinder.capacity(&fluid, &supply_pressures, &moment),
             force,
-            lags: [force - load; 2],
+            excess: force - load,
             planned: load,
             load,
             expected: 0.0,
@@ -124,15 +128,25 @@ impl Drive {
         }
     }
 
-    /// Takes in a sample.
-    pub fn measure(&mut self, now: &Moment) {
+    /// Takes in a sample whose position has the resolution `count`, m.
+    pub fn measure(&mut self, now: &Moment, count: f64) {
         self.force = self.cylinder.chambers.force(now.p[0], now.p[1]);
         for (slow, p) in self.moment.p.iter_mut().zip(now.p) {
             *slow += self.pressure_share * (p - *slow);
         }
         self.moment.stroke = now.stroke;
         self.capacity = self.cylinder.capacity(&self.fluid, &self.supply_pressures, &self.moment);
-        self.observer.update(now.stroke, self.expected, &self.observing, self.bearable);
+        self.observer.update(now.stroke, self.expected, &self.observing, self.bearable, count);
+    }
+
+    /// Cylinder force as measured, N.
+    pub fn force(&self) -> f64 {
+        self.force
+    }
+
+    /// Cylinder force with the friction at the speed of `d`, N.
+    pub fn planned(&self, d: &Demand) -> f64 {
+        d.load + self.cylinder.steady_friction(d.speed)
     }
 
     /// Observed piston position, m.
@@ -160,9 +174,9 @@ impl Drive {
         sense * self.steady.speed(self.true_load() + self.starting_friction[usize::from(sense > 0.0)], sense)
     }
 
-    /// The planned load, put right by what the pressures say of it over the time of the slower low-pass, N.
+    /// The planned load, put right by what the pressures say of it, N.
     fn true_load(&self) -> f64 {
-        self.load + self.lags[0]
+        self.load + self.excess
     }
 
     /// The oil between closed edges.
@@ -180,24 +194,21 @@ impl Drive {
     /// Spool command, m.
     pub fn command(&mut self, d: &Demand) -> f64 {
         let g = &self.gains;
-        let planned = d.load + self.cylinder.steady_friction(d.speed);
-        let stiffness = self.capacity.stiffness;
-        let winding = (planned - self.planned) / (self.period * stiffness);
+        let planned = self.planned(d);
+        let winding = (planned - self.planned) / (self.period * self.capacity.stiffness);
         (self.planned, self.load) = (planned, d.load);
         self.bearable = d.hold.bearable(g.position);
-        let error = self.force - planned;
-        for (lag, share) in self.lags.iter_mut().zip(self.damping_shares) {
-            *lag += share * (error - *lag);
-        }
-        let spring = winding - g.damping * (self.lags[1] - self.lags[0]) / stiffness;
+        self.excess += self.load_share * (self.force - planned - self.excess);
+        let spring = winding + d.damping;
 
         let behind = d.stroke - self.observer.position;
-        if d.rest && behind.abs() <= g.rest_band {
-            self.expected = -self.observer.disturbance;
-            return 0.0;
-        }
-        let correction = g.position * behind - self.observer.disturbance;
-        let motion = d.speed + self.bearable * correction;
+        let motion = if d.rest {
+            HOLDING * g.position * (behind - behind.clamp(-g.rest_band, g.rest_band))
+        } else {
+            d.speed + self.bearable * (g.position * behind - self.observer.disturbance)
+        };
+        // Where the supply pressure cannot move the load, wanting to go there would only keep the damping from the other side.
+        let motion = if self.able(motion.signum()) { motion } else { 0.0 };
         let spool = self.spool_for(motion + spring);
         self.expected = self.cylinder.momentary_speed(&self.capacity, spool) - spring;
         spool

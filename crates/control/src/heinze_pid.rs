@@ -165,9 +165,10 @@ impl<const N: usize> Controller for HeinzePid<N> {
             self.aim(&q, stick)?;
             self.due = Some(measured.t + self.settings.set_point_interval);
         }
-        let lever_arm = self.model.posture(&q).lever_arm;
+        let strokes = self.model.strokes(&q);
         for (i, (pid, out)) in self.pids.iter_mut().zip(spool).enumerate() {
-            *out = lever_arm[i].signum() * pid.step(self.target[i] - q[i]);
+            let (_, lever_arm) = strokes[i];
+            *out = lever_arm.signum() * pid.step(self.target[i] - q[i]);
         }
         Ok(())
     }

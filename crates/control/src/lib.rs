@@ -2,6 +2,7 @@
 
 pub mod controller;
 pub mod controller_model;
+pub mod damping;
 pub mod drive;
 pub mod feed_forward;
 pub mod heinze_pid;
@@ -11,9 +12,11 @@ pub mod keep_out;
 pub mod lever;
 pub mod observer;
 pub mod oil_displacement;
+pub mod oil_modes;
 pub mod penalty;
 pub mod pid;
 pub mod plausibility;
+pub mod readings;
 pub mod redundancy;
 pub mod safe_state;
 pub mod set_point;

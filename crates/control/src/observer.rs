@@ -40,10 +40,12 @@ impl Observer {
         Observer { position, disturbance: 0.0 }
     }
 
-    /// `speed`: expected over the period that ends with the measurement; `learning`: share of the gain of d^ to learn with.
-    pub fn update(&mut self, measured: f64, speed: f64, gains: &Gains, learning: f64) {
+    /// `speed`: expected over the period that ends with the measurement; `learning`: share of the gain of d^ to learn with;
+    /// `count`: resolution of the reading, which tells nothing of a position within half of it, m.
+    pub fn update(&mut self, measured: f64, speed: f64, gains: &Gains, learning: f64, count: f64) {
         let predicted = self.position + gains.period * (speed + self.disturbance);
-        let innovation = measured - predicted;
+        let difference = measured - predicted;
+        let innovation = difference - difference.clamp(-0.25 * count, 0.25 * count);
         self.position = predicted + gains.position * innovation;
         self.disturbance += learning * gains.disturbance * innovation;
     }
@@ -57,7 +59,7 @@ mod tests {
     fn finds_a_missing_speed() {
         let mut o = Observer::at(0.0);
         for k in 1..=300 {
-            o.update(0.02 * 0.01 * k as f64, 0.015, &Gains::new(10.0, 0.01), 1.0);
+            o.update(0.02 * 0.01 * k as f64, 0.015, &Gains::new(10.0, 0.01), 1.0, 0.0);
         }
         assert!((o.disturbance - 0.005).abs() < 1e-6 && (o.position - 0.06).abs() < 1e-6);
     }
@@ -68,7 +70,7 @@ mod tests {
         let mut worst = 0.0f64;
         for k in 1..=500 {
             let x = 0.0102 * 0.01 * k as f64;
-            o.update((x / count).round() * count, 0.0102, &Gains::new(5.0, 0.01), 1.0);
+            o.update((x / count).round() * count, 0.0102, &Gains::new(5.0, 0.01), 1.0, count);
             worst = worst.max((o.position - x).abs());
         }
         assert!(worst < 0.25 * count, "{worst}");

@@ -5,9 +5,11 @@
 
 use crate::controller::{Controller, Fault, Measurement, Stick};
 use crate::controller_model::{ControllerModel, Posture};
+use crate::damping::{Damping, DampingGains};
 use crate::drive::{Demand, Drive, DriveGains};
 use crate::feed_forward::{Moment, SupplyPressures};
-use crate::holding::Hold;
+use crate::holding::{Hold, Oil};
+use crate::readings::Readings;
 use crate::safe_state::Names;
 use crate::set_point::{Means, Reference, Shape};
 use crate::slow_down::{checked, checked_stick};
@@ -22,6 +24,7 @@ pub struct Settings<const N: usize> {
     pub full_speed: f64,
     pub shape: Shape<N>,
     pub drive: DriveGains,
+    pub damping: DampingGains,
     /// Distance of the tip from its set-point at which the set-point waits, m.
     pub lag_limit: f64,
     /// Time after the set-point has stopped during which every error is still corrected, s.
@@ -39,6 +42,12 @@ pub struct Tip<const N: usize> {
 struct State<const N: usize> {
     reference: Reference<N>,
     drives: [Drive; N],
+    damping: Damping<N>,
+    readings: [Readings; N],
+    /// Where the pistons have stopped, from their references, m.
+    settled: [f64; N],
+    /// Mass at the tip as the pressures tell it, kg.
+    payload: f64,
     /// Since the set-point stopped, s.
     still: f64,
     standstill: Standstill,
@@ -55,6 +64,9 @@ const BLOCKED: f64 = 0.1;
 /// Time after which a tip counts as held, s: longer than half a swing of a boom on its oil.
 const LED_BACK: f64 = 1.5;
 
+/// Time over which the payload is weighed, s: longer than a swing.
+const WEIGHING: f64 = 1.0;
+
 impl<const N: usize> Tip<N> {
     pub fn new(model: ControllerModel<N>, settings: Settings<N>) -> Self {
         Tip { model, settings, state: None }
@@ -67,13 +79,19 @@ impl<const N: usize> State<N> {
         let reference = Reference::at(n, &s.shape, s.period, q);
         let load = n.cylinder_force(&q, &[0.0; N]);
         let supply_pressures = SupplyPressures { supply: n.supply, tank: n.tank };
-        let drives = std::array::from_fn(|c| {
+        let drives: [Drive; N] = std::array::from_fn(|c| {
             let moment = Moment { stroke: reference.posture.stroke[c], p: p[c] };
             Drive::at(n.cylinders[c], n.fluid, supply_pressures, s.drive, s.period, moment, load[c])
         });
+        let force = drives.map(|drive| drive.force());
+        let excess = std::array::from_fn(|c| reference.posture.lever_arm[c] * (force[c] - load[c]));
         State {
             reference,
             drives,
+            damping: Damping::at(s.damping, &excess),
+            readings: q.map(Readings::at),
+            settled: [0.0; N],
+            payload: n.payload_of(&q, &reference.posture.lever_arm, &force).unwrap_or(n.payload),
             still: s.settling,
             standstill: Standstill::default(),
             unheld: [false; N],
@@ -183,7 +201,8 @@ impl<const N: usize> State<N> {
     ) -> [f64; N] {
         let measured = model.posture(q);
         for c in 0..N {
-            self.drives[c].measure(&Moment { stroke: measured.stroke[c], p: p[c] });
+            let count = self.readings[c].resolution(q[c]) * measured.lever_arm[c].abs();
+            self.drives[c].measure(&Moment { stroke: measured.stroke[c], p: p[c] }, count);
         }
         let oil = self.drives.map(|drive| drive.oil());
         let holding = model.holding(q, &oil);
@@ -192,9 +211,14 @@ impl<const N: usize> State<N> {
         let rest = self.still >= s.settling;
         let target: [f64; N];
         if rest {
-            target = model.strokes(&self.reference.q).map(|(stroke, _)| stroke);
+            let held = model.strokes(&self.reference.q);
+            let band = s.drive.rest_band;
+            // Where the piston has stopped, as far as that is near enough.
+            target = std::array::from_fn(|c| held[c].0 + self.settled[c].clamp(-band, band));
             self.reference.stand();
         } else {
+            let held = self.reference.posture.stroke;
+            self.settled = std::array::from_fn(|c| self.drives[c].position() - held[c]);
             let observed = self.observed(q, &measured);
             let lag = self.lag(q, &measured, &observed);
             // 1 with the tip at its set-point, 0 with the tip too far behind.
@@ -207,10 +231,40 @@ impl<const N: usize> State<N> {
         }
         let rates = self.reference.rates;
         let load = model.cylinder_force(&self.reference.q, &rates);
-        std::array::from_fn(|c| {
+        let mut demands: [Demand; N] = std::array::from_fn(|c| {
             let speed = self.reference.posture.lever_arm[c] * rates[c];
-            self.drives[c].command(&Demand { stroke: target[c], speed, load: load[c], rest, hold: holding[c] })
-        })
+            Demand { stroke: target[c], speed, load: load[c], damping: 0.0, rest, hold: holding[c] }
+        });
+        self.damp(model, s, q, &measured, &oil, &mut demands);
+        std::array::from_fn(|c| self.drives[c].command(&demands[c]))
+    }
+
+    /// Adds the speeds that damp the modes on the oil.
+    fn damp(
+        &mut self,
+        model: &ControllerModel<N>,
+        s: &Settings<N>,
+        q: &[f64; N],
+        measured: &Posture<N>,
+        oil: &[Oil; N],
+        demands: &mut [Demand; N],
+    ) {
+        let force = self.drives.map(|drive| drive.force());
+        if let Some(payload) = model.payload_of(q, &measured.lever_arm, &force) {
+            self.payload += (s.period / WEIGHING).min(1.0) * (payload - self.payload);
+        }
+        let modes = model.oil_modes(q, &measured.lever_arm, self.payload, oil);
+        let excess: [f64; N] =
+            std::array::from_fn(|c| measured.lever_arm[c] * (force[c] - self.drives[c].planned(&demands[c])));
+        let rates = self.damping.step(&modes, measured, &excess);
+        if rates.iter().any(|rate| !rate.is_finite()) {
+            // Near a dead centre a pose can have no modes.
+            self.damping = Damping::at(s.damping, &excess);
+            return;
+        }
+        for (c, demand) in demands.iter_mut().enumerate() {
+            demand.damping = measured.lever_arm[c] * rates[c];
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use crate::case::Case;
 use crate::core::{Core, Native, Page};
 use crate::course::{is_chamber, Course, Plan, Steps, PLACES};
 use crate::energy::{worst_gap, Gap};
-use crate::reference;
+use crate::reference::{self, Nudge, TIGHT, TOLERANCE};
 use crate::sticks::moves;
 use hydrocrane_sim::Model;
 use hydrocrane_web::TICK;
@@ -18,7 +18,7 @@ use std::sync::Mutex;
 pub const LEDGER_SHARE: f64 = 0.01;
 /// A tip stays this near to the adaptive run's, m.
 pub const TIP: f64 = 5e-3;
-/// A start whose tip lies this far away tells how much a drive amplifies small differences, m.
+/// Starts whose tips lie this far away, moved by one joint each, tell how much a drive amplifies small differences, m.
 const NUDGE: f64 = 1e-6;
 const BAR: f64 = 1e5;
 /// Stands for figures that are greater or no number: JSON has no word for them.
@@ -88,9 +88,12 @@ pub struct Figures {
     pub tip_drive: u64,
     /// Drives farther away than [`TIP`], and drives that no adaptive run could judge.
     pub tip_far: u32,
-    /// Drives farther away than [`TIP`], but not farther than the adaptive run is from its repeat that starts 1 um away.
+    /// Drives judged by the tight adaptive run.
+    #[serde(default)]
+    pub tightened: u32,
+    /// Drives farther away than [`TIP`], but not farther than the adaptive run is from a repeat that starts 1 um away.
     pub sensitive: u32,
-    /// How far apart those two end, at most, mm.
+    /// How far apart those are, at most, mm.
     pub nudged: f64,
     pub unjudged: u32,
     pub first_unjudged: Option<String>,
@@ -124,7 +127,9 @@ impl Judged {
 /// How far a drive's tip is from the adaptive run's, m.
 struct Apart {
     most: f64,
-    /// Where that is more than [`TIP`]: how far the adaptive run is from its repeat that starts [`NUDGE`] away, at most, and
+    /// Whether the adaptive run is the tight one, because the first was farther away than [`TIP`].
+    tightened: bool,
+    /// Where that is more than [`TIP`]: how far the adaptive run is from its repeats that start [`NUDGE`] away, at most, and
     /// whether that explains the distance at every time.
     nudged: Option<(f64, bool)>,
 }
@@ -226,27 +231,41 @@ fn beyond(course: &Course, model: &dyn Model, first: usize) -> f64 {
 fn distance(course: &Course, model: &dyn Model) -> Result<Apart, String> {
     let saved = course.saved.as_deref().ok_or("the drive could not be saved")?;
     let interval = f64::from(PLACES) * TICK;
-    let exact = reference::tip(saved, model, interval, 0.0)?;
-    let apart = growing(course.tip.iter().zip(&exact).map(|(here, there)| [here[0] - there[0], here[1] - there[1]]));
-    let most = apart.last().copied().unwrap_or(0.0);
+    let apart_from = |exact: &[[f64; 2]]| growing(course.tip.iter().map(Vec::as_slice), exact);
+    let adaptive = |tolerance, nudge| reference::tip(saved, model, interval, tolerance, nudge);
+    let most = farthest(&apart_from(&adaptive(TOLERANCE, None)?));
     if most <= TIP {
-        return Ok(Apart { most, nudged: None });
+        return Ok(Apart { most, tightened: false, nudged: None });
     }
-    let moved = reference::tip(saved, model, interval, NUDGE)?;
-    let nudged = growing(exact.iter().zip(&moved).map(|(here, there)| [here[0] - there[0], here[1] - there[1]]));
+    let exact = adaptive(TIGHT, None)?;
+    let apart = apart_from(&exact);
+    let most = farthest(&apart);
+    if most <= TIP {
+        return Ok(Apart { most, tightened: true, nudged: None });
+    }
+    let mut nudged = vec![0.0; apart.len()];
+    for joint in 0..model.layout().joints() {
+        let moved = adaptive(TIGHT, Some(Nudge { joint, distance: NUDGE }))?;
+        let by_joint = growing(exact.iter().map(|tip| &tip[..]), &moved);
+        nudged.iter_mut().zip(by_joint).for_each(|(most, this)| *most = this.max(*most));
+    }
     let explained = apart.iter().zip(&nudged).all(|(apart, nudged)| *apart <= TIP.max(*nudged));
-    Ok(Apart { most, nudged: Some((nudged.last().copied().unwrap_or(0.0), explained)) })
+    Ok(Apart { most, tightened: true, nudged: Some((farthest(&nudged), explained)) })
 }
 
-/// The largest distance until each time.
-fn growing(differences: impl Iterator<Item = [f64; 2]>) -> Vec<f64> {
+/// The largest distance of the tips `here` from those `there` until each time.
+fn growing<'a>(here: impl Iterator<Item = &'a [f64]>, there: &[[f64; 2]]) -> Vec<f64> {
     let mut worst = 0.0f64;
-    let distance = |[x, z]: [f64; 2]| {
-        let d = x.hypot(z);
+    let distance = |(here, there): (&[f64], &[f64; 2])| {
+        let d = (here[0] - there[0]).hypot(here[1] - there[1]);
         worst = if d.is_nan() { f64::INFINITY } else { worst.max(d) };
         worst
     };
-    differences.map(distance).collect()
+    here.zip(there).map(distance).collect()
+}
+
+fn farthest(growing: &[f64]) -> f64 {
+    growing.last().copied().unwrap_or(0.0)
 }
 
 /// FNV-1a over the bits.
@@ -279,6 +298,7 @@ impl Figures {
             tip: 0.0,
             tip_drive: 0,
             tip_far: 0,
+            tightened: 0,
             sensitive: 0,
             nudged: 0.0,
             unjudged: 0,
@@ -315,6 +335,7 @@ impl Figures {
                 if figure(apart.most * 1e3) > self.tip {
                     (self.tip, self.tip_drive) = (figure(apart.most * 1e3), number);
                 }
+                self.tightened += u32::from(apart.tightened);
                 if let Some((nudged, explained)) = apart.nudged {
                     self.sensitive += u32::from(explained);
                     self.tip_far += u32::from(!explained);

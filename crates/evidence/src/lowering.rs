@@ -3,7 +3,8 @@
 
 use crate::energy::{worst_gap, Gap};
 use hydrocrane_machine::load;
-use hydrocrane_ode::Tolerances;
+use hydrocrane_machine::scenario::FIXED_STEPS;
+use hydrocrane_ode::{StepControl, Tolerances};
 use hydrocrane_sim::{build, simulate, Commands, EquilibriumMode, Model, RunOptions};
 
 const MACHINE: &str = "hiab-xs031";
@@ -35,13 +36,15 @@ struct End {
 pub fn lowering() -> Result<Lowering, String> {
     let machine = load(MACHINE, &[]).map_err(|error| error.to_string())?;
     let model = build(&machine).map_err(|error| error.to_string())?;
-    let fixed = lowered(model.as_ref(), "ros3l", Tolerances { relative: 1e-4, absolute: 1e-4, max_step: 1e-3 })?;
-    let adaptive = lowered(model.as_ref(), "rodas5p", Tolerances { relative: 1e-6, absolute: 1e-6, max_step: 0.05 })?;
+    let even = Tolerances { relative: 1e-4, absolute: 1e-4, max_step: 1e-3 };
+    let fixed = lowered(model.as_ref(), FIXED_STEPS, even, StepControl::Even)?;
+    let tight = Tolerances { relative: 1e-6, absolute: 1e-6, max_step: 0.05 };
+    let adaptive = lowered(model.as_ref(), "rodas5p", tight, StepControl::Adaptive)?;
     let difference = (fixed.tip[0] - adaptive.tip[0]).hypot(fixed.tip[1] - adaptive.tip[1]);
     Ok(Lowering { difference, gap: fixed.gap, outcome: fixed.outcome, peaks: [fixed.peak, adaptive.peak] })
 }
 
-fn lowered(model: &dyn Model, method: &str, tolerances: Tolerances) -> Result<End, String> {
+fn lowered(model: &dyn Model, method: &str, tolerances: Tolerances, control: StepControl) -> Result<End, String> {
     let x0 = model.equilibrium(&POSE, EquilibriumMode::Hold, PAYLOAD).map_err(|error| error.to_string())?;
     let n = model.layout().joints();
     let mut spools = vec![0.0; 2 * n];
@@ -51,6 +54,7 @@ fn lowered(model: &dyn Model, method: &str, tolerances: Tolerances) -> Result<En
     let options = RunOptions {
         method: method.into(),
         tolerances,
+        control,
         payload: PAYLOAD,
         payload_changes: Vec::new(),
         ledger: true,

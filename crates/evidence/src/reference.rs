@@ -10,19 +10,35 @@ use std::time::Duration;
 
 /// Relative and absolute tolerance, in scales of the states.
 pub const TOLERANCE: f64 = 1e-6;
+/// The same where the first run and a drive are too far apart: a drive that amplifies small differences amplifies the
+/// adaptive run's own error, too.
+pub const TIGHT: f64 = 1e-9;
 /// Steps and processor time after which the drive is not judged.
 const MOST_STEPS: u64 = 2_000_000;
 const PATIENCE: Duration = Duration::from_secs(20);
+
+/// The tip of a start moved by one joint, by this distance (m).
+#[derive(Debug, Clone, Copy)]
+pub struct Nudge {
+    pub joint: usize,
+    pub distance: f64,
+}
 
 /// A crane past its limits falls over its dead centre: what is small there grows without bound, in the adaptive run too.
 const BEYOND: [&str; 2] = ["joint-outside-limits", "dead-centre-passed"];
 
 /// The tip (x, z) at multiples of `interval` (s) from zero to the end of the saved drive, or until a joint leaves its limits;
-/// an error where there is none. The drive starts with its tip `moved` (m) by the first joint.
-pub fn tip(saved: &str, model: &dyn Model, interval: f64, moved: f64) -> Result<Vec<[f64; 2]>, String> {
+/// an error where there is none. The drive starts with its tip moved by `nudge` alone.
+pub fn tip(
+    saved: &str,
+    model: &dyn Model,
+    interval: f64,
+    tolerance: f64,
+    nudge: Option<Nudge>,
+) -> Result<Vec<[f64; 2]>, String> {
     let scenario = parse_scenario(saved, "drive.toml", &[]).map_err(|error| error.to_string())?;
-    let step = Solver { method: "rodas5p".into(), rtol: TOLERANCE, atol: None, max_step: 0.05, step: None };
-    let scenario = Scenario { initial: moved_start(&scenario, model, moved), solver: step, ..scenario };
+    let step = Solver { method: "rodas5p".into(), rtol: tolerance, atol: None, max_step: 0.05, step: None };
+    let scenario = Scenario { initial: start(&scenario, model, nudge), solver: step, ..scenario };
     let settings = RunSettings { ledger: false, max_steps: MOST_STEPS };
     let mut machines = Machines { machine: &scenario.machine, text: None };
     let mut assembly = assemble(&scenario, settings, &mut machines).map_err(|error| error.to_string())?;
@@ -39,19 +55,17 @@ pub fn tip(saved: &str, model: &dyn Model, interval: f64, moved: f64) -> Result<
     Ok(rows.take_while(|(time, _)| **time < end).map(|(_, x)| model.tip(&x[..n])).collect())
 }
 
-/// The start with the tip `moved` (m) by the first joint.
-fn moved_start(scenario: &Scenario, model: &dyn Model, moved: f64) -> Initial {
+/// The drive's own start, or with the tip moved by `nudge`.
+fn start(scenario: &Scenario, model: &dyn Model, nudge: Option<Nudge>) -> Initial {
     let mut initial = scenario.initial.clone();
+    let Some(Nudge { joint, distance }) = nudge else { return initial };
     let at = |name: &str| initial.joints.iter().find(|(joint, _)| joint == name).map_or(0.0, |(_, q)| *q);
     let q: Vec<f64> = model.machine().joints.iter().map(|joint| at(&joint.name)).collect();
     let mut rates = vec![0.0; q.len()];
-    rates[0] = 1.0;
+    rates[joint] = 1.0;
     let [x, z] = model.tip_velocity(&q, &rates);
-    let first = &model.machine().joints[0].name;
-    initial
-        .joints
-        .iter_mut()
-        .filter(|(joint, _)| joint == first)
-        .for_each(|(_, q)| *q += moved / portable::hypot(x, z));
+    let moved = &model.machine().joints[joint].name;
+    let found = initial.joints.iter_mut().filter(|(joint, _)| joint == moved);
+    found.for_each(|(_, q)| *q += distance / portable::hypot(x, z));
     initial
 }

@@ -6,6 +6,7 @@ use crate::keys::{Key, Sign};
 use crate::log::Log;
 use crate::model::{Form, Recorded, Unusual};
 use crate::nearest::{choose, suggestion};
+use crate::number::Number;
 use crate::plausible::{self, Verdict};
 use crate::quantities;
 use crate::quantities::Kind;
@@ -62,14 +63,28 @@ impl<'a> Field<'a> {
     /// As [`Self::choice`], where other values of the file decide which of the declared choices there are.
     pub fn choice_of<T: Copy>(&self, choices: &[(&str, T)]) -> Result<T> {
         debug_assert!(choices.iter().all(|(name, _)| self.key.choices().contains(name)), "`{}`", self.path);
-        let text = self.text()?;
+        let text = self.present_name(self.text()?);
         choose(text, choices).map_err(|help| {
             self.error(ErrorKind::InvalidChoice, format!("`{text}` is not among the choices")).help(help)
         })
     }
 
+    /// A choice by its present name; a former name is noted.
+    fn present_name(&self, text: &'a str) -> &'a str {
+        let Some((_, present)) = self.key.formerly.iter().find(|(former, _)| *former == text) else { return text };
+        let place = self.place.locate().to_string();
+        let (text, cure) = (format!("`{text}` is the former name of `{present}`"), format!("write `{present}`"));
+        self.log.warn(Unusual { key: self.path.clone(), place, text, cure });
+        present
+    }
+
     /// A quantity of which other values of the file decide what it is.
-    pub fn quantity_of(&self, quantity: &Quantity) -> Result<f64> {
+    pub fn quantity_of<T: Number>(&self, quantity: &Quantity) -> Result<T> {
+        let value = self.plain_quantity_of(quantity)?;
+        Ok(self.log.number(&self.path, None, value))
+    }
+
+    fn plain_quantity_of(&self, quantity: &Quantity) -> Result<f64> {
         debug_assert!(self.key.allows(quantity), "`{}` is declared as another quantity", self.path);
         self.record()?;
         let value = self.scalar(self.value, self.place, quantity)?;
@@ -83,7 +98,7 @@ impl<'a> Field<'a> {
     }
 
     /// A pair of the declared quantity.
-    pub fn pair(&self) -> Result<[f64; 2]> {
+    pub fn pair<T: Number>(&self) -> Result<[T; 2]> {
         let quantity = self.kind().quantity();
         self.pair_of([&quantity, &quantity])
     }
@@ -93,7 +108,15 @@ impl<'a> Field<'a> {
     }
 
     /// A value that applies to both entries, or a list of two; `quantities` gives what each entry must be.
-    pub fn pair_of(&self, quantities: [&Quantity; 2]) -> Result<[f64; 2]> {
+    pub fn pair_of<T: Number>(&self, quantities: [&Quantity; 2]) -> Result<[T; 2]> {
+        Ok(self.numbers(self.plain_pair_of(quantities)?))
+    }
+
+    fn numbers<T: Number>(&self, pair: [f64; 2]) -> [T; 2] {
+        [0, 1].map(|element| self.log.number(&self.path, Some(element), pair[element]))
+    }
+
+    fn plain_pair_of(&self, quantities: [&Quantity; 2]) -> Result<[f64; 2]> {
         debug_assert!(quantities.iter().all(|quantity| self.key.allows(quantity)), "`{}`", self.path);
         self.record()?;
         let [a, b] = match self.value {
@@ -157,7 +180,11 @@ impl<'a> Field<'a> {
         }
     }
 
-    pub fn point(&self) -> Result<[f64; 2]> {
+    pub fn point<T: Number>(&self) -> Result<[T; 2]> {
+        Ok(self.numbers(self.plain_point()?))
+    }
+
+    fn plain_point(&self) -> Result<[f64; 2]> {
         self.record()?;
         let point = self.point_from(self.value, self.place)?;
         let length = quantities::LENGTH.quantity();

@@ -14,6 +14,7 @@ mod log;
 mod merge;
 pub mod model;
 mod nearest;
+mod number;
 mod plausible;
 mod quantities;
 mod reader;
@@ -30,6 +31,7 @@ pub use load::{load, parse, Template};
 pub use merge::OverrideValue;
 pub use model::Machine;
 pub use nearest::suggestion;
+pub use number::{Number, Variable};
 pub use scenario::{load_scenario, parse_scenario, parse_scenario_with, Scenario, MOST_SEED};
 #[cfg(feature = "schema")]
 pub use schema::FileKind;

@@ -11,6 +11,7 @@ use crate::errors::{ErrorKind, Location, MachineError};
 use crate::merge::{apply_override, merge, Override, OverrideValue};
 use crate::model::Machine;
 use crate::nearest::suggestion;
+use crate::number::{Number, Variable};
 use crate::sections;
 
 type Result<T> = std::result::Result<T, MachineError>;
@@ -54,7 +55,7 @@ pub fn parse_with(text: &str, origin: &str, overrides: &[Override]) -> Result<Ma
 }
 
 fn build(tree: Cow<Node>, overrides: &[Override]) -> Result<Machine> {
-    sections::machine(&*overridden(tree, overrides)?)
+    sections::machine(&*overridden(tree, overrides)?, &[])
 }
 
 /// The tree of the machine `source`, a bundled name or a path.
@@ -117,6 +118,21 @@ impl Template {
     /// As [`load`].
     pub fn build(&self, changes: &[(String, OverrideValue)]) -> Result<Machine> {
         build(Cow::Borrowed(&self.tree), &placed(changes))
+    }
+
+    /// As [`Self::build`], with the derivatives of all numbers by `variables`, the first of them by the first of these.
+    ///
+    /// # Errors
+    /// As [`load`].
+    ///
+    /// # Panics
+    /// If numbers of type `T` have fewer derivatives than there are variables.
+    pub fn build_with<T: Number>(
+        &self,
+        changes: &[(String, OverrideValue)],
+        variables: &[Variable],
+    ) -> Result<Machine<T>> {
+        sections::machine(&*overridden(Cow::Borrowed(&self.tree), &placed(changes))?, variables)
     }
 }
 

@@ -1,4 +1,4 @@
-//! Keeps the provenance of the values that were read.
+//! Keeps the provenance of the values that were read, and knows which of them are independent variables.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -7,6 +7,7 @@ use crate::document::{join, Node, Origin, Place};
 use crate::errors::{ErrorKind, MachineError};
 use crate::model::{Provenance, ProvenanceClass, Recorded, Unusual};
 use crate::nearest::choose;
+use crate::number::{Number, Variable};
 
 pub const CLASSES: [(&str, ProvenanceClass); 5] = [
     ("measured", ProvenanceClass::Measured),
@@ -21,13 +22,27 @@ pub struct Log {
     demands_class: bool,
     seen: RefCell<HashMap<String, Provenance>>,
     unusual: RefCell<Vec<Unusual>>,
+    /// What numbers are differentiated by, in the order of their derivatives.
+    variables: Vec<Variable>,
 }
 
 impl Log {
     pub fn new(demands_class: bool) -> Self {
         // A large machine has some three hundred values.
         let seen = RefCell::new(HashMap::with_capacity(if demands_class { 512 } else { 0 }));
-        Self { demands_class, seen, unusual: RefCell::default() }
+        Self { demands_class, seen, unusual: RefCell::default(), variables: Vec::new() }
+    }
+
+    /// The same log for numbers with derivatives by `variables`.
+    pub fn with_variables(self, variables: &[Variable]) -> Self {
+        Self { variables: variables.to_vec(), ..self }
+    }
+
+    /// The value that was read at `key`, or as one `element` of a pair there, as a number.
+    pub fn number<T: Number>(&self, key: &str, element: Option<usize>, value: f64) -> T {
+        let here =
+            |variable: &Variable| variable.key == key && (variable.element.is_none() || variable.element == element);
+        T::read(value, || self.variables.iter().position(here))
     }
 
     /// What was read, in the order of the tree.

@@ -1,34 +1,36 @@
 //! The machine as the rest of the program sees it: typed, checked, SI units, names resolved to indices.
 //!
-//! Nothing here knows physics. `hydrocrane-sim` turns a [`Machine`] into the parameter structs of the laws.
-//! Pairs `[f64; 2]` of a friction parameter are (extending, retracting).
+//! Nothing here knows physics. `hydrocrane-plant` turns a [`Machine`] into the parameter structs of the laws. Numbers that enter
+//! the equations of motion are of type `T`, so that a machine can be read with derivatives ([`crate::Number`]); all others are
+//! plain.
+//! Pairs of a friction parameter are (extending, retracting).
 
 /// A complete machine: a planar chain of links, each moved by one cylinder.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Machine {
+pub struct Machine<T = f64> {
     pub name: String,
     pub title: String,
     pub description: String,
     /// Gravitational acceleration, m/s^2 (positive; acts along -z).
-    pub gravity: f64,
+    pub gravity: T,
     /// Chain order; `links[0]` is the fixed base, whose frame is the inertial frame (x forward, z up).
-    pub links: Vec<Link>,
+    pub links: Vec<Link<T>>,
     /// Chain order; `joints[i]` connects `links[i]` to `links[i + 1]`.
-    pub joints: Vec<Joint>,
+    pub joints: Vec<Joint<T>>,
     /// `cylinders[i]` moves `joints[i]`.
-    pub cylinders: Vec<Cylinder>,
-    pub fluid: Fluid,
-    pub supply: Supply,
-    pub payload: Payload,
+    pub cylinders: Vec<Cylinder<T>>,
+    pub fluid: Fluid<T>,
+    pub supply: Supply<T>,
+    pub payload: Payload<T>,
     /// The crane tip: a point of one link.
-    pub tip: Point,
-    pub equilibrium: Equilibrium,
+    pub tip: Point<T>,
+    pub equilibrium: Equilibrium<T>,
     pub errata: Errata,
     pub sensors: Vec<Sensor>,
     /// Polygons in the inertial frame that controllers keep the tip out of: name and corners (x, z), m.
     pub keep_out: Vec<(String, Vec<[f64; 2]>)>,
     /// What carries the tip and its load from below; `None`: nothing does.
-    pub ground: Option<Ground>,
+    pub ground: Option<Ground<T>>,
     pub control: Control,
     /// One entry per value of the file, in file order.
     pub provenance: Vec<Provenance>,
@@ -51,26 +53,26 @@ pub struct Unusual {
 
 /// A point fixed in a link: link index and (x, z) in its frame, m.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Point {
+pub struct Point<T = f64> {
     pub link: usize,
     pub name: String,
-    pub position: [f64; 2],
+    pub position: [T; 2],
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct Link {
+pub struct Link<T = f64> {
     pub name: String,
     /// Direction of the link's own axis in its frame, rad from x towards z.
-    pub axis: f64,
+    pub axis: T,
     /// All bodies of the link together: mass, kg.
-    pub mass: f64,
+    pub mass: T,
     /// Centre of gravity (x, z) in the link frame, m.
-    pub centre_of_gravity: [f64; 2],
+    pub centre_of_gravity: [T; 2],
     /// Moment of inertia about the axis normal to the plane, kg m^2, taken about `inertia_about`.
-    pub inertia: f64,
+    pub inertia: T,
     pub inertia_about: InertiaAbout,
     /// Every named point of the link.
-    pub points: Vec<Point>,
+    pub points: Vec<Point<T>>,
     /// Polyline of positions in the link frame, for drawings, m; empty: drawn through joints and points.
     pub outline: Vec<[f64; 2]>,
 }
@@ -83,13 +85,13 @@ pub enum InertiaAbout {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct Joint {
+pub struct Joint<T = f64> {
     pub name: String,
-    pub kind: JointKind,
+    pub kind: JointKind<T>,
     /// Position on the parent link where the child frame's origin sits (prismatic: at coordinate `zero`), m.
-    pub at: [f64; 2],
+    pub at: [T; 2],
     /// Coordinate (rad or m) at which the joint is in its neutral position.
-    pub zero: f64,
+    pub zero: T,
     /// +1: a growing coordinate turns the child from x towards z (counter-clockwise seen with x right, z up)
     /// or moves it along `direction`; -1: the other way.
     pub sense: f64,
@@ -100,14 +102,14 @@ pub struct Joint {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum JointKind {
+pub enum JointKind<T = f64> {
     /// Child axis direction = parent axis direction + sense (q - zero)           [Relative]
     ///                      = parent axis direction + sense (q - zero - pi)      [Included]
     /// where a link's axis direction is its frame angle plus [`Link::axis`].
     Revolute(AngleConvention),
     /// The child frame keeps the parent's orientation; its origin is `at` + sense (q - zero) along `direction`
     /// (rad from x towards z, in the parent frame).
-    Prismatic { direction: f64 },
+    Prismatic { direction: T },
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -117,92 +119,92 @@ pub enum AngleConvention {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct Cylinder {
+pub struct Cylinder<T = f64> {
     pub name: String,
     /// Index of the joint this cylinder moves (equal to its own index).
     pub joint: usize,
     /// Pin of the barrel.
-    pub barrel_pin: Point,
-    pub rod_pin: RodPin,
-    pub bore: f64,
-    pub rod_diameter: f64,
+    pub barrel_pin: Point<T>,
+    pub rod_pin: RodPin<T>,
+    pub bore: T,
+    pub rod_diameter: T,
     /// Travel between the end positions, m; the piston position x runs over +-stroke/2.
-    pub stroke: f64,
+    pub stroke: T,
     /// Distance of the pins with the piston at mid-stroke, m.
-    pub mid_length: f64,
+    pub mid_length: T,
     /// Lowest piston position before the rod face meets the barrel, m; `None` where the file gives no rod length.
-    pub rod_contact: Option<f64>,
+    pub rod_contact: Option<T>,
     /// Dead volumes at the piston side and the rod side, m^3, and their values as the thesis printed them.
-    pub dead_volume: [f64; 2],
-    pub printed_dead_volume: Option<[f64; 2]>,
+    pub dead_volume: [T; 2],
+    pub printed_dead_volume: Option<[T; 2]>,
     /// Bore of the connectors, m; `None`: no connector pressure rise.
-    pub port_diameter: Option<f64>,
-    pub leakage: Leakage,
-    pub end_stop: EndStop,
+    pub port_diameter: Option<T>,
+    pub leakage: Leakage<T>,
+    pub end_stop: EndStop<T>,
     /// Pressure that its chambers are rated for, Pa; `None` where the file does not say.
     pub pressure_rating: Option<f64>,
-    pub valve: Valve,
-    pub friction: Friction,
+    pub valve: Valve<T>,
+    pub friction: Friction<T>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub enum RodPin {
-    Point(Point),
+pub enum RodPin<T = f64> {
+    Point(Point<T>),
     /// The rod pulls the common pin of a four-bar torque linkage.
-    FourBar(FourBar),
+    FourBar(FourBar<T>),
 }
 
 /// Four-bar torque linkage: rocker on the parent link, coupler to the child link, joined in the common pin.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FourBar {
-    pub rocker_pivot: Point,
-    pub coupler_pivot: Point,
-    pub rocker_length: f64,
-    pub coupler_length: f64,
+pub struct FourBar<T = f64> {
+    pub rocker_pivot: Point<T>,
+    pub coupler_pivot: Point<T>,
+    pub rocker_length: T,
+    pub coupler_length: T,
     /// +1: the common pin lies left of the line rocker pivot -> coupler pivot (x right, z up); -1: right.
     pub side: f64,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub enum Leakage {
+pub enum Leakage<T = f64> {
     /// Annular gaps: gap height m, length of the piston gap m, length of the rod gland m.
-    Gap { gap: f64, piston_length: f64, gland_length: f64, printed_external_from_piston_side: bool },
+    Gap { gap: T, piston_length: T, gland_length: T, printed_external_from_piston_side: bool },
     /// Conductances, m^3/(s Pa).
-    Conductance { internal: f64, external: f64 },
+    Conductance { internal: T, external: T },
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct EndStop {
+pub struct EndStop<T = f64> {
     /// Length over which the stop acts before the end of the stroke, m.
-    pub zone: f64,
+    pub zone: T,
     /// N/m
-    pub stiffness: f64,
+    pub stiffness: T,
     /// N s/m at full compression
-    pub damping: f64,
+    pub damping: T,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct Valve {
+pub struct Valve<T = f64> {
     pub name: String,
     pub kind: ValveKind,
     /// Largest spool displacement, m.
-    pub stroke: f64,
+    pub stroke: T,
     /// Flow through one metering edge at full stroke and `edge_pressure_drop`, m^3/s.
-    pub nominal_flow: f64,
+    pub nominal_flow: T,
     /// Pressure drop across one metering edge at `nominal_flow`, Pa.
-    pub edge_pressure_drop: f64,
-    pub transition_pressure: f64,
+    pub edge_pressure_drop: T,
+    pub transition_pressure: T,
     /// Thresholds of the printed three-branch law and the ports it serves (A, B).
-    pub printed_blend: Option<PrintedBlend>,
+    pub printed_blend: Option<PrintedBlend<T>>,
     /// rad/s
-    pub natural_frequency: f64,
-    pub damping_ratio: f64,
+    pub natural_frequency: T,
+    pub damping_ratio: T,
     /// m
-    pub overlap: f64,
+    pub overlap: T,
     /// Laminar leakage conductance per closed edge, m^3/(s Pa).
-    pub leakage: f64,
-    pub velocity_limit: Option<f64>,
-    pub acceleration_limit: Option<f64>,
+    pub leakage: T,
+    pub velocity_limit: Option<T>,
+    pub acceleration_limit: Option<T>,
     /// s
     pub delay: f64,
     /// What becomes of a controller's command on its way to the spool.
@@ -226,9 +228,9 @@ pub struct SignalChain {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct PrintedBlend {
-    pub low: f64,
-    pub high: f64,
+pub struct PrintedBlend<T = f64> {
+    pub low: T,
+    pub high: T,
     pub ports: [bool; 2],
 }
 
@@ -240,24 +242,24 @@ pub enum ValveKind {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct Friction {
+pub struct Friction<T = f64> {
     pub model: FrictionModel,
-    pub coulomb: [f64; 2],
+    pub coulomb: [T; 2],
     /// Largest force at rest (Coulomb plus the Stribeck rise), N.
-    pub breakaway: [f64; 2],
-    pub stribeck_velocity: [f64; 2],
-    pub stribeck_exponent: [f64; 2],
+    pub breakaway: [T; 2],
+    pub stribeck_velocity: [T; 2],
+    pub stribeck_exponent: [T; 2],
     /// N (s/m)^viscous_exponent
-    pub viscous: [f64; 2],
-    pub viscous_exponent: [f64; 2],
+    pub viscous: [T; 2],
+    pub viscous_exponent: [T; 2],
     /// Velocity over which the static map changes its sign, m/s; `None`: the law's own choice.
-    pub smoothing_velocity: Option<f64>,
+    pub smoothing_velocity: Option<T>,
     /// LuGre bristle stiffness sigma_0, N/m (0 with the static model).
-    pub bristle_stiffness: f64,
+    pub bristle_stiffness: T,
     /// LuGre bristle damping sigma_1, N s/m.
-    pub bristle_damping: f64,
+    pub bristle_damping: T,
     /// v_d of sigma_1(v) = sigma_1 exp(-(v/v_d)^2), m/s; `None`: constant.
-    pub bristle_damping_velocity: Option<f64>,
+    pub bristle_damping_velocity: Option<T>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -267,75 +269,75 @@ pub enum FrictionModel {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct Fluid {
+pub struct Fluid<T = f64> {
     /// Density at zero gauge pressure, kg/m^3.
-    pub density: f64,
+    pub density: T,
     /// E = 1/2 bulk_max log10(c1 p / bulk_reference_pressure + c2)   (96). A constant modulus E is c1 = 0, c2 = 100.
-    pub bulk_modulus_max: f64,
-    pub bulk_c1: f64,
-    pub bulk_c2: f64,
-    pub bulk_reference_pressure: f64,
-    pub cavitation: Cavitation,
+    pub bulk_modulus_max: T,
+    pub bulk_c1: T,
+    pub bulk_c2: T,
+    pub bulk_reference_pressure: T,
+    pub cavitation: Cavitation<T>,
     /// Dynamic viscosity, Pa s, and the value the thesis printed in its place.
-    pub viscosity: f64,
-    pub printed_leakage_viscosity: Option<f64>,
+    pub viscosity: T,
+    pub printed_leakage_viscosity: Option<T>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Cavitation {
+pub enum Cavitation<T = f64> {
     /// Below zero gauge pressure free gas expands by Boyle's law; pressure stays above `vacuum` (gauge, Pa, negative).
-    FreeGas { vacuum: f64 },
+    FreeGas { vacuum: T },
     /// The modulus of |p|, as in the printed program: pressures may fall without bound.
     None,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct Supply {
-    pub pressure: f64,
-    pub tank_pressure: f64,
+pub struct Supply<T = f64> {
+    pub pressure: T,
+    pub tank_pressure: T,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct Payload {
+pub struct Payload<T = f64> {
     /// Point mass at the tip, kg.
-    pub mass: f64,
+    pub mass: T,
     /// From the tip down to the underside of a load, m, and its growth with the root of the mass, m/kg^(1/2): what the
     /// ground touches.
-    pub hang: f64,
-    pub hang_growth: f64,
+    pub hang: T,
+    pub hang_growth: T,
 }
 
 /// Flat ground with flat supports on it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Ground {
+pub struct Ground<T = f64> {
     /// Of its surface in the inertial frame, m.
-    pub height: f64,
+    pub height: T,
     /// N/m
-    pub stiffness: f64,
+    pub stiffness: T,
     /// Growth of the normal force with the speed of sinking, s/m.
-    pub damping: f64,
+    pub damping: T,
     /// Coulomb's coefficient.
-    pub friction: f64,
-    pub supports: Vec<Support>,
+    pub friction: T,
+    pub supports: Vec<Support<T>>,
 }
 
 /// A flat support that stands on the ground.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Support {
+pub struct Support<T = f64> {
     pub name: String,
     /// Of its surface in the inertial frame, m.
-    pub height: f64,
+    pub height: T,
     /// It has its full height between these, m.
-    pub from: f64,
-    pub to: f64,
+    pub from: T,
+    pub to: T,
     /// Length over which the surface rises from the ground on either side of that, m.
-    pub edge: f64,
+    pub edge: T,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct Equilibrium {
+pub struct Equilibrium<T = f64> {
     /// Gauge pressure of the chamber that carries less, Pa.
-    pub back_pressure: f64,
+    pub back_pressure: T,
 }
 
 #[derive(Debug, Clone, PartialEq)]

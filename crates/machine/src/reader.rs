@@ -10,6 +10,7 @@ use crate::field::POINT_EXAMPLE;
 use crate::keys::{find, Key, Value};
 pub use crate::log::Log;
 use crate::nearest::suggestion;
+use crate::number::Number;
 use crate::units::Quantity;
 
 type Result<T> = std::result::Result<T, MachineError>;
@@ -196,28 +197,28 @@ impl<'a> Reader<'a> {
         kind.unwrap_or_else(|| panic!("`{}` is declared as no quantity", join(&self.path, key))).quantity()
     }
 
-    pub fn quantity(&self, key: &str) -> Result<f64> {
+    pub fn quantity<T: Number>(&self, key: &str) -> Result<T> {
         self.quantity_of(key, &self.quantity_at(key))
     }
 
     /// As [`Self::quantity`], where other values decide which of the declared quantities it is.
-    pub fn quantity_of(&self, key: &str, quantity: &Quantity) -> Result<f64> {
+    pub fn quantity_of<T: Number>(&self, key: &str, quantity: &Quantity) -> Result<T> {
         self.required_as(key, || quantity.example())?.quantity_of(quantity)
     }
 
-    pub fn optional_quantity(&self, key: &str) -> Result<Option<f64>> {
+    pub fn optional_quantity<T: Number>(&self, key: &str) -> Result<Option<T>> {
         self.optional(key)?.map(|field| field.quantity_of(&self.quantity_at(key))).transpose()
     }
 
     /// The quantity at `key`, or its declared default.
-    pub fn quantity_or_default(&self, key: &str) -> Result<f64> {
+    pub fn quantity_or_default<T: Number>(&self, key: &str) -> Result<T> {
         self.quantity_or_default_of(key, &self.quantity_at(key))
     }
 
-    pub fn quantity_or_default_of(&self, key: &str, quantity: &Quantity) -> Result<f64> {
+    pub fn quantity_or_default_of<T: Number>(&self, key: &str, quantity: &Quantity) -> Result<T> {
         match self.optional(key)? {
             Some(field) => field.quantity_of(quantity),
-            None => Ok(self.default_of(key, quantity)),
+            None => Ok(T::c(self.default_of(key, quantity))),
         }
     }
 
@@ -226,12 +227,12 @@ impl<'a> Reader<'a> {
         default.unwrap_or_else(|| panic!("`{}` is declared without a default", join(&self.path, key)))
     }
 
-    pub fn pair(&self, key: &str) -> Result<[f64; 2]> {
+    pub fn pair<T: Number>(&self, key: &str) -> Result<[T; 2]> {
         let quantity = self.quantity_at(key);
         self.required_as(key, || quantity.example())?.pair_of([&quantity, &quantity])
     }
 
-    pub fn point(&self, key: &str) -> Result<[f64; 2]> {
+    pub fn point<T: Number>(&self, key: &str) -> Result<[T; 2]> {
         self.required(key, POINT_EXAMPLE)?.point()
     }
 

@@ -23,7 +23,7 @@ use crate::errors::{ErrorKind, MachineError};
 use crate::keys;
 use crate::load::{self, is_path, Source};
 use crate::merge::{apply_override, Override, OverrideValue};
-use crate::model::Machine;
+use crate::model::{Machine, Unusual};
 use crate::nearest::suggestion;
 use crate::reader::{Field, Log, Reader};
 
@@ -59,6 +59,8 @@ pub struct Scenario {
     pub seed: u64,
     /// Version of hydrocrane that recorded it, where it is a drive of the cockpit.
     pub recorded_by: Option<String>,
+    /// Values of the file that are allowed and unusual, in the order in which they are read.
+    pub warnings: Vec<Unusual>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,16 +78,18 @@ pub struct Solver {
     /// Absolute tolerance relative to each state's scale; `None`: chosen from `rtol`.
     pub atol: Option<f64>,
     pub max_step: f64,
-    /// Of a method with fixed steps, s.
+    /// Longest of fixed steps, s; `None`: steps are chosen by the tolerances.
     pub step: Option<f64>,
 }
 
 /// What the choices of `interpolation` stand for.
 const INTERPOLATIONS: [Interpolation; 2] = [Interpolation::Hold, Interpolation::Linear];
+pub use crate::keys::{FORMER_METHODS, METHODS};
+
 /// In place of a method: the fastest suitable one for the machine.
 pub const AUTO: &str = "auto";
-/// The method that takes steps of the size it is given.
-pub const FIXED_STEPS: &str = "ros3l";
+/// What [`AUTO`] takes for fixed steps.
+pub const FIXED_STEPS: &str = "hc-rosenbrock-3";
 
 /// Loads the scenario `source`, a bundled name or a path, with `overrides` by dotted key in place of its values.
 /// Names and units are checked against its machine.
@@ -198,6 +202,7 @@ fn build(
         solver: solver(&root)?,
         seed: seed(&head)?,
         recorded_by: head.optional("recorded-by")?.map(|field| field.text().map(str::to_string)).transpose()?,
+        warnings: log.unusual(),
     })
 }
 
@@ -360,21 +365,9 @@ fn check_series(at: &[f64], values: &[f64], time: &Field, series: &Field) -> Res
 fn solver(root: &Reader) -> Result<Solver> {
     let table = root.table_or_empty("solver")?;
     let method = table.choice_or_default("method", table.choices("method"))?;
-    let step = table.optional_quantity("step")?;
-    match step {
-        None if method == FIXED_STEPS => {
-            return Err(table.missing("step", format!("`{method}` takes fixed steps; give for example step = \"5 ms\"")))
-        }
-        Some(_) if method != FIXED_STEPS && method != AUTO => {
-            let message = format!("`{method}` chooses its steps itself");
-            let help = format!("write method = \"{FIXED_STEPS}\" for fixed steps, or `max-step` for the largest one");
-            return Err(table.key_error(ErrorKind::ConflictingKeys, "step", message).help(help));
-        }
-        _ => {}
-    }
     Ok(Solver {
         method: method.into(),
-        step,
+        step: table.optional_quantity("step")?,
         rtol: table.quantity_or_default("rtol")?,
         atol: table.optional_quantity("atol")?,
         max_step: table.quantity_or_default("max-step")?,
@@ -385,7 +378,7 @@ fn solver(root: &Reader) -> Result<Solver> {
 pub const MOST_SEED: u64 = 1 << 53;
 
 fn seed(head: &Reader) -> Result<u64> {
-    let seed = head.quantity_or_default("seed")?;
+    let seed: f64 = head.quantity_or_default("seed")?;
     if seed.fract() == 0.0 && seed <= MOST_SEED as f64 {
         return Ok(seed as u64);
     }

@@ -18,6 +18,7 @@ pub mod register_wasm;
 pub mod register_x86;
 pub mod small;
 pub mod smooth;
+pub mod symmetric;
 pub mod table;
 mod vec2;
 

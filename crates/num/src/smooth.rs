@@ -88,8 +88,8 @@ pub fn signed_root<T: Real>(x: T, transition: T, curvature: T) -> T {
 }
 
 /// `1 / (2 transition^(3/2))`
-pub fn root_curvature(transition: f64) -> f64 {
-    0.5 / (transition * transition.sqrt())
+pub fn root_curvature<T: Real>(transition: T) -> T {
+    T::c(0.5) / (transition * transition.sqrt())
 }
 
 #[cfg(test)]

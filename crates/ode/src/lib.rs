@@ -4,6 +4,7 @@
 //! step. The [`Stepper`] chooses the step sizes. This crate does not depend on cranes.
 
 mod block_arrow;
+pub mod exponential4;
 pub mod grk4t;
 mod linear;
 mod method;
@@ -11,8 +12,7 @@ mod methods;
 mod poles;
 mod quadratures;
 pub mod rodas5p;
-pub mod ros3l;
-pub mod ros4l;
+pub mod rosenbrock3;
 mod rows;
 mod schur;
 mod stepper;

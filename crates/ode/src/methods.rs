@@ -1,15 +1,15 @@
 //! The methods by name.
 
-use crate::{method::Method, ros3l};
 #[cfg(feature = "methods")]
-use crate::{rodas5p, ros4l, tsit5};
+use crate::{exponential4, rodas5p, tsit5};
+use crate::{method::Method, rosenbrock3};
 
 /// The methods by name.
 #[cfg(feature = "methods")]
-pub const METHODS: [&str; 4] = ["rodas5p", "ros4l", "tsit5", "ros3l"];
+pub const METHODS: [&str; 4] = ["rodas5p", "hc-exponential-4", "tsit5", "hc-rosenbrock-3"];
 /// The only method that drives of the cockpit need.
 #[cfg(not(feature = "methods"))]
-pub const METHODS: [&str; 1] = ["ros3l"];
+pub const METHODS: [&str; 1] = ["hc-rosenbrock-3"];
 
 /// A method by its name in [`METHODS`].
 pub fn method(name: &str, dimension: usize) -> Option<Box<dyn Method>> {
@@ -17,10 +17,10 @@ pub fn method(name: &str, dimension: usize) -> Option<Box<dyn Method>> {
         #[cfg(feature = "methods")]
         "rodas5p" => Some(Box::new(rodas5p::Rodas5p::new(dimension))),
         #[cfg(feature = "methods")]
-        "ros4l" => Some(ros4l::method(dimension)),
+        "hc-exponential-4" => Some(exponential4::method(dimension)),
         #[cfg(feature = "methods")]
         "tsit5" => Some(Box::new(tsit5::Tsit5::new(dimension))),
-        "ros3l" => Some(Box::new(ros3l::Ros3l::new(dimension))),
+        "hc-rosenbrock-3" => Some(Box::new(rosenbrock3::Rosenbrock3::new(dimension))),
         _ => None,
     }
 }

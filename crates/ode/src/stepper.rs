@@ -47,10 +47,13 @@ const DOUBLE: f64 = 2.0;
 const EVEN: f64 = 1e-6;
 /// Error of a fixed step beyond which it does not follow the equations and is cut.
 const GROSS: f64 = 0.1;
-/// The same bound per square of a step (1/s^2) where laws are smooth, because the errors of more steps add up. At least
-/// the bound of a step of 0.1 ms, so that a step that a command cuts short is not refused.
+/// The same bound per square of a step (1/s^2) where laws are smooth, because the errors of more steps add up.
 const GROSS_PER_SQUARE: f64 = 300.0;
-const LEAST_GROSS: f64 = 3e-6;
+/// Size of a step, s, below which the bound falls with the cube, as the error itself does: steps so short are those of a fast
+/// controller, which amplifies what they leave. At least the bound of a step of 0.1 ms, so that a step that a command cuts
+/// short is not refused.
+const FINE: f64 = 1e-3;
+const LEAST_GROSS: f64 = 3e-7;
 /// Largest number of parts of a fixed step.
 const MOST_PARTS: u32 = 256;
 /// Number of attempts that must advance by a least time (s); a slower run would take hours for a second.
@@ -141,10 +144,11 @@ impl Stepper {
     /// Error beyond which fixed steps of size `h` (s) are cut.
     fn gross(&self, h: f64) -> f64 {
         if self.jumps {
-            GROSS
-        } else {
-            (GROSS_PER_SQUARE * h * h).clamp(LEAST_GROSS, GROSS)
+            return GROSS;
         }
+        // Rounding makes no step a short one.
+        let fine = if h < FINE * (1.0 - EVEN) { h / FINE } else { 1.0 };
+        (GROSS_PER_SQUARE * h * h * fine).clamp(LEAST_GROSS, GROSS)
     }
 
     /// Restarts after a change of the state or of the right-hand side, for example when a load is picked up.
@@ -389,5 +393,32 @@ impl Stepper {
         }
         let (_, since) = std::mem::replace(&mut self.mark, (attempts, self.t));
         Some(self.t - since).filter(|advance| *advance < CRAWL_ADVANCE)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gross(jumps: bool, h: f64) -> f64 {
+        let tolerances = Tolerances { relative: 1e-4, absolute: 1e-4, max_step: 1e-3 };
+        let method = Box::new(crate::rosenbrock3::Rosenbrock3::new(1));
+        Stepper::new(method, tolerances, 0.0, &[1.0], 0).with_jumps(jumps).gross(h)
+    }
+
+    #[test]
+    fn the_bound_of_fixed_steps_falls_with_the_square_and_below_1_ms_with_the_cube() {
+        let ratio = |from: f64, to: f64| gross(false, from) / gross(false, to);
+        assert!((ratio(4e-3, 2e-3) - 4.0).abs() < 1e-12);
+        assert!((ratio(8e-4, 4e-4) - 8.0).abs() < 1e-12);
+        assert!((ratio(1e-3, 0.999e-3) - 1.0).abs() < 0.01, "it jumps at 1 ms");
+        assert!((ratio(1e-5, 1e-4) - 1.0).abs() < 1e-12);
+        assert_eq!([gross(false, 1.0), gross(true, 1e-4)], [GROSS; 2]);
+    }
+
+    #[test]
+    fn rounding_makes_no_step_of_1_ms_a_short_one() {
+        let h = 1e-3 - 1e-12;
+        assert_eq!(gross(false, h), GROSS_PER_SQUARE * h * h);
     }
 }

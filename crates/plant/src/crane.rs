@@ -35,7 +35,7 @@ const EDGE: f64 = 1e-3;
 
 impl<const N: usize> Crane<N> {
     pub fn new(machine: &Machine) -> Result<Self, BuildError> {
-        let plant = plant::<N>(machine)?;
+        let plant = plant::<f64, N>(machine)?;
         let units: Vec<Unit> = (machine.joints.iter().zip(&machine.cylinders).zip(&plant.cylinders))
             .map(|((j, c), p)| Unit {
                 joint: j.name.clone(),

@@ -3,8 +3,8 @@
 use crate::errors::BuildError;
 use crate::hydraulic_axis::{FrictionLaw, HydraulicAxis, SupplyPressures};
 use crate::plant::Plant;
-use hydrocrane_machine::model as file;
-use hydrocrane_num::{portable, smooth, Vec2};
+use hydrocrane_machine::{model as file, Number};
+use hydrocrane_num::{portable, smooth, Real, Vec2};
 use hydrocrane_physics::dynamics::ground::{Ground, Soil, Support, MOST_SUPPORTS};
 use hydrocrane_physics::dynamics::{Body, Mechanics};
 use hydrocrane_physics::friction::{lugre::LuGre, StaticParameters};
@@ -24,8 +24,8 @@ use std::f64::consts::{FRAC_PI_4, PI};
 /// Velocity over which the static map changes its sign where the file states none, m/s.
 const SMOOTHING: f64 = 1e-3;
 
-/// The plant of a machine with exactly `N` joints.
-pub fn plant<const N: usize>(m: &file::Machine) -> Result<Plant<f64, N>, BuildError> {
+/// The plant of a machine with exactly `N` joints, with the derivatives that the machine was read with.
+pub fn plant<T: Number, const N: usize>(m: &file::Machine<T>) -> Result<Plant<T, N>, BuildError> {
     if m.tip.link != N {
         return Err(BuildError::TipNotOnLastLink(m.links[m.tip.link].name.clone(), m.links[N].name.clone()));
     }
@@ -37,7 +37,7 @@ pub fn plant<const N: usize>(m: &file::Machine) -> Result<Plant<f64, N>, BuildEr
         mechanics: Mechanics {
             joints: std::array::from_fn(|i| joint(m, i)),
             bodies: std::array::from_fn(|i| body(m, &m.links[i + 1])),
-            tip: Vec2::c(m.tip.position),
+            tip: vector(m.tip.position),
             gravity: if m.errata.gravity_sign { m.gravity } else { -m.gravity },
         },
         actuations: std::array::from_fn(|i| actuations[i]),
@@ -48,12 +48,16 @@ pub fn plant<const N: usize>(m: &file::Machine) -> Result<Plant<f64, N>, BuildEr
     })
 }
 
-fn ground(g: &file::Ground, load: &file::Payload) -> Ground<f64> {
-    let mut supports: Vec<&file::Support> = g.supports.iter().collect();
-    supports.sort_by(|a, b| a.height.total_cmp(&b.height));
-    let support = |s: &file::Support| Support { height: s.height, from: s.from, to: s.to, edge: s.edge };
+fn vector<T: Real>([x, z]: [T; 2]) -> Vec2<T> {
+    Vec2::new(x, z)
+}
+
+fn ground<T: Number>(g: &file::Ground<T>, load: &file::Payload<T>) -> Ground<T> {
+    let mut supports: Vec<&file::Support<T>> = g.supports.iter().collect();
+    supports.sort_by(|a, b| a.height.plain().total_cmp(&b.height.plain()));
+    let support = |s: &file::Support<T>| Support { height: s.height, from: s.from, to: s.to, edge: s.edge };
     // Places that stay free are not looked at.
-    let none = Support { height: 0.0, from: 0.0, to: 0.0, edge: 1.0 };
+    let none = Support { height: 0.0, from: 0.0, to: 0.0, edge: 1.0 }.lift();
     Ground {
         soil: Soil {
             height: g.height,
@@ -68,39 +72,48 @@ fn ground(g: &file::Ground, load: &file::Payload) -> Ground<f64> {
     }
 }
 
-fn joint(m: &file::Machine, i: usize) -> Joint<f64> {
+fn joint<T: Number>(m: &file::Machine<T>, i: usize) -> Joint<T> {
     let j = &m.joints[i];
-    let at = Vec2::c(j.at);
+    let (at, zero) = (vector(j.at), j.zero);
     match j.kind {
         file::JointKind::Revolute(convention) => {
             let folded = if convention == file::AngleConvention::Included { PI } else { 0.0 };
             let offset = m.links[i].axis - m.links[i + 1].axis - j.sense * folded;
-            Joint { at, direction: Vec2::default(), offset, zero: j.zero, sense: j.sense, revolute: true }
+            Joint { at, direction: Vec2::default(), offset, zero, sense: T::c(j.sense), revolute: true }
         }
         file::JointKind::Prismatic { direction } => {
-            let (sin, cos) = portable::sin_cos(direction);
-            let direction = Vec2::new(j.sense * cos, j.sense * sin);
-            Joint { at, direction, offset: 0.0, zero: j.zero, sense: 0.0, revolute: false }
+            let (sin, cos) = sin_cos(direction);
+            let direction = Vec2::new(cos * j.sense, sin * j.sense);
+            Joint { at, direction, offset: T::c(0.0), zero, sense: T::c(0.0), revolute: false }
         }
     }
 }
 
+/// Sine and cosine, plain ones to the bits of [`portable`]. What `angle` has beyond its plain value are its derivatives, for
+/// which the linear terms are exact.
+fn sin_cos<T: Real>(angle: T) -> (T, T) {
+    let sin = angle.look_up(|plain| portable::sin_cos(plain).0);
+    let cos = angle.look_up(|plain| portable::sin_cos(plain).1);
+    let beyond = angle - angle.look_up(|plain| plain);
+    (sin + cos * beyond, cos - sin * beyond)
+}
+
 /// The inertia about the centre of gravity, by the parallel axis theorem where the file gives the frame's.
-fn body(m: &file::Machine, link: &file::Link) -> Body<f64> {
+fn body<T: Number>(m: &file::Machine<T>, link: &file::Link<T>) -> Body<T> {
     let [x, z] = link.centre_of_gravity;
     let shift = match link.inertia_about {
         file::InertiaAbout::Frame if m.errata.inertia_about => link.mass * (x * x + z * z),
-        _ => 0.0,
+        _ => T::c(0.0),
     };
     Body { mass: link.mass, x, z, inertia: link.inertia - shift }
 }
 
-fn actuation(m: &file::Machine, c: &file::Cylinder) -> Result<Actuation<f64>, BuildError> {
+fn actuation<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Result<Actuation<T>, BuildError> {
     let parent = c.joint;
-    let barrel = Vec2::c(c.barrel_pin.position);
+    let barrel = vector(c.barrel_pin.position);
     let drive = match &c.rod_pin {
         file::RodPin::Point(rod) => {
-            let rod = Vec2::c(rod.position);
+            let rod = vector(rod.position);
             let barrel_on_child = c.barrel_pin.link != parent;
             let (on_parent, on_child) = if barrel_on_child { (rod, barrel) } else { (barrel, rod) };
             Drive::Pins { on_parent, on_child, barrel_on_child }
@@ -110,11 +123,11 @@ fn actuation(m: &file::Machine, c: &file::Cylinder) -> Result<Actuation<f64>, Bu
                 return Err(BuildError::BarrelOnChild(c.name.clone(), m.links[parent].name.clone()));
             }
             let linkage = FourBar {
-                rocker_pivot: Vec2::c(l.rocker_pivot.position),
-                coupler_pivot: Vec2::c(l.coupler_pivot.position),
+                rocker_pivot: vector(l.rocker_pivot.position),
+                coupler_pivot: vector(l.coupler_pivot.position),
                 rocker_length: l.rocker_length,
                 coupler_length: l.coupler_length,
-                side: l.side,
+                side: T::c(l.side),
             };
             Drive::FourBar { barrel, linkage }
         }
@@ -122,16 +135,20 @@ fn actuation(m: &file::Machine, c: &file::Cylinder) -> Result<Actuation<f64>, Bu
     Ok(Actuation { drive, mid_length: c.mid_length })
 }
 
-fn cylinder(m: &file::Machine, c: &file::Cylinder) -> HydraulicAxis<f64> {
-    let area_1 = FRAC_PI_4 * c.bore * c.bore;
-    let area_2 = area_1 - FRAC_PI_4 * c.rod_diameter * c.rod_diameter;
+fn circle<T: Real>(diameter: T) -> T {
+    diameter * FRAC_PI_4 * diameter
+}
+
+fn cylinder<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> HydraulicAxis<T> {
+    let area_1 = circle(c.bore);
+    let area_2 = area_1 - circle(c.rod_diameter);
     let dead = match c.printed_dead_volume {
         Some(printed) if !m.errata.extension_dead_volume => printed,
         _ => c.dead_volume,
     };
-    let dynamic = |area: f64| {
-        c.port_diameter.map_or(0.0, |d| dynamic_pressure_coefficient(m.fluid.density, area, FRAC_PI_4 * d * d))
-    };
+    let dynamic =
+        |area: T| c.port_diameter.map_or(T::c(0.0), |d| dynamic_pressure_coefficient(m.fluid.density, area, circle(d)));
+    let boundless = T::c(f64::INFINITY);
     HydraulicAxis {
         chambers: Chambers {
             area_1,
@@ -143,8 +160,8 @@ fn cylinder(m: &file::Machine, c: &file::Cylinder) -> HydraulicAxis<f64> {
         spool: Spool {
             natural_frequency: c.valve.natural_frequency,
             damping_ratio: c.valve.damping_ratio,
-            velocity_limit: c.valve.velocity_limit.unwrap_or(f64::INFINITY),
-            acceleration_limit: c.valve.acceleration_limit.unwrap_or(f64::INFINITY),
+            velocity_limit: c.valve.velocity_limit.unwrap_or(boundless),
+            acceleration_limit: c.valve.acceleration_limit.unwrap_or(boundless),
         },
         leakage: leakage(m, c),
         connector: Connector { piston_side: dynamic(area_1), rod_side: dynamic(area_2) },
@@ -153,7 +170,7 @@ fn cylinder(m: &file::Machine, c: &file::Cylinder) -> HydraulicAxis<f64> {
     }
 }
 
-fn valve(m: &file::Machine, v: &file::Valve) -> SpoolValve<f64> {
+fn valve<T: Number>(m: &file::Machine<T>, v: &file::Valve<T>) -> SpoolValve<T> {
     let edge = |port: usize| {
         let blend = v.printed_blend.as_ref();
         let law = if m.errata.orifice_law {
@@ -165,8 +182,8 @@ fn valve(m: &file::Machine, v: &file::Valve) -> SpoolValve<f64> {
             coefficient: v.nominal_flow / (v.stroke * v.edge_pressure_drop.sqrt()),
             transition_pressure: v.transition_pressure,
             laminar_curvature: smooth::root_curvature(v.transition_pressure),
-            blend_low: blend.map_or(0.0, |b| b.low),
-            blend_high: blend.map_or(1.0, |b| b.high),
+            blend_low: blend.map_or(T::c(0.0), |b| b.low),
+            blend_high: blend.map_or(T::c(1.0), |b| b.high),
             law,
         }
     };
@@ -175,11 +192,11 @@ fn valve(m: &file::Machine, v: &file::Valve) -> SpoolValve<f64> {
         edge_b: edge(1),
         overlap: v.overlap,
         leakage: v.leakage,
-        regenerative: if v.kind == file::ValveKind::Regenerative { 1.0 } else { 0.0 },
+        regenerative: T::c(if v.kind == file::ValveKind::Regenerative { 1.0 } else { 0.0 }),
     }
 }
 
-fn leakage(m: &file::Machine, c: &file::Cylinder) -> Leakage<f64> {
+fn leakage<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Leakage<T> {
     match c.leakage {
         file::Leakage::Conductance { internal, external } => {
             Leakage { internal, external, external_from_piston_side: false }
@@ -199,7 +216,7 @@ fn leakage(m: &file::Machine, c: &file::Cylinder) -> Leakage<f64> {
 }
 
 /// The stops end where the stroke does, or where the rod face meets the barrel if that comes first.
-fn end_stop(m: &file::Machine, c: &file::Cylinder) -> EndStop<f64> {
+fn end_stop<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> EndStop<T> {
     let upper = c.stroke / 2.0;
     let printed = !m.errata.end_stop;
     let lower = match c.rod_contact {
@@ -210,7 +227,7 @@ fn end_stop(m: &file::Machine, c: &file::Cylinder) -> EndStop<f64> {
     EndStop { lower, upper, zone: s.zone, stiffness: s.stiffness, damping: s.damping, printed }
 }
 
-fn friction(m: &file::Machine, f: &file::Friction) -> FrictionLaw<f64> {
+fn friction<T: Number>(m: &file::Machine<T>, f: &file::Friction<T>) -> FrictionLaw<T> {
     let map = StaticParameters {
         coulomb_extending: f.coulomb[0],
         coulomb_retracting: f.coulomb[1],
@@ -224,26 +241,27 @@ fn friction(m: &file::Machine, f: &file::Friction) -> FrictionLaw<f64> {
         viscous_retracting: f.viscous[1],
         viscous_exponent_extending: f.viscous_exponent[0],
         viscous_exponent_retracting: f.viscous_exponent[1],
-        gaussian: f.stribeck_exponent == [2.0, 2.0],
-        three_halves: f.viscous_exponent == [1.5, 1.5],
+        // The short cuts do not see the exponents, so they are none where derivatives by these are wanted.
+        gaussian: f.stribeck_exponent.iter().all(|exponent| exponent.always(2.0)),
+        three_halves: f.viscous_exponent.iter().all(|exponent| exponent.always(1.5)),
     };
     match f.model {
         file::FrictionModel::LuGre => {
-            let fading = f.bristle_damping_velocity.map_or(0.0, |v| 1.0 / (v * v));
+            let fading = f.bristle_damping_velocity.map_or(T::c(0.0), |v| T::c(1.0) / (v * v));
             let bristle = LuGre { stiffness: f.bristle_stiffness, damping: f.bristle_damping, fading };
             FrictionLaw::LuGre { map, bristle }
         }
         file::FrictionModel::Static if m.errata.friction_map => {
-            FrictionLaw::Static { map, width: f.smoothing_velocity.unwrap_or(SMOOTHING) }
+            FrictionLaw::Static { map, width: f.smoothing_velocity.unwrap_or(T::c(SMOOTHING)) }
         }
         file::FrictionModel::Static => FrictionLaw::Printed { map, width: f.smoothing_velocity },
     }
 }
 
-fn fluid(f: &file::Fluid) -> Fluid<f64> {
+fn fluid<T: Number>(f: &file::Fluid<T>) -> Fluid<T> {
     let (vacuum, ignore_cavitation) = match f.cavitation {
         file::Cavitation::FreeGas { vacuum } => (vacuum, false),
-        file::Cavitation::None => (-1e5, true),
+        file::Cavitation::None => (T::c(-1e5), true),
     };
     Fluid {
         density: f.density,

@@ -1,5 +1,6 @@
 //! Machine and scenario files.
 
+use crate::answers::warnings_of;
 use crate::arrays::vector;
 use crate::errors::{assembly_error, file_error};
 use crate::machine::Machine;
@@ -64,6 +65,7 @@ pub fn load_scenario<'py>(py: Python<'py>, source: &str, pairs: &Bound<'py, PyLi
     let phases: PyResult<Vec<_>> = s.phases.into_iter().map(|phase| phase_of(py, phase)).collect();
     out.set_item("phases", phases?)?;
     out.set_item("recorded_by", s.recorded_by)?;
+    out.set_item("warnings", warnings_of(hydrocrane_sim::implausible(&s.warnings)))?;
     let faults: PyResult<Vec<_>> = s.sensor_faults.into_iter().map(|f| fault_of(py, f)).collect();
     out.set_item("sensor_faults", faults?)?;
     let solver = PyDict::new(py);

@@ -17,6 +17,7 @@ mod sensitivity;
 mod sensors;
 mod simulation;
 
+use hydrocrane_machine::scenario::{FORMER_METHODS, METHODS};
 use pyo3::prelude::*;
 
 #[pymodule]
@@ -34,6 +35,8 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(friction::friction_map, m)?)?;
     m.add_function(wrap_pyfunction!(files::quantity, m)?)?;
     m.add("PoseFault", m.py().get_type::<errors::PoseFault>())?;
+    m.add("METHODS", METHODS.to_vec())?;
+    m.add("FORMER_METHODS", FORMER_METHODS.to_vec())?;
     m.add_function(wrap_pyfunction!(run::run, m)?)?;
     m.add_function(wrap_pyfunction!(simulation::method_for, m)?)?;
     m.add_function(wrap_pyfunction!(run::stages, m)?)?;

@@ -223,7 +223,7 @@ impl Machine {
     /// Values outside their usual ranges.
     #[getter]
     fn warnings(&self) -> Vec<WarningEntry> {
-        warnings_of(hydrocrane_sim::implausible(self.model.machine()))
+        warnings_of(hydrocrane_sim::implausible(&self.model.machine().warnings))
     }
     /// Sensors of the file: name and measured signal.
     #[getter]

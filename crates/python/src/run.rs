@@ -100,7 +100,6 @@ pub fn run<'py>(
     let (assembly, done, built) = done.map_err(|error| assembly_error(&error))?;
     let out = record_of(py, machine, done.run)?;
     out.set_item("doubts", warnings_of(assembly.doubts))?;
-    out.set_item("payload", assembly.options.payload)?;
     let told = |stage: &AssembledStage| stage_of(py, stage, &built);
     out.set_item("stages", assembly.stages.iter().map(told).collect::<PyResult<Vec<_>>>()?)?;
     let samples = done.samples.into_iter().zip(&assembly.stages).map(|(rows, stage)| samples_of(py, rows, stage));

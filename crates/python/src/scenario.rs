@@ -2,10 +2,9 @@
 
 use crate::arrays::Row;
 use crate::overrides::overrides;
-use crate::sensors::FaultEntry;
+use crate::sensors::{sensor_faults, sensor_mode, FaultEntry};
 use hydrocrane_machine::scenario::{
-    ControllerChoice, FaultKind, Initial, Interpolation, Joystick, Phase, Pressures, Scenario, SensorFault,
-    SensorQuality, Solver, SpoolCommand, StickMode,
+    ControllerChoice, Initial, Interpolation, Joystick, Phase, Pressures, Scenario, Solver, SpoolCommand, StickMode,
 };
 use hydrocrane_machine::suggestion;
 use pyo3::exceptions::PyValueError;
@@ -102,10 +101,11 @@ impl ScenarioEntry<'_> {
             controller: self.controller.as_ref().map(ControllerEntry::choice).transpose()?,
             joystick: self.joystick.as_ref().map(|stick| stick.joystick(cylinders)).transpose()?,
             phases: self.phases.iter().map(|phase| phase.phase(cylinders)).collect::<PyResult<_>>()?,
-            sensor_faults: self.sensor_faults.iter().map(sensor_fault).collect::<PyResult<_>>()?,
+            sensor_faults: sensor_faults(&self.sensor_faults)?,
             solver: self.solver.solver(),
             seed: self.seed,
             recorded_by: None,
+            warnings: Vec::new(),
         })
     }
 
@@ -146,20 +146,12 @@ impl SolverEntry {
 
 impl ControllerEntry<'_> {
     fn choice(&self) -> PyResult<ControllerChoice> {
-        let sensors = match self.sensors.as_str() {
-            "ideal" => SensorQuality::Ideal,
-            "data-sheet" => SensorQuality::DataSheet,
-            other => {
-                let message = format!("sensors must be `ideal` or `data-sheet`, got `{other}`");
-                return Err(PyValueError::new_err(message));
-            }
-        };
         let other = |(source, pairs): &(String, Bound<PyList>)| Ok::<_, PyErr>((source.clone(), overrides(pairs)?));
         Ok(ControllerChoice {
             name: self.name.clone(),
             period: self.period,
             delay: self.delay,
-            sensors,
+            sensors: sensor_mode(&self.sensors)?,
             believed: overrides(&self.believed)?,
             believed_machine: self.believed_machine.as_ref().map(other).transpose()?,
             monitor: self.monitor,
@@ -214,17 +206,4 @@ fn interpolation(linear: bool) -> Interpolation {
     } else {
         Interpolation::Hold
     }
-}
-
-fn sensor_fault((signal, kind, from, until, size): &FaultEntry) -> PyResult<SensorFault> {
-    let kind = match kind.as_str() {
-        "freeze" => FaultKind::Freeze,
-        "jump" => FaultKind::Jump(*size),
-        "drop-out" => FaultKind::DropOut,
-        _ => {
-            let message = format!("a sensor can `freeze`, `jump` or `drop-out`, not `{kind}`");
-            return Err(PyValueError::new_err(message));
-        }
-    };
-    Ok(SensorFault { signal: signal.clone(), kind, from: *from, until: until.is_finite().then_some(*until) })
 }

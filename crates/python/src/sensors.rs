@@ -24,6 +24,7 @@ pub fn sensor_mode(mode: &str) -> PyResult<SensorMode> {
     }
 }
 
+/// The error names an unknown kind.
 pub fn sensor_faults(faults: &[FaultEntry]) -> PyResult<Vec<SensorFault>> {
     let fault = |(signal, kind, from, until, size): &FaultEntry| {
         let kind = match kind.as_str() {
@@ -35,7 +36,8 @@ pub fn sensor_faults(faults: &[FaultEntry]) -> PyResult<Vec<SensorFault>> {
                 return Err(PyValueError::new_err(message));
             }
         };
-        Ok(SensorFault { signal: signal.clone(), kind, from: *from, until: *until })
+        let until = until.is_finite().then_some(*until);
+        Ok(SensorFault { signal: signal.clone(), kind, from: *from, until })
     };
     faults.iter().map(fault).collect()
 }

@@ -6,7 +6,7 @@
 
 use hydrocrane_control::controller::{Controller, Measurement, Stick};
 use hydrocrane_machine::load;
-use hydrocrane_ode::Tolerances;
+use hydrocrane_ode::{StepControl, Tolerances};
 use hydrocrane_sim::{build, simulate_sampled, EquilibriumMode, Model};
 use hydrocrane_sim::{RunOptions, SampledPlan, SampledRun, Sensors, StickKind, Sticks};
 use std::hint::black_box;
@@ -20,10 +20,10 @@ const PERIOD: f64 = 0.01;
 const SOLVERS: [(&str, f64, f64); 6] = [
     ("rodas5p", 1e-3, 0.05),
     ("rodas5p", 1e-4, 0.05),
-    ("ros3l", 1e-4, 0.01),
-    ("ros3l", 1e-4, 0.005),
-    ("ros3l", 1e-4, 0.0025),
-    ("ros3l", 1e-4, 0.001),
+    ("hc-rosenbrock-3", 1e-4, 0.01),
+    ("hc-rosenbrock-3", 1e-4, 0.005),
+    ("hc-rosenbrock-3", 1e-4, 0.0025),
+    ("hc-rosenbrock-3", 1e-4, 0.001),
 ];
 
 /// `cargo bench ... -- alone` runs the controllers alone.
@@ -84,6 +84,7 @@ impl<'a> Loop<'a> {
         let options = RunOptions {
             method: method.to_string(),
             tolerances: Tolerances { relative: rtol, absolute: rtol, max_step: step },
+            control: if method == "hc-rosenbrock-3" { StepControl::Even } else { StepControl::Adaptive },
             payload: 0.0,
             payload_changes: Vec::new(),
             ledger: false,
@@ -105,8 +106,11 @@ impl<'a> Loop<'a> {
             (a[0] - b[0]).hypot(a[1] - b[1])
         };
         let worst = rows.map(deviation).fold(0.0, f64::max);
-        let solver =
-            if method == "ros3l" { format!("{method} {} ms", step * 1e3) } else { format!("{method} {rtol:e}") };
+        let solver = if method == "hc-rosenbrock-3" {
+            format!("{method} {} ms", step * 1e3)
+        } else {
+            format!("{method} {rtol:e}")
+        };
         println!(
             "{:10}{solver:22}{:>7.3} ms{:>10.0}{:>9}{:>8}{:>8}{:>7.1} um",
             self.name,

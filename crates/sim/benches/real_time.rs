@@ -6,7 +6,7 @@
 
 use hydrocrane_machine::load;
 use hydrocrane_num::RandomStream;
-use hydrocrane_ode::Tolerances;
+use hydrocrane_ode::{StepControl, Tolerances};
 use hydrocrane_sim::{build, EquilibriumMode, Model, OutcomeKind, RunOptions, Simulator};
 use std::sync::Arc;
 use std::time::Instant;
@@ -22,7 +22,7 @@ fn main() {
     let (mut times, mut worst, mut kept) = (Vec::new(), 0.0f64, 0);
     for seed in 0..MANOEUVRES {
         let mut exact = simulator(&model, "rodas5p", 1e-9, 0.05);
-        let mut fixed = simulator(&model, "ros3l", 1e-4, STEP);
+        let mut fixed = simulator(&model, "hc-rosenbrock-3", 1e-4, STEP);
         // A random manoeuvre may end at a stop of the stroke; what was timed until then counts.
         let (found, deviation) = compare(model.as_ref(), seed, &mut fixed, &mut exact);
         kept += usize::from(found.len() == STEPS);
@@ -49,6 +49,7 @@ fn simulator(model: &Arc<dyn Model>, method: &str, tolerance: f64, max_step: f64
     let options = RunOptions {
         method: method.to_string(),
         tolerances: Tolerances { relative: tolerance, absolute: tolerance, max_step },
+        control: if method == "hc-rosenbrock-3" { StepControl::Even } else { StepControl::Adaptive },
         payload: 0.0,
         payload_changes: Vec::new(),
         ledger: false,

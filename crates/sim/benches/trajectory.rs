@@ -3,7 +3,7 @@
 //! `cargo bench -p hydrocrane-sim`. The shortest of many rounds counts: the load of the computer only ever adds.
 
 use hydrocrane_machine::{load, load_scenario, Scenario};
-use hydrocrane_ode::{BlockArrow, Tolerances};
+use hydrocrane_ode::{BlockArrow, StepControl, Tolerances};
 use hydrocrane_sim::{build, EquilibriumMode, Model};
 use hydrocrane_sim::{simulate, Commands, Run, RunOptions};
 use std::hint::black_box;
@@ -26,11 +26,11 @@ fn main() {
         ("rodas5p", 2e-4, false),
         ("rodas5p", 1e-4, false),
         ("rodas5p", 1e-4, true),
-        ("ros4l", 1e-3, false),
-        ("ros4l", 3e-4, false),
-        ("ros4l", 2e-4, false),
-        ("ros4l", 1e-4, false),
-        ("ros4l", 1e-4, true),
+        ("hc-exponential-4", 1e-3, false),
+        ("hc-exponential-4", 3e-4, false),
+        ("hc-exponential-4", 2e-4, false),
+        ("hc-exponential-4", 1e-4, false),
+        ("hc-exponential-4", 1e-4, true),
         ("tsit5", 1e-4, false),
     ] {
         lift.report(method, rtol, ledger, &reference);
@@ -74,6 +74,7 @@ impl<'a> Lift<'a> {
         let options = RunOptions {
             method: method.to_string(),
             tolerances: Tolerances { relative: rtol, absolute: rtol, max_step: 0.05 },
+            control: StepControl::Adaptive,
             payload: 0.0,
             payload_changes: Vec::new(),
             ledger,

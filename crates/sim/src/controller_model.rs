@@ -1,17 +1,16 @@
 //! The controller model of a crane.
 
 use hydrocrane_control::controller_model::{ControllerModel, CylinderModel};
-use hydrocrane_plant::hydraulic_axis::{FrictionLaw, HydraulicAxis};
+use hydrocrane_plant::hydraulic_axis::FrictionLaw;
 use hydrocrane_plant::{Crane, Hydraulics, Plant, StateSpace};
 
 /// The crane as a controller models it: exact, but without the bristles of friction and without the ground.
 pub fn controller_model<const N: usize>(crane: &Crane<N>) -> ControllerModel<N> {
-    let Plant { mechanics, actuations, cylinders, fluid, supply_pressures, .. } = *crane.plant();
-    let strokes = crane.spool_strokes();
+    let Plant { mechanics, actuations, fluid, supply_pressures, .. } = *crane.plant();
     ControllerModel {
         mechanics,
         actuations,
-        cylinders: std::array::from_fn(|c| cylinder_model(&cylinders[c], strokes[c])),
+        cylinders: std::array::from_fn(|c| cylinder_model(crane, c)),
         fluid,
         supply: supply_pressures.supply,
         tank: supply_pressures.tank,
@@ -20,7 +19,9 @@ pub fn controller_model<const N: usize>(crane: &Crane<N>) -> ControllerModel<N> 
     }
 }
 
-pub(crate) fn cylinder_model(unit: &HydraulicAxis<f64>, stroke: f64) -> CylinderModel {
+/// Cylinder `c` of the crane.
+pub(crate) fn cylinder_model<const N: usize>(crane: &Crane<N>, c: usize) -> CylinderModel {
+    let (unit, valve) = (&crane.plant().cylinders[c], &crane.machine().cylinders[c].valve);
     let stop = &unit.end_stop;
     let (FrictionLaw::Static { map, .. } | FrictionLaw::Printed { map, .. } | FrictionLaw::LuGre { map, .. }) =
         unit.friction;
@@ -29,7 +30,8 @@ pub(crate) fn cylinder_model(unit: &HydraulicAxis<f64>, stroke: f64) -> Cylinder
         valve: unit.valve,
         leakage: unit.leakage,
         friction: map,
-        stroke,
+        stroke: crane.spool_strokes()[c],
+        delay: valve.delay + valve.command.delay + 2.0 * unit.spool.damping_ratio / unit.spool.natural_frequency,
         free: [stop.lower + stop.zone, stop.upper - stop.zone],
     }
 }

@@ -4,6 +4,7 @@ use crate::controller_model::controller_model;
 use crate::sensor_monitor::names;
 use hydrocrane_control::controller::Controller;
 use hydrocrane_control::controller_model::ControllerModel;
+use hydrocrane_control::damping::DampingGains;
 use hydrocrane_control::drive::DriveGains;
 use hydrocrane_control::feed_forward::{steady_speed, SupplyPressures};
 use hydrocrane_control::heinze_pid::{self, Extension, HeinzePid};
@@ -48,16 +49,15 @@ pub(crate) fn build<const N: usize>(crane: &Crane<N>, name: &str) -> Result<Box<
 const KEEP_OUT_MARGIN: f64 = 0.05;
 
 /// Gains of `tip` where the machine file gives none, SI: found on the laboratory crane.
-pub const TIP_GAINS: [(&str, f64); 15] = [
+pub const TIP_GAINS: [(&str, f64); 14] = [
     ("stick-bandwidth", 15.0),
     ("path-rate", 30.0),
     ("limit-rate", 2.0),
     ("keep-out-margin", KEEP_OUT_MARGIN),
     ("telescope-centring", 0.5),
     ("position-gain", 4.0),
-    ("damping", 5.0),
-    ("damping-low", 5.0),
-    ("damping-high", 20.0),
+    ("damping-ratio", 0.25),
+    ("quiet-speed", 7e-4),
     ("observer-bandwidth", 5.0),
     ("pressure-bandwidth", 15.0),
     ("reserve", 0.95),
@@ -99,12 +99,16 @@ pub fn tip_settings<const N: usize>(machine: &Machine, controller_model: &Contro
         },
         drive: DriveGains {
             position: gain("position-gain"),
-            damping: gain("damping"),
-            damping_band: [gain("damping-low"), gain("damping-high")],
             observer: gain("observer-bandwidth"),
             pressure: gain("pressure-bandwidth"),
             reserve: gain("reserve"),
             rest_band: gain("rest-band"),
+        },
+        damping: DampingGains {
+            ratio: gain("damping-ratio"),
+            quiet: gain("quiet-speed"),
+            delay: 0.5 * period + controller_model.cylinders.iter().map(|c| c.delay).fold(0.0, f64::max),
+            period,
         },
         lag_limit: gain("lag-limit"),
         settling: gain("settling-time"),
@@ -227,6 +231,6 @@ mod tests {
         }
         let (_, keys) = IN_FILES[0];
         assert!(TIP_GAINS.iter().all(|(key, _)| keys.iter().any(|known| known.name == *key)));
-        assert_eq!((tip_gain_unit("damping"), tip_gain_unit("reserve")), ("1/s", ""));
+        assert_eq!((tip_gain_unit("position-gain"), tip_gain_unit("reserve")), ("1/s", ""));
     }
 }

@@ -108,7 +108,7 @@ mod tests {
     use crate::{EquilibriumMode, Model, Simulator, StateSpace};
     use hydrocrane_machine::{load, OverrideValue};
     use hydrocrane_num::Lanes;
-    use hydrocrane_ode::Tolerances;
+    use hydrocrane_ode::{StepControl, Tolerances};
     use hydrocrane_plant::Crane;
     use std::sync::Arc;
 
@@ -175,6 +175,7 @@ mod tests {
         let options = RunOptions {
             method: "rodas5p".to_string(),
             tolerances: Tolerances { relative: 1e-11, absolute: 1e-11, max_step: 1e-3 },
+            control: StepControl::Adaptive,
             payload: 0.0,
             payload_changes: Vec::new(),
             ledger: false,

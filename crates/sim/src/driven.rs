@@ -1,7 +1,6 @@
 //! A model under commands and loads: the system that a method steps.
 
 use crate::command_path::CommandPaths;
-use crate::method_choice::step_control;
 use crate::model::Model;
 use crate::options::RunOptions;
 use crate::payload::Loads;
@@ -97,5 +96,5 @@ impl System for Driven<'_> {
 pub(crate) fn stepper(x0: &[f64], model: &dyn Model, options: &RunOptions) -> Option<Stepper> {
     let method = method(&options.method, x0.len())?;
     let stepper = Stepper::new(method, options.tolerances, 0.0, x0, options.quadratures(model));
-    Some(stepper.with_control(step_control(&options.method)).with_jumps(!model.machine().errata.friction_map))
+    Some(stepper.with_control(options.control).with_jumps(!model.machine().errata.friction_map))
 }

@@ -20,18 +20,17 @@ pub fn method_for<'a>(solver: &'a Solver, machine: &Machine, task: Task) -> &'a 
     } else if solver.step.is_some() {
         FIXED_STEPS
     } else if task == Task::States && is_smooth(machine) {
-        "ros4l"
+        "hc-exponential-4"
     } else {
         "rodas5p"
     }
 }
 
-/// How the steps of a method are chosen.
-pub(crate) fn step_control(method: &str) -> StepControl {
-    if method == FIXED_STEPS {
-        StepControl::Even
-    } else {
-        StepControl::Adaptive
+/// How `solver` chooses steps.
+pub(crate) fn step_control(solver: &Solver) -> StepControl {
+    match solver.step {
+        Some(_) => StepControl::Even,
+        None => StepControl::Adaptive,
     }
 }
 
@@ -45,6 +44,7 @@ fn is_smooth(machine: &Machine) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hydrocrane_machine::scenario::{FORMER_METHODS, METHODS};
     use hydrocrane_machine::{load, OverrideValue};
 
     fn solver(method: &str, step: Option<f64>) -> Solver {
@@ -64,7 +64,7 @@ mod tests {
     #[test]
     fn bristles_take_the_exponential_method() {
         for name in ["rottne-f9-lab", "hiab-xs031", "single-cylinder"] {
-            assert_eq!(taken(&machine(name, &[])), "ros4l", "{name}");
+            assert_eq!(taken(&machine(name, &[])), "hc-exponential-4", "{name}");
         }
     }
 
@@ -79,8 +79,15 @@ mod tests {
     #[test]
     fn a_step_takes_even_steps_and_sensitivities_the_more_exact_method() {
         let machine = machine("rottne-f9-lab", &[]);
-        assert_eq!(method_for(&solver(AUTO, Some(1e-3)), &machine, Task::States), "ros3l");
+        assert_eq!(method_for(&solver(AUTO, Some(1e-3)), &machine, Task::States), "hc-rosenbrock-3");
         assert_eq!(method_for(&solver(AUTO, None), &machine, Task::Sensitivities), "rodas5p");
+    }
+
+    #[test]
+    fn files_name_the_methods_that_there_are() {
+        let known: Vec<&str> = std::iter::once(AUTO).chain(hydrocrane_ode::METHODS).collect();
+        assert_eq!(METHODS, known);
+        assert!(FORMER_METHODS.iter().all(|(_, present)| METHODS.contains(present)));
     }
 
     #[test]

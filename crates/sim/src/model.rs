@@ -50,9 +50,8 @@ impl<const N: usize> Model for Crane<N> {
 
     fn piston_speeds(&self, q: &[f64], payload: f64, speeds: &mut [f64]) {
         let load = self.plant().static_force(&std::array::from_fn(|i| q[i]), payload);
-        let strokes = self.spool_strokes();
         for c in 0..N {
-            let cylinder = cylinder_model(&self.plant().cylinders[c], strokes[c]);
+            let cylinder = cylinder_model(self, c);
             let supply_pressures = SupplyPressures {
                 supply: self.plant().supply_pressures.supply,
                 tank: self.plant().supply_pressures.tank,

@@ -4,7 +4,7 @@ use crate::model::Model;
 use crate::outcome::Outcome;
 use crate::payload::{PayloadChange, PayloadEvent};
 use crate::warning::Warning;
-use hydrocrane_ode::{Effort, Tolerances};
+use hydrocrane_ode::{Effort, StepControl, Tolerances};
 use hydrocrane_plant::ledger::{ground_terms, LEDGER_PER_CYLINDER};
 
 /// Spool commands against time: one row per time, one column per cylinder, m.
@@ -23,6 +23,7 @@ pub struct RunOptions {
     /// Name of a method in [`METHODS`].
     pub method: String,
     pub tolerances: Tolerances,
+    pub control: StepControl,
     /// kg at the tip
     pub payload: f64,
     /// Loads taken up and let go on the way, in order of time.

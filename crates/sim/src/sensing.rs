@@ -3,42 +3,12 @@
 use crate::model::Model;
 use hydrocrane_control::controller::Measurement;
 use hydrocrane_machine::model as file;
+pub use hydrocrane_machine::scenario::{FaultKind, SensorFault, SensorQuality as SensorMode};
 use hydrocrane_num::RandomStream;
 use hydrocrane_ode::Stepper;
 use hydrocrane_physics::sensor::analogue::Quality;
 use hydrocrane_physics::sensor::pressure_transmitter::Scale;
 use hydrocrane_physics::sensor::{Encoder, LoadCell, PressureTransmitter, WirePotentiometer};
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SensorMode {
-    /// Every reading is the truth.
-    Ideal,
-    /// Sensors as the machine file describes them; what it describes none for is read ideally.
-    DataSheet,
-}
-
-/// How a sensor can fail.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum FaultKind {
-    /// The reading stays as it is.
-    Freeze,
-    /// Every reading is off by this much.
-    Jump(f64),
-    /// No reading at all.
-    DropOut,
-}
-
-/// A sensor that fails from one time to another.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SensorFault {
-    /// What the sensor measures, for example `joint.boom.q`.
-    pub signal: String,
-    pub kind: FaultKind,
-    /// s
-    pub from: f64,
-    /// Time at which it works again, s; infinite: never.
-    pub until: f64,
-}
 
 #[derive(Debug, Clone)]
 enum Device {
@@ -243,7 +213,7 @@ impl Channel {
             Device::Wire(wire) => wire.read(truth),
             Device::Force(cell) => cell.read(truth),
         };
-        let active = |fault: &&SensorFault| t >= fault.from - 1e-12 && t < fault.until - 1e-12;
+        let active = |fault: &&SensorFault| t >= fault.from - 1e-12 && fault.until.is_none_or(|end| t < end - 1e-12);
         self.faults.iter().filter(active).fold(healthy, |reading, fault| match fault.kind {
             // One that is frozen from the start stays at its first reading.
             FaultKind::Freeze if last.is_nan() => reading,

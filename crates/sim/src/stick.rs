@@ -1,14 +1,7 @@
 //! The operator's sticks against time: dead zone, interpolation, ramp.
 
 use hydrocrane_control::controller::Stick;
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum StickKind {
-    /// One stick for the tip: forward, up.
-    Tip,
-    /// One axis per cylinder.
-    Lever,
-}
+pub use hydrocrane_machine::scenario::StickMode as StickKind;
 
 /// How far beyond its end rounding may take a deflection; it counts as the end.
 pub const ROUNDING: f64 = 1e-9;

@@ -4,7 +4,7 @@ use crate::driven::Driven;
 use crate::model::Model;
 use crate::payload::PAYLOAD_TERMS;
 use crate::warning::Warning;
-use hydrocrane_machine::model::{Cavitation, Cylinder};
+use hydrocrane_machine::model::{Cavitation, Cylinder, Unusual};
 use hydrocrane_machine::Machine;
 use hydrocrane_ode::Stepper;
 use hydrocrane_plant::ledger::{ground_terms, LEDGER_PER_CYLINDER, LEDGER_TERMS};
@@ -253,10 +253,10 @@ impl Found {
     }
 }
 
-/// Values of a machine outside their usual ranges.
-pub fn implausible(machine: &Machine) -> Vec<Warning> {
-    let unusual = machine.warnings.iter();
+/// Values of a file outside their usual ranges.
+pub fn implausible(unusual: &[Unusual]) -> Vec<Warning> {
     unusual
+        .iter()
         .map(|u| Warning {
             time: 0.0,
             kind: "implausible-value",

@@ -7,7 +7,7 @@ use crate::request::Request;
 use crate::scenario::{problem, SETTINGS};
 use hydrocrane_machine::scenario::{ControllerChoice, Scenario};
 use hydrocrane_machine::OverrideValue;
-use hydrocrane_sim::assembly::{assemble, stages, AssembledStage, Assembly, Machines, OwnedDriver};
+use hydrocrane_sim::assembly::{at_start, stages, AssembledStage, Assembly, Machines, OwnedDriver};
 use hydrocrane_sim::{implausible, Live, Model, Sticks, Warning};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -181,8 +181,7 @@ pub fn begin(request: Request) -> Result<Drive, Problem> {
     let payload = request.payload.unwrap_or(machine.payload.mass);
     let pose = clear_of_the_ground(&request, stage.model.as_ref(), pose, payload);
     let scenario = request.scenario(&machine, &overrides, &pose);
-    let mut machines = Machines { machine: &request.machine, text: request.text.as_deref() };
-    let assembly = assemble(&scenario, SETTINGS, &mut machines).map_err(problem)?;
+    let assembly = at_start(&scenario, SETTINGS, vec![stage]).map_err(problem)?;
     started(scenario, assembly, vec![request], false)
 }
 
@@ -196,7 +195,7 @@ fn started(scenario: Scenario, assembly: Assembly, requests: Vec<Request>, repla
     let mut coming: VecDeque<_> = stages.into_iter().zip(requests).collect();
     let Some((first, request)) = coming.pop_front() else { return Err(Problem::plain("there is no drive")) };
     let now = Setting::of(&first, request);
-    let doubts = [implausible(now.model.machine()), doubts].concat();
+    let doubts = [implausible(&now.model.machine().warnings), implausible(&scenario.warnings), doubts].concat();
     let pose = x0[..now.model.layout().joints()].to_vec();
     let pose = stated_pose(&scenario, &now, pose);
     let live = first.live(&x0, options).map_err(Problem::plain)?;

@@ -2,9 +2,9 @@
 
 use crate::drive::{Drive, Setting, TICK};
 use crate::problem::Problem;
-use hydrocrane_machine::scenario::{Interpolation, Joystick, Phase, Scenario, StickMode};
+use hydrocrane_machine::scenario::{Interpolation, Joystick, Phase, Scenario};
 use hydrocrane_machine::{Machine, OverrideValue};
-use hydrocrane_sim::{StickKind, Sticks};
+use hydrocrane_sim::Sticks;
 
 /// The text of the drive so far, which repeats it.
 pub fn scenario(drive: &Drive) -> Result<String, Problem> {
@@ -64,7 +64,7 @@ fn changed(setting: &Setting, before: &Setting) -> Vec<(String, OverrideValue)> 
 fn joystick(sticks: &Sticks) -> Joystick {
     let column = |axis: usize| sticks.deflections.iter().skip(axis).step_by(sticks.axes).copied().collect();
     Joystick {
-        mode: if sticks.kind == StickKind::Tip { StickMode::Tip } else { StickMode::Lever },
+        mode: sticks.kind,
         time: sticks.times.clone(),
         axes: (0..sticks.axes).map(column).collect(),
         log: None,

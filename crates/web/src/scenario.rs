@@ -17,7 +17,7 @@ pub const SETTINGS: RunSettings = RunSettings { ledger: true, max_steps: u64::MA
 
 /// The one method of the page's core.
 pub fn solver() -> Solver {
-    Solver { method: "ros3l".into(), rtol: 1e-4, atol: None, max_step: TICK, step: Some(TICK) }
+    Solver { method: "hc-rosenbrock-3".into(), rtol: 1e-4, atol: None, max_step: TICK, step: Some(TICK) }
 }
 
 /// What an assembly complains of, as the page tells it.
@@ -67,6 +67,7 @@ impl Request {
             solver: solver(),
             seed: self.seed,
             recorded_by: None,
+            warnings: Vec::new(),
         }
     }
 }

@@ -75,10 +75,11 @@ def simulate(
     payload: Payload = None,
     duration: Annotated[float | None, typer.Option(help="s.")] = None,
     method: Annotated[
-        str | None, typer.Option(help="auto, rodas5p or ros4l (stiff), tsit5 (explicit), ros3l (fixed steps).")
+        str | None,
+        typer.Option(help="auto; rodas5p, hc-exponential-4, hc-rosenbrock-3 (stiff); tsit5 (explicit)."),
     ] = None,
     rtol: Annotated[float | None, typer.Option(help="Relative tolerance.")] = None,
-    step: Annotated[float | None, typer.Option(help="Size of the steps of ros3l, s.")] = None,
+    step: Annotated[float | None, typer.Option(help="Fixed steps of this size, s.")] = None,
     verify: Annotated[bool, typer.Option("--verify", help="Run again, tighter, and report the difference.")] = False,
     also: Annotated[list[str], typer.Option(help="Also write the data as mat, csv or parquet.")] = [],  # noqa: B006
     film: Annotated[str, typer.Option(help="Animation: gif, mp4 or none.")] = "gif",
@@ -132,9 +133,9 @@ def _data_suffixes(name: str, also: list[str], film: str) -> list[str]:
 
 def _write_run(run: Run, folder: Path, suffixes: list[str], film: str) -> list[Path]:
     """Data first: a picture that fails must not cost the run."""
-    name = run.data.attrs["scenario"]
+    name = run.columns.attrs["scenario"]
     paths = [run.save(folder / f"{name}{suffix}") for suffix in suffixes]
-    if not run.data.sizes["time"]:
+    if not run.columns.rows:
         return paths
     _headless()
     with waiting("drawing charts"):
@@ -302,10 +303,12 @@ def check(
         machine = plan.load_machine()
         plan.initial_state(machine)
         say(*scenario_report(plan, machine))
+        unusual = (*machine.warnings, *plan.warnings)
     else:
         machine = _machine(file, settings)
         say(*machine_report(machine))
-    say(*findings(machine.warnings))
+        unusual = machine.warnings
+    say(*findings(unusual))
 
 
 @app.command(epilog="Example:  hydrocrane new my-crane --machine rottne-f9-lab")

@@ -18,7 +18,7 @@ from hydrocrane.errors import InputError, unknown
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 
 # The gains that shape how a piston follows; the others are limits and shares, and not for a search.
-TUNED = ("position-gain", "damping", "observer-bandwidth", "pressure-bandwidth")
+TUNED = ("position-gain", "damping-ratio", "observer-bandwidth", "pressure-bandwidth")
 UNITS = {key: unit for key, unit, _ in _core.tip_gain_info()}
 # A rate above one per sample is as good as infinite.
 LARGEST = 1.0 / DEFAULT_PERIOD
@@ -60,8 +60,13 @@ class Tuning:
         start = ", ".join(f"{value:.4g}" for value in self.before.values())
         source = f"hydrocrane control tune {self.machine} --trials {self.allowed} --seed {self.seed}, from {start}"
         lines = ["[control.tip]", 'class = "fitted"', f'source = "{source}"']
-        lines += [f'{key} = "{value:.4g} {UNITS[key]}"' for key, value in self.after.items()]
+        lines += [f"{key} = {_written(value, UNITS[key])}" for key, value in self.after.items()]
         return "\n".join(lines) + "\n"
+
+
+def _written(value: float, unit: str) -> str:
+    """As files have it: a plain number, or a text with its unit."""
+    return f'"{value:.4g} {unit}"' if unit else f"{value:.4g}"
 
 
 def tune(

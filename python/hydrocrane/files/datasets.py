@@ -6,17 +6,17 @@ import importlib.util
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import xarray as xr
-
 from hydrocrane.errors import ResultFileError, nearest
+from hydrocrane.files.columns import TIME, Columns
 from hydrocrane.files.netcdf import write_netcdf
 from hydrocrane.files.whole_file import written_whole
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray as xr
 
 
-def save(data: xr.Dataset, path: Path) -> Path:
+def save(data: xr.Dataset | Columns, path: Path) -> Path:
     """Write `data` in the format of the suffix, whole or not at all; missing folders are made. Returns the path."""
     writer = _WRITERS[checked_suffix(path)]
     with written_whole(path) as beside:
@@ -38,6 +38,8 @@ def load_netcdf(path: Path) -> xr.Dataset:
     """Read a run's dataset into memory."""
     if not path.is_file():
         raise ResultFileError(f"no such file: {path}")
+    import xarray as xr
+
     try:
         with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as stored:
             data = stored.load()
@@ -48,22 +50,24 @@ def load_netcdf(path: Path) -> xr.Dataset:
     return data
 
 
-def frame(data: xr.Dataset) -> pd.DataFrame:
+def frame(data: xr.Dataset | Columns) -> pd.DataFrame:
     """The data as a table: first column time, one column per variable, units in ``frame.attrs``."""
+    data = data.labelled() if isinstance(data, Columns) else data
     table = data.to_dataframe().reset_index()
     table.attrs = {"units": {name: str(data[name].attrs.get("units", "")) for name in table.columns}}
     return table
 
 
-def write_matlab(data: xr.Dataset, path: Path) -> None:
+def write_matlab(data: xr.Dataset | Columns, path: Path) -> None:
     """One column vector per variable, dots in names as underscores; `units` and `names` are structs beside them."""
     from scipy.io import savemat
 
-    names = {_matlab_name(name): name for name in ["time", *map(str, data.data_vars)]}
-    content: dict[str, object] = {short: data[name].values for short, name in names.items()}
-    content["units"] = {short: str(data[name].attrs.get("units", "")) for short, name in names.items()}
+    columns = Columns.of(data)
+    names = {_matlab_name(name): name for name in dict.fromkeys([TIME, *columns])}
+    content: dict[str, object] = {short: columns[name].values for short, name in names.items()}
+    content["units"] = {short: str(columns[name].attrs.get("units", "")) for short, name in names.items()}
     content["names"] = dict(names)
-    content["about"] = {str(key): value for key, value in data.attrs.items()}
+    content["about"] = {str(key): value for key, value in columns.attrs.items()}
     savemat(path, content, oned_as="column", long_field_names=True)
 
 
@@ -72,11 +76,11 @@ def _matlab_name(name: str) -> str:
     return "".join(c if c.isascii() and c.isalnum() else "_" for c in name)[:63]
 
 
-def _csv(data: xr.Dataset, path: Path) -> None:
+def _csv(data: xr.Dataset | Columns, path: Path) -> None:
     frame(data).to_csv(path, index=False)
 
 
-def _parquet(data: xr.Dataset, path: Path) -> None:
+def _parquet(data: xr.Dataset | Columns, path: Path) -> None:
     frame(data).to_parquet(path, index=False)
 
 

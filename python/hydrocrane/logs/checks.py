@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from hydrocrane.arrays import Array
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.noise import carries_noise, noise_of
 from hydrocrane.logs.signals import PRESSURES
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 LEAST_SAMPLES = 10
 # Sampling intervals this many times the usual one are gaps; a spread beyond this share is irregular.

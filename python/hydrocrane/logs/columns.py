@@ -8,16 +8,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeAlias, cast
 
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike
 
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError
+from hydrocrane.files.columns import is_dataset
 from hydrocrane.logs.readers import read_table
 from hydrocrane.logs.table import Table, as_column
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray as xr
 
 
 class Holder(Protocol):
@@ -39,9 +40,9 @@ def columns_of(log: LogLike) -> dict[str, Array]:
     if isinstance(log, str | PathLike):
         return read_table(Path(log)).in_si()
     held = getattr(log, "data", None)
-    data = held if isinstance(held, xr.Dataset) else log
+    data = held if is_dataset(held) else log
     columns: object = data
-    if isinstance(data, xr.Dataset):
+    if is_dataset(data):
         columns = {str(name): data[name].values for name in data.variables}
     elif hasattr(data, "columns") and hasattr(data, "iloc"):
         columns = _of_frame(cast("pd.DataFrame", data))

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, nearest
+from hydrocrane.files.columns import is_dataset
 from hydrocrane.logs.checks import checked, readings
 from hydrocrane.logs.clock import epoch_unit
 from hydrocrane.logs.flags import Flag
@@ -21,6 +21,8 @@ from hydrocrane.logs.signals import SIGNALS
 from hydrocrane.logs.table import Table, known_unit, split_name
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from hydrocrane.logs.columns import LogLike
 
 
@@ -51,8 +53,8 @@ class Log:
             return data if mapping is None else cls.of(data.data, mapping, data.source)
         from hydrocrane.logs.columns import columns_of
 
-        held = data if isinstance(data, xr.Dataset) else getattr(data, "data", None)
-        table = table_of_dataset(held) if isinstance(held, xr.Dataset) else Table(columns_of(data))
+        held = data if is_dataset(data) else getattr(data, "data", None)
+        table = table_of_dataset(held) if is_dataset(held) else Table(columns_of(data))
         table.in_memory = True
         return _log(table, log_mapping(mapping), source or type(data).__name__)
 
@@ -145,6 +147,8 @@ def read_log(path: str | PathLike[str], mapping: MappingLike = None) -> Log:
 
 
 def _log(table: Table, mapping: LogMapping | None, source: str) -> Log:
+    import xarray as xr
+
     time, consumed = _time(table, mapping, source)
     notes, assumed = list(table.notes), []
     variables = {"time": ("time", time, {"units": "s", "long_name": "time"})}

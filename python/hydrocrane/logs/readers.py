@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import h5py
 import numpy as np
-import xarray as xr
 
 from hydrocrane.errors import ResultFileError, nearest
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.table import Table, as_column, check_width, plain_facts, tidy_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def read_table(path: Path) -> Table:
@@ -71,6 +74,8 @@ def _hdf5(path: Path) -> Table:
 
 
 def _netcdf(path: Path) -> Table:
+    import xarray as xr
+
     with path.open("rb") as stream:
         classic = stream.read(3) == b"CDF"
     try:

@@ -7,9 +7,9 @@ import json
 import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import h5py
-import xarray as xr
 
 from hydrocrane.errors import ResultFileError, nearest
 from hydrocrane.files.datasets import frame, write_matlab
@@ -17,6 +17,9 @@ from hydrocrane.files.netcdf import write_netcdf
 from hydrocrane.files.whole_file import written_whole
 from hydrocrane.logs.readers import mdf_reader
 from hydrocrane.logs.table import plain_facts
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def write_log(data: xr.Dataset, path: Path) -> Path:
@@ -81,7 +84,7 @@ def _mdf(data: xr.Dataset, path: Path) -> None:
         stored.save(path, overwrite=True)
 
 
-_WRITERS: dict[str, Callable[[xr.Dataset, Path], object]] = {
+_WRITERS: dict[str, Callable[[xr.Dataset, Path], None]] = {
     ".csv": _csv,
     ".mat": write_matlab,
     ".nc": write_netcdf,

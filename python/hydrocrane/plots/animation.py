@@ -142,12 +142,12 @@ _WRITERS = {".gif": _write_gif, ".mp4": _write_mp4}
 
 def _pictures(run: Record, fps: int, speed: float) -> tuple[Array, Array, Array]:
     """Times, poses and tips of the pictures, read off the recorded run."""
-    time = run.data.time.values
+    time = run.columns.time
     if time.size == 0:
         raise InputError(f"this run recorded nothing to animate: {run.outcome.kind}, {run.outcome.message}")
     count = max(int(round((time[-1] - time[0]) / speed * fps)), 1)
     times = np.linspace(time[0], time[-1], count + 1)
-    poses = np.column_stack([np.interp(times, time, run.data[f"joint.{j}.q"].values) for j in run.joint_names])
+    poses = np.column_stack([np.interp(times, time, run.columns[f"joint.{j}.q"].values) for j in run.joint_names])
     return times, poses, run.machine.tip(poses)
 
 
@@ -165,4 +165,4 @@ def _set_stage(axes: Axes, run: Record, machine: Machine, poses: Array) -> None:
     axes.set_xlim(low[0] - pad, high[0] + pad)
     axes.set_ylim(low[1] - pad, high[1] + pad)
     metres(axes, fixed=True)
-    axes.set_title(f"{run.data.attrs['scenario']}  ·  {machine.name}")
+    axes.set_title(f"{run.columns.attrs['scenario']}  ·  {machine.name}")

@@ -67,15 +67,15 @@ def overview(run: Record) -> Figure:
 
 
 def _check_recorded(run: Record) -> None:
-    if not run.data.sizes["time"]:
+    if not run.columns.rows:
         raise InputError(f"this run recorded nothing to draw: {run.outcome.kind}, {run.outcome.message}")
 
 
 def _curve(axes: Axes, run: Record, name: str, colour: str, heading: str, size: float = RC["axes.titlesize"]) -> None:
-    variable = run.data[name]
+    variable = run.columns[name]
     unit, factor = shown(str(variable.attrs.get("units", "")))
     values = variable.values * factor
-    axes.plot(run.data.time.values, values, color=colour)
+    axes.plot(run.columns.time, values, color=colour)
     # Above an axis with a power of ten a heading must make way; to find out costs a fifth of the picture.
     axes.set_title(heading, fontsize=size, y=1.0 if np.abs(values).max() < LARGE else None)
     axes.set_ylabel(f"[{unit}]")
@@ -95,4 +95,5 @@ def _keep_flat(axes: Axes, values: Array) -> None:
 
 
 def _subject(run: Record) -> str:
-    return f"{run.data.attrs['scenario']} on {run.data.attrs['machine']}"
+    about = run.columns.attrs
+    return f"{about['scenario']} on {about['machine']}"

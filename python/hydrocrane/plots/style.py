@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 
 from hydrocrane.errors import ResultFileError
 from hydrocrane.files.whole_file import written_whole
+from hydrocrane.plots.grid_layout import arrange
 
 INK = "#22313f"
 MUTED = "#7b8794"
@@ -69,6 +70,9 @@ SHOWN = {
     "J": ("kJ", 1e-3),
     "N": ("kN", 1e-3),
 }
+
+# Of compression: at 3 in place of the usual 6 charts are packed in two thirds of the time, and a tenth larger.
+PNG_LEVEL = 3
 
 P = ParamSpec("P")
 
@@ -140,8 +144,9 @@ def write(fig: Figure, path: Path) -> Path:
     checked_suffix(path)
     # Formats of lines measure texts in a way of their own; another size of the pixels changes the layout.
     once = path.suffix.lower() == ".png" and mpl.rcParams["savefig.dpi"] == "figure"
+    png: dict[str, Any] = {"pil_kwargs": {"compress_level": PNG_LEVEL}} if path.suffix.lower() == ".png" else {}
     with written_whole(path) as beside, laid_out(fig) if once else nullcontext():
-        fig.savefig(beside)
+        fig.savefig(beside, **png)
     return path
 
 
@@ -152,7 +157,8 @@ def laid_out(fig: Figure) -> Iterator[None]:
     if engine is None:
         yield
         return
-    engine.execute(fig)
+    if not arrange(fig):
+        engine.execute(fig)
     with mpl.rc_context({"figure.autolayout": False, "figure.constrained_layout.use": False}):
         fig.set_layout_engine(None)
     try:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.plots.style import ACCENT, COLOURS, FIELD, figure, one_chart, shown, styled, title
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 # Keys beside which the figure is drawn one by one.
 MOST_KEYS = 6

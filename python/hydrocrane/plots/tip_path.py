@@ -25,22 +25,23 @@ PANELS = (
 @styled
 def tip_charts(run: Record) -> Figure:
     """Path of the tip with the way of its set-point; deviation, payload and pump power against time."""
-    if run.data.sizes["time"] < 2:
+    data = run.columns
+    if data.rows < 2:
         raise InputError(f"this run recorded no motion to draw: {run.outcome.kind}, {run.outcome.message}")
-    rows = [(name, heading) for name, heading in PANELS if name in run.data]
+    rows = [(name, heading) for name, heading in PANELS if name in data]
     fig, axes = figure(7.5, 4.0 + 1.7 * len(rows), nrows=1 + len(rows), height_ratios=[2.4] + [1.0] * len(rows))
     _path(axes[0], run)
     for panel, (name, heading) in zip(axes[1:], rows, strict=True):
-        unit, factor = shown(str(run.data[name].attrs["units"]))
+        unit, factor = shown(str(data[name].attrs["units"]))
         drawstyle = "steps-pre" if name == "payload" else "default"
-        panel.plot(run.data.time.values, run.data[name].values * factor, color=COLOURS[0], drawstyle=drawstyle)
+        panel.plot(data.time, data[name].values * factor, color=COLOURS[0], drawstyle=drawstyle)
         panel.set_title(heading, fontsize=9.5)
         panel.set_ylabel(f"[{unit}]")
         panel.margins(x=0)
         panel.sharex(axes[1])
         mark_payload_changes(panel, run)
     axes[-1].set_xlabel("time [s]")
-    title(fig, "Crane tip", f"{run.data.attrs['scenario']} on {run.data.attrs['machine']}")
+    title(fig, "Crane tip", f"{data.attrs['scenario']} on {data.attrs['machine']}")
     return fig
 
 
@@ -51,10 +52,10 @@ def mark_payload_changes(axes: Axes, run: Record) -> None:
 
 
 def _path(axes: Axes, run: Record) -> None:
-    data = run.data
+    data = run.columns
     time, x, z = (data[name].values for name in ("time", "tip.x", "tip.z"))
     if "set_point.x" in data:
-        axes.plot(data["set_point.x"], data["set_point.z"], color=INK, lw=0.8, label="set-point")
+        axes.plot(data["set_point.x"].values, data["set_point.z"].values, color=INK, lw=0.8, label="set-point")
     axes.plot(x, z, color=COLOURS[0], lw=1.2, label="tip")
     axes.plot(x[0], z[0], marker="o", ms=4, color=INK, ls="none", label="start")
     for change in run.payload_changes:

@@ -69,8 +69,13 @@ ENTRIES = {
 }
 
 # What each method is or rests on, and those that are this package's own.
-_METHODS = {"rodas5p": "steinebach2023", "ros4l": "luan2017", "tsit5": "tsitouras2011", "ros3l": "hairer1996"}
-_OWN_METHODS = ("ros4l", "ros3l")
+_METHODS = {
+    "rodas5p": "steinebach2023",
+    "hc-exponential-4": "luan2017",
+    "tsit5": "tsitouras2011",
+    "hc-rosenbrock-3": "hairer1996",
+}
+_OWN_METHODS = ("hc-exponential-4", "hc-rosenbrock-3")
 
 
 def cite(subject: MachineLike | Record) -> str:
@@ -83,6 +88,7 @@ def cite(subject: MachineLike | Record) -> str:
     """
     from hydrocrane.machine.machine import as_machine
     from hydrocrane.results.record import Record
+    from hydrocrane.scenario.solver import FORMER_METHODS
 
     if not isinstance(subject, Record | str | PathLike) and not hasattr(subject, "provenance"):
         raise InputError(f"cite takes a machine, its name or path, or a Run; got {type(subject).__name__}")
@@ -92,7 +98,8 @@ def cite(subject: MachineLike | Record) -> str:
         keys.append("canudas1995")
     noted = []
     if isinstance(subject, Record):
-        method = str(subject.data.attrs["solver_method"])
+        method = str(subject.columns.attrs["solver_method"])
+        method = FORMER_METHODS.get(method, method)
         keys.append(_METHODS[method])
         if method in _OWN_METHODS:
             noted.append(f"% integrated by {method}, a method of hydrocrane's own that rests on {_METHODS[method]}")

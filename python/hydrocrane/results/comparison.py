@@ -8,10 +8,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, nearest
+from hydrocrane.files.columns import TIME, Columns
 from hydrocrane.logs import TIME_NAMES, columns_of, time_of
 from hydrocrane.logs.columns import LogLike
 from hydrocrane.results.difference import Difference
@@ -74,42 +74,42 @@ def compare(run: Record, log: LogLike, columns: Mapping[str, str] | None = None,
     """
     table = columns_of(log)
     time = time_of(table) + float(shift)
-    pairs = _pairs(run.data, table, columns)
-    start, end = float(run.data.time[0]), float(run.data.time[-1])
+    ours = run.columns
+    pairs = _pairs(ours, table, columns)
+    start, end = float(ours.time[0]), float(ours.time[-1])
     inside = (time >= start) & (time <= end)
     if not inside.any():
         raise InputError(
             f"the log covers {time.min():.4g} .. {time.max():.4g} s and the run {start:.4g} .. {end:.4g} s: no overlap"
         )
-    return Comparison(
-        {name: _difference(run.data, name, time, table[column], inside) for column, name in pairs.items()}
-    )
+    return Comparison({name: _difference(ours, name, time, table[column], inside) for column, name in pairs.items()})
 
 
-def _difference(data: xr.Dataset, name: str, time: Array, column: Array, inside: np.ndarray) -> Difference:
+def _difference(ours: Columns, name: str, time: Array, column: Array, inside: np.ndarray) -> Difference:
     """Gaps of the log (NaN) are left out."""
     keep = inside & np.isfinite(column)
     if not keep.any():
         raise InputError(f"the log has no finite value of `{name}` within the run")
-    run = np.interp(time[keep], data.time.values, data[name].values)
-    return Difference(name, str(data[name].attrs.get("units", "")), time[keep], run, column[keep])
+    run = np.interp(time[keep], ours.time, ours[name].values)
+    return Difference(name, str(ours[name].attrs.get("units", "")), time[keep], run, column[keep])
 
 
-def _pairs(data: xr.Dataset, table: dict[str, Array], columns: Mapping[str, str] | None) -> dict[str, str]:
+def _pairs(ours: Columns, table: dict[str, Array], columns: Mapping[str, str] | None) -> dict[str, str]:
     """Log column -> run variable, every name and length checked."""
+    names = [name for name in ours if name != TIME]
     if columns is None:
-        pairs = {name: name for name in table if name in data.data_vars}
+        pairs = {name: name for name in table if name in names}
         if not pairs:
-            names = ", ".join(n for n in table if n.lower() not in TIME_NAMES)
-            raise InputError(f"no column of the log ({names}) is a name of the run; say which is which with columns=")
+            given = ", ".join(n for n in table if n.lower() not in TIME_NAMES)
+            raise InputError(f"no column of the log ({given}) is a name of the run; say which is which with columns=")
     else:
         pairs = dict(columns)
     length = time_of(table).size
     for column, name in pairs.items():
         if column not in table:
             raise InputError(f"the log has no numeric column `{column}`{nearest(column, table)}")
-        if name not in data.data_vars:
-            raise InputError(f"the run has no `{name}`{nearest(name, map(str, data.data_vars))}")
+        if name not in names:
+            raise InputError(f"the run has no `{name}`{nearest(name, names)}")
         if table[column].size != length:
             raise InputError(f"the log's `{column}` has {table[column].size} values for {length} times")
     return pairs

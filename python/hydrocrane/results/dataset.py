@@ -1,41 +1,43 @@
-"""From the raw arrays of a run to a labelled ``xarray.Dataset``, where somebody asks for it."""
+"""From the raw arrays of a run to columns by name, where somebody asks for them."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
+from functools import cached_property
 
 import numpy as np
-import xarray as xr
 
+from hydrocrane.files.columns import TIME, Attributes, Column, Columns
 from hydrocrane.machine.machine import Machine
 from hydrocrane.machine.overrides import Override
 from hydrocrane.result_warning import to_json
 from hydrocrane.results.recording import Recording
-from hydrocrane.results.samples import Columns, sample_columns, stage_rows
+from hydrocrane.results.samples import sample_columns, stage_rows
 from hydrocrane.scenario.payload import PayloadChange
 from hydrocrane.scenario.scenario import Scenario
 
 
 @dataclass(frozen=True)
 class RunDataset:
-    """The data set of a run before anybody has asked for it: labelling arrays takes as long as a run of a few seconds.
+    """The data of a run before anybody has asked for it: making its columns takes as long as a run of a few seconds.
 
     Attributes
     ----------
     attrs : dict
-        Those of the data set.
+        Those of the data.
     machine : Machine
         That the run began on.
     recorded : Recording
     """
 
-    attrs: dict[str, str | float]
+    attrs: Attributes
     machine: Machine
     recorded: Recording
 
-    def labelled(self) -> xr.Dataset:
+    @cached_property
+    def columns(self) -> Columns:
         """Everything the run recorded, over ``time``, with units and long names.
 
         A ledger entry's ``sign`` says whether it adds to the stored energy (+1), takes from it (-1), or moves inside
@@ -45,25 +47,24 @@ class RunDataset:
         core = machine.core
         states_info = zip(machine.state_names, machine.state_units, core.state_long_names, strict=True)
         commands_info = [(f"cylinder.{c}.command", "m", f"{c} spool command") for c in machine.cylinder_names]
-        # One construction from all columns: adding variables one by one to a data set costs more than the run.
         columns = _columns(states_info, run.states) | _columns(commands_info, run.commands)
         columns |= _columns(core.output_info, outputs_table(machine, run))
-        columns["payload"] = ("time", run.payloads, {"units": "kg", "long_name": "payload at the tip"})
+        columns["payload"] = Column(run.payloads, {"units": "kg", "long_name": "payload at the tip"})
         if run.ledger.size:
             info = [(f"ledger.{name}", unit, text) for name, unit, text in core.ledger_info]
             entries = _columns(info, run.ledger)
-            for (_, _, about), sign in zip(entries.values(), core.ledger_signs, strict=True):
-                about["sign"] = sign
+            for entry, sign in zip(entries.values(), core.ledger_signs, strict=True):
+                entry.attrs["sign"] = sign
             columns |= entries
         if any(stage.controlled for stage in run.stages):
-            tip = np.column_stack([columns["tip.x"][1], columns["tip.z"][1]])
+            tip = np.column_stack([columns["tip.x"].values, columns["tip.z"].values])
             columns |= sample_columns(tip, machine, run)
-        time = ("time", run.time, {"units": "s", "long_name": "time"})
-        return xr.Dataset(columns, coords={"time": time}, attrs=self.attrs)
+        columns[TIME] = Column(run.time, {"units": "s", "long_name": "time"})
+        return Columns(columns, self.attrs)
 
 
 def run_dataset(machine: Machine, plan: Scenario, run: Recording, *, payload: float, wall: float) -> RunDataset:
-    """The data set of a run that took `wall` s."""
+    """The data of a run that took `wall` s."""
     attrs = _run_attributes(machine, plan, run, payload, wall)
     if any(stage.controlled for stage in run.stages):
         driver = plan.driver
@@ -97,10 +98,10 @@ def _events(run: Recording) -> list[tuple[float, str]]:
     return sorted([*run.events, *((change.time, change.text) for change in changes)], key=lambda e: e[0])
 
 
-def _columns(info: Iterable[tuple[str, str, str]], table: np.ndarray) -> Columns:
+def _columns(info: Iterable[tuple[str, str, str]], table: np.ndarray) -> dict[str, Column]:
     """Variables over time from the columns of a table, by their names, units and meanings."""
     return {
-        name: ("time", table[:, i].copy(), {"units": unit, "long_name": meaning})
+        name: Column(table[:, i].copy(), {"units": unit, "long_name": meaning})
         for i, (name, unit, meaning) in enumerate(info)
     }
 
@@ -111,13 +112,11 @@ def _phases(plan: Scenario) -> list[tuple[float, str, dict[str, Override]]]:
     return [(begin, str(then.driver), dict(then.machine_overrides)) for begin, then in later]
 
 
-def _run_attributes(
-    machine: Machine, plan: Scenario, run: Recording, payload: float, wall: float
-) -> dict[str, str | float]:
+def _run_attributes(machine: Machine, plan: Scenario, run: Recording, payload: float, wall: float) -> Attributes:
     """Where the run came from and how it ended: plain strings and numbers, so that every file format keeps them."""
     from hydrocrane import __version__
 
-    about: dict[str, str | float] = {
+    about: Attributes = {
         "title": plan.title or plan.name,
         "scenario": plan.name,
         "machine": machine.name,
@@ -143,4 +142,6 @@ def _run_attributes(
         "source": f"hydrocrane {__version__}",
         "Conventions": "SI units, radians, gauge pressures",
     }
+    if plan.solver.step is not None:
+        about["solver_fixed_step"] = plan.solver.step
     return about | {f"solver_{key}": value for key, value in run.effort.items()}

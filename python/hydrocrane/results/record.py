@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import cast
-
-import xarray as xr
+from typing import TYPE_CHECKING, cast
 
 from hydrocrane.errors import ResultFileError
+from hydrocrane.files.columns import Attributes, Columns
 from hydrocrane.machine.machine import Machine, load_machine
 from hydrocrane.result_warning import ResultWarning, from_json
 from hydrocrane.results.dataset import RunDataset
 from hydrocrane.results.outcome import Outcome, Verification
 from hydrocrane.scenario.payload import PayloadChange
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -41,14 +42,17 @@ class Record:
         ``cylinder.<c>.{x,v,force,friction,q1,q2,command}``, ``supply.{flow,power}``, ``payload``, ``ledger.*``; each
         with ``units`` and ``long_name``. Closed-loop runs add ``measured.*``, ``stick.*``, ``controller.<c>`` and,
         where the controller has one, ``set_point.{x,z}`` and ``tip.deviation``.
+    columns : Columns
+        The same as plain arrays by name, ``run.columns["tip.x"].values``: a program that leaves `data` alone need not
+        wait for the import of xarray and pandas.
     """
 
     def __init__(self, data: xr.Dataset | RunDataset, machine: Machine | None = None) -> None:
         self._unlabelled: RunDataset | None = None
-        if isinstance(data, xr.Dataset):
-            self.data = data
-        else:
+        if isinstance(data, RunDataset):
             self._unlabelled = data
+        else:
+            self.data = data
         self._machine = machine
 
     @cached_property
@@ -57,15 +61,25 @@ class Record:
         if unlabelled is None:
             # Another thread has just asked, too.
             return cast(xr.Dataset, self.__dict__["data"])
-        self.data = unlabelled.labelled()
+        self.data = unlabelled.columns.labelled()
         self._unlabelled = None
         return self.data
 
     @property
-    def _attrs(self) -> Mapping[str, str | float]:
+    def _held(self) -> xr.Dataset | Columns:
+        """The data: labelled where somebody has asked for that, since what is written there counts."""
+        unlabelled = self._unlabelled
+        return self.data if unlabelled is None else unlabelled.columns
+
+    @property
+    def columns(self) -> Columns:
+        return Columns.of(self._held)
+
+    @property
+    def _attrs(self) -> Attributes:
         """Those of the data."""
         unlabelled = self._unlabelled
-        return cast("Mapping[str, str | float]", self.data.attrs) if unlabelled is None else unlabelled.attrs
+        return cast("Attributes", self.data.attrs) if unlabelled is None else unlabelled.attrs
 
     def __getstate__(self) -> dict[str, object]:
         return {**self.__dict__, "data": self.data, "_unlabelled": None}

@@ -90,8 +90,8 @@ class Recording:
     verification: Verification | None = None
 
     @classmethod
-    def of(cls, raw: RunRecord, machine: Machine) -> Recording:
-        """What the core recorded of a run that began on `machine`, whose warnings come first."""
+    def of(cls, raw: RunRecord, machine: Machine, doubts: Sequence[ResultWarning] = ()) -> Recording:
+        """What the core recorded of a run that began on `machine`; its warnings and the plan's `doubts` come first."""
         return cls(
             time=np.asarray(raw["t"]),
             states=np.asarray(raw["states"]),
@@ -101,7 +101,7 @@ class Recording:
             outcome=Outcome(*raw["outcome"]),
             method=raw["method"],
             effort=raw["stats"],
-            warnings=(*machine.warnings, *(ResultWarning(*entry) for entry in (*raw["doubts"], *raw["warnings"]))),
+            warnings=(*machine.warnings, *doubts, *(ResultWarning(*e) for e in (*raw["doubts"], *raw["warnings"]))),
             payload_changes=raw["payload_changes"],
             stages=tuple(RecordedStage.of(told, machine) for told in raw["stages"]),
             samples=raw["samples"],

@@ -8,14 +8,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hydrocrane.files.datasets import load_netcdf, save
-from hydrocrane.logs.columns import LogLike
-from hydrocrane.results.comparison import Comparison, compare
 from hydrocrane.results.record import Record
 from hydrocrane.results.summary import text
 
 if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
     from matplotlib.figure import Figure
+
+    from hydrocrane.logs.columns import LogLike
+    from hydrocrane.results.comparison import Comparison
 
 
 class Run(Record):
@@ -28,6 +29,9 @@ class Run(Record):
         ``cylinder.<c>.{x,v,force,friction,q1,q2,command}``, ``supply.{flow,power}``, ``payload``, ``ledger.*``; each
         with ``units`` and ``long_name``. Closed-loop runs add ``measured.*``, ``stick.*``, ``controller.<c>`` and,
         where the controller has one, ``set_point.{x,z}`` and ``tip.deviation``.
+    columns : Columns
+        The same as plain arrays by name, ``run.columns["tip.x"].values``: a program that leaves `data` alone need not
+        wait for the import of xarray and pandas.
     """
 
     @classmethod
@@ -41,7 +45,7 @@ class Run(Record):
 
     def save(self, path: str | PathLike[str]) -> Path:
         """Write the data; the suffix decides: ``.nc``, ``.mat``, ``.csv`` or ``.parquet``."""
-        return save(self.data, Path(path))
+        return save(self._held, Path(path))
 
     def plot(self, cylinder: str | None = None, *, path: str | PathLike[str] | None = None) -> Figure:
         """Charts as Figures 86-88 of the thesis: six for one cylinder, or those of all cylinders side by side.
@@ -84,6 +88,8 @@ class Run(Record):
 
     def compare(self, log: LogLike, columns: Mapping[str, str] | None = None, *, shift: float = 0.0) -> Comparison:
         """Lay a measured log over this run; see :func:`hydrocrane.results.comparison.compare`."""
+        from hydrocrane.results.comparison import compare
+
         return compare(self, log, columns, shift=shift)
 
 

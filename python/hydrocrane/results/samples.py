@@ -9,6 +9,7 @@ import numpy as np
 from hydrocrane._core_types import Samples
 from hydrocrane.arrays import Array
 from hydrocrane.control.joystick import TIP_AXES
+from hydrocrane.files.columns import Column
 from hydrocrane.machine.machine import Machine
 from hydrocrane.results.recording import RecordedStage, Recording
 
@@ -16,10 +17,6 @@ from hydrocrane.results.recording import RecordedStage, Recording
 ROUNDING = 1e-9
 # Points whose distances are found together: some hundred kilobytes at a time.
 TOGETHER = 64
-
-
-# Variables over time as a data set takes them: dimension, values, and units with a long name.
-Columns = dict[str, tuple[str, np.ndarray, dict[str, str | float]]]
 
 
 def stage_rows(run: Recording) -> Iterator[tuple[np.ndarray, RecordedStage]]:
@@ -30,52 +27,50 @@ def stage_rows(run: Recording) -> Iterator[tuple[np.ndarray, RecordedStage]]:
         yield (time <= end + ROUNDING) & ((time > stage.begin + ROUNDING) | (stage.begin == 0.0)), stage
 
 
-def sample_columns(tip: Array, machine: Machine, run: Recording) -> Columns:
+def sample_columns(tip: Array, machine: Machine, run: Recording) -> dict[str, Column]:
     """The samples of a run, each held over its times (m,) until the next one; NaN where a stage has none.
 
     `tip` (m, 2) is where the tip was.
     """
     time = run.time
-    columns: Columns = {}
+    columns: dict[str, Column] = {}
     for (rows, stage), samples in zip(stage_rows(run), run.samples, strict=False):
         if not np.size(samples["t"]) or not rows.any():
             continue
         held = np.searchsorted(samples["t"], time[rows] + ROUNDING, side="right") - 1
         found = _sampled(samples, held, machine, stage) | _set_point(tip[rows], samples["set_points"], held)
-        for name, (values, about) in found.items():
-            columns.setdefault(name, ("time", np.full(time.size, np.nan), {**about}))[1][rows] = values
+        for name, column in found.items():
+            columns.setdefault(name, Column(np.full(time.size, np.nan), column.attrs)).values[rows] = column.values
     return columns
 
 
-# What a signal is called is held with its values (m,).
-_Columns = dict[str, tuple[Array, dict[str, str]]]
-
-
-def _sampled(samples: Samples, held: np.ndarray, machine: Machine, stage: RecordedStage) -> _Columns:
+def _sampled(samples: Samples, held: np.ndarray, machine: Machine, stage: RecordedStage) -> dict[str, Column]:
     units = dict(zip(machine.state_names, machine.state_units, strict=True))
     units |= {name: unit for name, unit, _ in machine.core.output_info}
-    columns: _Columns = {}
+    columns: dict[str, Column] = {}
     for signal, column in zip(samples["signals"], samples["measured"].T, strict=True):
-        about = {"units": units[signal], "long_name": f"{signal} as measured"}
-        columns[f"measured.{signal}"] = (column[held], about)
+        columns[f"measured.{signal}"] = _column(column[held], units[signal], f"{signal} as measured")
     axes = TIP_AXES if stage.stick_mode == "tip" else machine.cylinder_names
     for axis, column in zip(axes, samples["sticks"].T, strict=True):
-        columns[f"stick.{axis}"] = (column[held], {"units": "1", "long_name": f"deflection of the stick, {axis}"})
+        columns[f"stick.{axis}"] = _column(column[held], "1", f"deflection of the stick, {axis}")
     for cylinder, column in zip(machine.cylinder_names, samples["commands"].T, strict=True):
-        about = {"units": "m", "long_name": f"{cylinder} spool command as the controller gave it"}
-        columns[f"controller.{cylinder}"] = (column[held], about)
+        meaning = f"{cylinder} spool command as the controller gave it"
+        columns[f"controller.{cylinder}"] = _column(column[held], "m", meaning)
     return columns
 
 
-def _set_point(tip: Array, set_points: Array, held: np.ndarray) -> _Columns:
+def _set_point(tip: Array, set_points: Array, held: np.ndarray) -> dict[str, Column]:
     if not np.isfinite(set_points).all(axis=1).any():
         return {}
-    columns: _Columns = {}
+    columns: dict[str, Column] = {}
     for axis, column in zip(TIP_AXES, set_points.T, strict=True):
-        about = {"units": "m", "long_name": f"set-point of the crane tip, {axis}"}
-        columns[f"set_point.{axis}"] = (column[held], about)
-    about = {"units": "m", "long_name": "distance of the crane tip from the way of its set-point"}
-    return columns | {"tip.deviation": (distance_to_path(tip, set_points), about)}
+        columns[f"set_point.{axis}"] = _column(column[held], "m", f"set-point of the crane tip, {axis}")
+    meaning = "distance of the crane tip from the way of its set-point"
+    return columns | {"tip.deviation": _column(distance_to_path(tip, set_points), "m", meaning)}
+
+
+def _column(values: Array, unit: str, meaning: str) -> Column:
+    return Column(values, {"units": unit, "long_name": meaning})
 
 
 def distance_to_path(points: Array, path: Array) -> Array:

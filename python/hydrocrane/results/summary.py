@@ -7,28 +7,32 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hydrocrane.files.columns import Columns
 from hydrocrane.results.record import Record
-from hydrocrane.scenario.solver import FIXED_STEPS, named
+from hydrocrane.scenario.solver import named
 
 SHOWN_EVENTS = 5
 
 
 def text(run: Record) -> str:
     """Outcome, effort, tip, cylinders and energy of a run."""
-    if not run.data.sizes.get("time"):
+    if not run.columns.rows:
         return "\n".join([*_head(run), *_warnings(run)])
     parts = (_head, _verification, _tip, _loop, _events, _cylinders, _energy, _warnings)
     return "\n".join(line for part in parts for line in part(run))
 
 
 def _head(run: Record) -> list[str]:
-    about, outcome = run.data.attrs, run.outcome
+    about, outcome = run.columns.attrs, run.outcome
     lines = [f"{about['scenario']} on {about['machine']}: {outcome.kind} at {outcome.time:.4g} s"]
     if outcome.message and not outcome.completed:
         lines.append(f"  {outcome.message}")
-    fixed = about["solver_method"] == FIXED_STEPS
-    size = f"steps of {about['solver_max_step'] * 1e3:g} ms" if fixed else f"rtol {about['solver_rtol']:g}"
-    effort = f"  {named(about['solver_method'], about.get('solver_choice', ''))}, {size}"
+    method, choice = str(about["solver_method"]), str(about.get("solver_choice", ""))
+    fixed = "solver_fixed_step" in about
+    size = (
+        f"steps of {float(about['solver_fixed_step']) * 1e3:g} ms" if fixed else f"rtol {float(about['solver_rtol']):g}"
+    )
+    effort = f"  {named(method, choice)}, {size}"
     if "solver_steps" in about:
         effort += f": {about['solver_steps']} steps, {about.get('solver_rejected', 0)} rejected"
     wall = float(about.get("wall_time", 0.0))
@@ -42,22 +46,24 @@ def _verification(run: Record) -> list[str]:
 
 
 def _tip(run: Record) -> list[str]:
-    if "tip.x" not in run.data:
+    columns = run.columns
+    if "tip.x" not in columns:
         return []
-    x, z = run.data["tip.x"].values, run.data["tip.z"].values
+    x, z = columns["tip.x"].values, columns["tip.z"].values
     way = float(np.hypot(np.diff(x), np.diff(z)).sum())
     return [f"  tip        ({x[0]:.3f}, {z[0]:.3f}) m -> ({x[-1]:.3f}, {z[-1]:.3f}) m, way {way:.3f} m"]
 
 
 def _loop(run: Record) -> list[str]:
     """Controller, and how far the tip strayed."""
-    about = run.data.attrs
+    columns, about = run.columns, run.columns.attrs
     if "controller" not in about:
         return []
     line = f"  controller {about['controller']}, {about['sensors']} sensors"
-    if "tip.deviation" in run.data:
-        line += f", tip at most {float(run.data['tip.deviation'].max()) * 1e3:.2f} mm off the way of its set-point"
-    phases = json.loads(about.get("phases", "[]"))
+    if "tip.deviation" in columns:
+        farthest = float(np.nanmax(columns["tip.deviation"].values))
+        line += f", tip at most {farthest * 1e3:.2f} mm off the way of its set-point"
+    phases = json.loads(str(about.get("phases", "[]")))
     return [line, *(f"  from {begin:g} s on: controller {driver}" for begin, driver, _ in phases)]
 
 
@@ -79,24 +85,25 @@ def _events(run: Record) -> list[str]:
 
 def _cylinders(run: Record) -> list[str]:
     lines = []
+    columns = run.columns
     width = max([10, *(len(name) for name in run.cylinder_names)])
     for name in run.cylinder_names:
         parts = [
-            f"{label} {_range(run, f'cylinder.{name}.{key}', scale)} {unit}"
+            f"{label} {_range(columns, f'cylinder.{name}.{key}', scale)} {unit}"
             for label, key, scale, unit in (("x", "x", 1e3, "mm"), ("p1", "p1", 1e-5, "bar"), ("p2", "p2", 1e-5, "bar"))
         ]
         lines.append(f"  {name:<{width}} {', '.join(parts)}")
     return lines
 
 
-def _range(run: Record, name: str, scale: float) -> str:
-    values = run.data[name].values * scale
+def _range(columns: Columns, name: str, scale: float) -> str:
+    values = columns[name].values * scale
     return f"{values.min():.1f} .. {values.max():.1f}"
 
 
 def _energy(run: Record) -> list[str]:
     """Where the pump's work went, and how well the ledger closes."""
-    if not any(str(name).startswith("ledger.") for name in run.data):
+    if not any(name.startswith("ledger.") for name in run.columns):
         return []
     balance = energy_balance(run)
     lost = sorted(balance.lost.items(), key=lambda entry: -abs(entry[1]))
@@ -136,12 +143,13 @@ class EnergyBalance:
 
 def energy_balance(run: Record) -> EnergyBalance:
     """Sum the ledger of a run over its cylinders and loads."""
-    stored = np.sum([v.values for name, v in run.data.items() if str(name).startswith("energy.")], axis=0)
-    gained = np.zeros(run.data.sizes["time"])
+    columns = run.columns
+    stored = np.sum([v.values for name, v in columns.items() if name.startswith("energy.")], axis=0)
+    gained = np.zeros(columns.rows)
     lost: dict[str, float] = {}
     pump = loads = 0.0
-    for name, entry in run.data.items():
-        if not str(name).startswith("ledger."):
+    for name, entry in columns.items():
+        if not name.startswith("ledger."):
             continue
         sign, end = float(entry.attrs["sign"]), float(entry.values[-1])
         gained = gained + sign * entry.values
@@ -150,7 +158,7 @@ def energy_balance(run: Record) -> EnergyBalance:
         elif sign > 0:
             pump += end
         elif sign < 0:
-            place = _place(str(name))
+            place = _place(name)
             lost[place] = lost.get(place, 0.0) + end
     gap = stored - stored[0] - gained
     return EnergyBalance(pump, loads, float(stored[-1] - stored[0]), lost, float(np.abs(gap).max()))

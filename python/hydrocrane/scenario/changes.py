@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeAlias, TypedDict
 
 from hydrocrane.control.controllers import AnyController
@@ -10,6 +10,7 @@ from hydrocrane.control.joystick import Joystick
 from hydrocrane.machine.machine import Machine, MachineLike
 from hydrocrane.machine.overrides import Overrides
 from hydrocrane.machine.sensors import SensorFault
+from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario.command import Commands
 from hydrocrane.scenario.phases import Phase
 from hydrocrane.scenario.solver import Solver
@@ -41,6 +42,7 @@ class CommonFields(TypedDict, total=False):
     monitor: bool | None
     phases: Iterable[Phase]
     recorded_by: str
+    warnings: Sequence[ResultWarning]
 
 
 class CommonSettings(TypedDict, total=False):

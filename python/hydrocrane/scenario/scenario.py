@@ -96,6 +96,8 @@ class Scenario:
         happen.
     recorded_by : str
         Version of hydrocrane whose cockpit recorded it; empty where it is no drive.
+    warnings : sequence of ResultWarning
+        Unusual values of the file it was read from; its runs carry them on.
     """
 
     machine: str = "rottne-f9-lab"
@@ -121,6 +123,7 @@ class Scenario:
     monitor: bool | None = None
     phases: Sequence[Phase] = ()
     recorded_by: str = ""
+    warnings: Sequence[ResultWarning] = field(default=(), compare=False)
 
     if TYPE_CHECKING:
         # More may be given than is kept: a machine, commands and overrides in all their forms.

@@ -12,6 +12,7 @@ from hydrocrane.control.joystick import TIP_AXES, Joystick, StickFields
 from hydrocrane.errors import translated
 from hydrocrane.machine.overrides import Overrides, plain_overrides
 from hydrocrane.machine.sensors import SensorFault
+from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario.changes import SolverFields
 from hydrocrane.scenario.command import Command
 from hydrocrane.scenario.phases import Phase
@@ -53,6 +54,7 @@ def load_scenario(source: str | PathLike[str], overrides: Overrides | None = Non
         sensor_faults=tuple(SensorFault(**fault) for fault in raw["sensor_faults"]),
         phases=tuple(_phase(phase, raw["cylinders"]) for phase in raw["phases"]),
         recorded_by=raw["recorded_by"] or "",
+        warnings=tuple(ResultWarning(*entry) for entry in raw["warnings"]),
         **_loop(raw["controller"]),
     )
 

@@ -2,27 +2,34 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 
+from hydrocrane import _core
 from hydrocrane._core_types import SolverEntry
 from hydrocrane.arrays import check_positive
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import unknown
 
 AUTO = "auto"
-METHODS = (AUTO, "rodas5p", "ros4l", "tsit5", "ros3l")
-FIXED_STEPS = "ros3l"
+METHODS = tuple(_core.METHODS)
+FORMER_METHODS = dict(_core.FORMER_METHODS)
+# What `auto` takes for fixed steps.
+FIXED_STEPS = "hc-rosenbrock-3"
 
 
 @dataclass(frozen=True)
 class Solver:
     """Integration method, and its tolerances or its step.
 
-    ``auto`` takes the fastest suitable method: ``ros3l`` where `step` is given, else ``ros4l`` where all friction has
-    bristles (LuGre), else ``rodas5p``; sensitivities take ``rodas5p``. ``Run.data.attrs["solver_method"]`` says which.
-    ``rodas5p`` and ``ros4l`` are stiff methods with the exact Jacobian, ``tsit5`` is explicit: they choose their
-    steps, up to `max_step` (s). ``ros3l``, stiff as well, takes equal steps no longer than `step` (s) between changes
-    of a command, for real time: it cuts a step only where its error is gross, into at most 256 parts. `atol` scales the
-    absolute tolerances of all states together; ``None`` leaves them in their fixed proportion to `rtol`.
+    ``auto`` takes the fastest suitable method: ``hc-rosenbrock-3`` where `step` is given, else ``hc-exponential-4``
+    where all friction has bristles (LuGre), else ``rodas5p``; sensitivities take ``rodas5p``.
+    ``Run.data.attrs["solver_method"]`` says which. These three are stiff methods with the exact Jacobian; ``tsit5`` is
+    explicit. The former names ``ros3l`` and ``ros4l`` of the two that are hydrocrane's own are read with a warning.
+
+    Without `step`, steps are chosen by the tolerances, up to `max_step` (s). With it they are equal, no longer than
+    `step` (s) between changes of a command, for real time: a step is cut only where its error is gross, into at most
+    256 parts. `atol` scales the absolute tolerances of all states together; ``None`` leaves them in their fixed
+    proportion to `rtol`.
     """
 
     method: str = AUTO
@@ -32,6 +39,10 @@ class Solver:
     step: float | None = None
 
     def __post_init__(self) -> None:
+        if self.method in FORMER_METHODS:
+            present = FORMER_METHODS[self.method]
+            warnings.warn(f"`{self.method}` is the former name of `{present}`", DeprecationWarning, stacklevel=3)
+            object.__setattr__(self, "method", present)
         if self.method not in METHODS:
             raise unknown("method", self.method, METHODS)
         for name in ("rtol", "max_step"):
@@ -39,13 +50,6 @@ class Solver:
         for name in ("atol", "step"):
             if getattr(self, name) is not None:
                 check_positive(name, getattr(self, name))
-        if self.step is None and self.method == FIXED_STEPS:
-            raise InputError(f"`{self.method}` takes fixed steps: give their size in seconds, for example step=0.005")
-        if self.step is not None and self.method not in (AUTO, FIXED_STEPS):
-            raise InputError(
-                f"`{self.method}` chooses its steps itself: leave `step` out, give `max_step` for the largest one, "
-                f"or take method=`{FIXED_STEPS}`"
-            )
 
     @property
     def entry(self) -> SolverEntry:

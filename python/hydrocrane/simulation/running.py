@@ -69,7 +69,7 @@ def simulate(
     payload = machine.payload(plan.payload)
     began = time.perf_counter()
     with interruptible() as should_stop:
-        go = partial(integrate, machine, payload=payload, record=plan.record_times(), should_stop=should_stop)
+        go = partial(integrate, machine, record=plan.record_times(), should_stop=should_stop)
         recorded = go(plan, ledger=ledger, on_error=on_error)
         wall = time.perf_counter() - began
         error = recorded.error
@@ -97,7 +97,6 @@ def _with_run(error: BaseException, run: Run) -> BaseException:
 def integrate(
     machine: Machine,
     plan: Scenario,
-    payload: float,
     *,
     ledger: bool,
     record: Array,
@@ -124,10 +123,10 @@ def integrate(
         made.append(SampledController(law, machine.made(believed), mode, full_speed, on_error=on_error))
         return made[-1]
 
-    entry = scenario_entry(plan.changed(payload=payload), machine.cylinder_names)
+    entry = scenario_entry(plan, machine.cylinder_names)
     with translated():
         raw = _core.run(machine.core, entry, record, ledger, make if own else None, should_stop)
-    recorded = Recording.of(raw, machine)
+    recorded = Recording.of(raw, machine, plan.warnings)
     if recorded.outcome.kind == "controller-failed":
         recorded.error = next((law.error for law in reversed(made) if law.error is not None), None)
     return recorded

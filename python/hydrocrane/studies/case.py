@@ -170,7 +170,7 @@ def _simulated(job: Job, values: Sequence[Override], should_stop: Callable[[], b
     machine = job.machine(plan)
     payload = machine.payload(plan.payload)
     record, _ = recorded_times(plan, job.times)
-    recorded = integrate(machine, plan, payload, ledger=job.ledger, record=record, should_stop=should_stop)
+    recorded = integrate(machine, plan, ledger=job.ledger, record=record, should_stop=should_stop)
     return CaseRecord(machine, plan, recorded, payload)
 
 

@@ -55,10 +55,10 @@ class CaseRecord:
             return np.asarray(self.states[:, self._state_columns[name]])
         if name in self._output_columns and name != OIL:
             return np.asarray(self._outputs[:, self._output_columns[name]])
-        data = self.run.data
-        if name not in data:
-            raise unknown("signal", name, map(str, data))
-        return np.asarray(data[name].values)
+        columns = self.run.columns
+        if name not in columns:
+            raise unknown("signal", name, columns)
+        return columns[name].values
 
     def pressures(self) -> Array:
         """(m, 2 n_cyl) chamber pressures, Pa."""

@@ -10,6 +10,8 @@ from PIL import Image
 
 import hydrocrane as hc
 from hydrocrane import plots
+from hydrocrane.plots.grid_layout import arrange
+from hydrocrane.plots.style import RC, figure, title
 
 mpl.use("Agg")
 
@@ -55,6 +57,65 @@ def test_all_cylinders_side_by_side(run, tmp_path):
     assert len(panels(figure)) == 18
     with Image.open(tmp_path / "new" / "all.png") as picture:
         assert picture.size[0] > 1000
+
+
+def boxes_apart(figure):
+    """Each chart with its numbers and labels lies inside the picture, below its headline and over no other."""
+    renderer = figure.canvas.get_renderer()
+    boxes = [axes.get_tightbbox(renderer, for_layout_only=True) for axes in figure.axes]
+    top = min([figure.bbox.y1, *(text.get_window_extent(renderer).y0 for text in figure.texts)])
+    for i, box in enumerate(boxes):
+        assert box.x0 >= 0 and box.y0 >= 0 and box.x1 <= figure.bbox.x1 and box.y1 <= top, (i, box)
+        assert not any(box.overlaps(other) for other in boxes[:i])
+
+
+def test_a_plain_grid_is_laid_out_in_one_pass_as_constrained_layout_does(run):
+    for made in (run.plot("lift"), run.plot(), hc.simulate("single-cylinder-step", duration=0.3).plot()):
+        assert arrange(made)
+        boxes_apart(made)
+        placed = np.array([axes.get_position().bounds for axes in made.axes])
+        made.get_layout_engine().execute(made)
+        theirs = np.array([axes.get_position().bounds for axes in made.axes])
+        np.testing.assert_allclose(placed * np.tile(made.bbox.size, 2), theirs * np.tile(made.bbox.size, 2), atol=4.0)
+
+
+@mpl.rc_context(RC)
+def test_wide_numbers_and_many_columns_stay_apart():
+    made, axes = figure(21.0, 11.5, nrows=6, ncols=5, sharex=True)
+    spans = ((-1000, 0), (0.0021, 0.0024), (-123456.5, -123456.0), (0, 1), (99990, 100010))
+    for row in axes:
+        for panel, span in zip(row, spans, strict=True):
+            panel.plot([0, 100000], span)
+            panel.set_title("a cylinder with a very long name: piston velocity", y=1.0)
+            panel.set_ylabel("[l/min]")
+            panel.margins(x=0)
+    axes[-1, 0].set_xlabel("time [s]")
+    title(made, "Cylinders", "five of them")
+    assert arrange(made)
+    boxes_apart(made)
+
+
+def test_what_is_no_plain_grid_keeps_constrained_layout(run):
+    for add in (
+        lambda made: made.legend(made.axes[0].lines, ["line"], loc="outside lower center"),
+        lambda made: made.axes[0].legend(made.axes[0].lines, ["line"]),
+        lambda made: made.axes[0].annotate("note", (0.0, 1.3), xycoords="axes fraction"),
+        lambda made: made.axes[2].plot(1e9 * made.axes[2].lines[0].get_ydata()),
+        lambda made: made.axes[0].set_aspect("equal"),
+        lambda made: made.supxlabel("below"),
+        lambda made: made.set_layout_engine("tight"),
+    ):
+        made = run.plot("lift")
+        add(made)
+        assert not arrange(made)
+
+
+def test_a_written_figure_is_laid_out_anew_when_it_changes(run, tmp_path):
+    made = run.plot("lift", path=tmp_path / "lift.png")
+    before = made.axes[0].get_position().y0
+    made.legend(made.axes[0].lines, ["line"], loc="outside lower center")
+    made.canvas.draw()
+    assert made.axes[0].get_position().y0 > before + 0.005
 
 
 def test_unknown_cylinder_and_suffix(run, tmp_path):

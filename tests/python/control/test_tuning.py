@@ -15,10 +15,10 @@ pytestmark = pytest.mark.evidence
 
 def test_bad_gains_become_better_and_the_block_loads(tmp_path):
     """From a tenth of the position gain the search finds its way; the block gives the same gains in a file."""
-    crane = hc.load_machine("rottne-f9-lab", {"control.tip.position-gain": 0.2, "control.tip.damping": 1.0})
-    found = tuning.tune(crane, gains=["position-gain", "damping"], cases=quick_cases()[:1], trials=8)
+    crane = hc.load_machine("rottne-f9-lab", {"control.tip.position-gain": 0.2, "control.tip.damping-ratio": 0.05})
+    found = tuning.tune(crane, gains=["position-gain", "damping-ratio"], cases=quick_cases()[:1], trials=8)
     assert found.cost_after < found.cost_before
-    assert found.before == {"position-gain": 0.2, "damping": 1.0}
+    assert found.before == {"position-gain": 0.2, "damping-ratio": 0.05}
     assert found.trials <= 8
     path = tmp_path / "tuned.toml"
     head = 'extends = "rottne-f9-lab"\n[machine]\nname = "tuned"\nclass = "setting"\nsource = "test"\n'
@@ -37,7 +37,7 @@ def test_good_gains_are_kept_where_nothing_better_is_found():
 
 def test_wrong_wishes_are_named():
     crane = hc.load_machine("rottne-f9-lab")
-    with pytest.raises(hc.HydrocraneError, match="damping"):
+    with pytest.raises(hc.HydrocraneError, match="damping-ratio"):
         tuning.tune(crane, gains=["dampin"])
     with pytest.raises(hc.HydrocraneError, match="trials"):
         tuning.tune(crane, trials=0)

@@ -117,7 +117,7 @@ def test_observation_of_the_stepping_interface(corrected):
     assert sim.state.shape == (len(corrected.state_names),)
 
 
-@pytest.mark.parametrize("method", ["rodas5p", "ros4l", "tsit5"])
+@pytest.mark.parametrize("method", ["rodas5p", "hc-exponential-4", "tsit5"])
 def test_stepping_equals_simulating_the_same_commands(method):
     """A hundred samples of 10 ms with a command that changes every sample."""
     crane = hc.load_machine("rottne-f9-lab")

@@ -20,7 +20,7 @@ LONGEST = 600
 # Each crate and what it may use of the others.
 MAY_USE = {
     "num": set(),
-    "machine": set(),
+    "machine": {"num"},
     "ode": {"num"},
     "physics": {"num"},
     "plant": {"num", "ode", "machine", "physics"},
@@ -344,6 +344,15 @@ def test_import_costs_next_to_nothing():
 
 def test_a_machine_needs_neither_plots_nor_results():
     assert not modules_after("import hydrocrane as hc; hc.load_machine('rottne-f9-lab').tip([1.7, 1.7, 0])") & HEAVY
+
+
+def test_a_run_with_its_files_and_charts_needs_no_labels(tmp_path):
+    """xarray brings pandas along, and Dask with much of SciPy where it is there: longer to import than all the rest."""
+    arguments = ["simulate", "vertical-lift-open-loop", "--duration", "0.1", "--film", "none", "-o", str(tmp_path)]
+    code = f"from hydrocrane.app.cli import main\ntry:\n    main({arguments})\nexcept SystemExit:\n    pass"
+    loaded = modules_after(code)
+    assert {path.suffix for path in tmp_path.iterdir()} == {".nc", ".png"}
+    assert not loaded & {"xarray", "pandas", "dask", "scipy", "h5netcdf"}
 
 
 def test_help_of_the_command_line_loads_nothing_heavy():

@@ -11,7 +11,7 @@ import pytest
 
 import hydrocrane as hc
 
-METHODS = ("rodas5p", "ros4l", "tsit5")
+METHODS = ("rodas5p", "hc-exponential-4", "tsit5")
 DISSIPATED = (
     "edge_pa",
     "edge_at",

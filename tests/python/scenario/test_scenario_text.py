@@ -83,7 +83,7 @@ def drawn(seed):
         "seed": int(rng.integers(0, 2**53)),
         "name": f'drawn {seed} "quoted"',
         "title": "back\\slash, \t and ä",
-        "solver": hc.Solver("ros3l", step=float(rng.uniform(1e-3, 5e-3)))
+        "solver": hc.Solver("hc-rosenbrock-3", step=float(rng.uniform(1e-3, 5e-3)))
         if rng.random() < 0.5
         else hc.Solver("rodas5p", rtol=float(rng.uniform(1e-8, 1e-3)), atol=None, max_step=0.02),
     }

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 import hydrocrane as hc
 from hydrocrane.app.report import scenario_report
 
-METHODS = {"rodas5p": 5.0, "ros4l": 4.0, "tsit5": 5.0}
+METHODS = {"rodas5p": 5.0, "hc-exponential-4": 4.0, "tsit5": 5.0}
 # Sizes of the states in these runs.
 SIZES = {"q": 0.1, "qd": 0.1, "p1": 1e6, "p2": 1e6, "xs": 0.02, "vs": 1.0, "z": 1e-3}
 # Friction without corners at zero velocity, and modes slow enough that errors are seen at steps of some milliseconds.
@@ -54,8 +54,8 @@ def test_order_of_convergence(method):
     samples = np.array([14, 20, 28, 40])
     errors = [scaled(crane, after_span(crane, start, n, method=method, rtol=1e6) - exact) for n in samples]
     order = -np.polyfit(np.log(samples), np.log(errors), 1)[0]
-    # Little of the fourth power is left in what `ros4l` errs by, so that the fifth shows in it.
-    above = 0.5 if method == "ros4l" else 0.2
+    # Little of the fourth power is left in what `hc-exponential-4` errs by, so that the fifth shows in it.
+    above = 0.5 if method == "hc-exponential-4" else 0.2
     assert METHODS[method] - 0.2 < order < METHODS[method] + above, errors
 
 
@@ -116,7 +116,8 @@ STATIC = {"friction.test.model": "static"}
 
 
 @pytest.mark.parametrize(
-    ("changes", "taken"), [({}, "ros4l"), ({"overrides": STATIC}, "rodas5p"), ({"step": 5e-3}, "ros3l")]
+    ("changes", "taken"),
+    [({}, "hc-exponential-4"), ({"overrides": STATIC}, "rodas5p"), ({"step": 5e-3}, "hc-rosenbrock-3")],
 )
 def test_auto_takes_the_fastest_suitable_method_and_says_which(changes, taken):
     chosen = hc.simulate("single-cylinder-step", duration=0.5, **changes)
@@ -133,12 +134,12 @@ def test_auto_of_sensitivities_and_of_the_stepping_interface():
     found = hc.sensitivities("single-cylinder-step", "payload.mass", duration=0.1).data.attrs
     assert (found["solver_method"], found["solver_choice"]) == ("rodas5p", "auto")
     crane = hc.load_machine("single-cylinder")
-    assert hc.Simulator(crane).method == "ros4l"
-    assert hc.Simulator(crane, step=1e-3).method == "ros3l"
+    assert hc.Simulator(crane).method == "hc-exponential-4"
+    assert hc.Simulator(crane, step=1e-3).method == "hc-rosenbrock-3"
     assert hc.Simulator(hc.load_machine("single-cylinder", STATIC)).method == "rodas5p"
 
 
 def test_check_says_what_auto_takes():
     plan = hc.load_scenario("single-cylinder-step")
     told = [str(line) for line in scenario_report(plan, plan.load_machine())]
-    assert any("solver ros4l (chosen: auto)" in line for line in told)
+    assert any("solver hc-exponential-4 (chosen: auto)" in line for line in told)

@@ -16,7 +16,7 @@ LEVERS = hc.Joystick([0.0], {"lift": [0.2]}, mode="lever")
 
 
 def plan(**more):
-    return hc.Scenario(joints=START, joystick=UP, duration=3.0, solver=hc.Solver("ros3l", step=1e-3), **more)
+    return hc.Scenario(joints=START, joystick=UP, duration=3.0, solver=hc.Solver("hc-rosenbrock-3", step=1e-3), **more)
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +74,7 @@ def test_the_energy_account_stays_closed(switched):
 
 def test_a_run_can_be_cut_where_the_same_goes_on():
     """Levers have no memory, so that a phase that changes nothing leads to the same place, also between two samples."""
-    driven = hc.Scenario(joints=START, joystick=LEVERS, duration=3.0, solver=hc.Solver("ros3l", step=1e-3))
+    driven = hc.Scenario(joints=START, joystick=LEVERS, duration=3.0, solver=hc.Solver("hc-rosenbrock-3", step=1e-3))
     whole = hc.simulate(driven)
     cut = hc.simulate(driven.changed(phases=[hc.Phase(1.0, controller="lever"), hc.Phase(1.505, controller="lever")]))
     assert float(np.ptp(whole.data["tip.z"].values)) > 0.1
@@ -110,7 +110,7 @@ joystick = { time = ["0.1 s"], z = [1], full-speed = "0.1 m/s", ramp = "0.1 s" }
 time = "1 s"
 joystick = { mode = "lever", time = ["0 s"], lift = [0.2] }
 [solver]
-method = "ros3l"
+method = "hc-rosenbrock-3"
 step = "1 ms"
 """,
         encoding="utf-8",

@@ -323,7 +323,7 @@ def test_whatever_breaks_in_a_case_is_its_outcome(monkeypatch):
     class Panic(BaseException):
         pass
 
-    def broken(crane, plan, payload, **_):
+    def broken(crane, plan, **_):
         raise Panic("assertion failed")
 
     monkeypatch.setattr(case, "integrate", broken)

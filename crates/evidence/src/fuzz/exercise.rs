@@ -2,7 +2,7 @@
 
 use super::Kind;
 use hydrocrane_machine::{parse, parse_scenario, parse_scenario_with, Machine};
-use hydrocrane_ode::Tolerances;
+use hydrocrane_ode::{StepControl, Tolerances};
 use hydrocrane_sim::{build, simulate, Commands, EquilibriumMode, Model, OutcomeKind, RunOptions};
 use hydrocrane_web::Cockpit;
 use serde_json::{json, Value};
@@ -79,6 +79,7 @@ fn open_loop(model: &dyn Model, x0: &[f64], end: f64, commands: &Commands, paylo
     let options = RunOptions {
         method: "rodas5p".into(),
         tolerances: Tolerances { relative: 1e-4, absolute: 1e-4, max_step: 0.05 },
+        control: StepControl::Adaptive,
         payload,
         payload_changes: Vec::new(),
         ledger: true,

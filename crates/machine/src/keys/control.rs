@@ -55,15 +55,13 @@ const TIP: &[Key] = &[
         .defaults(&["0.5 1/m"])
         .means("Gain that draws the telescope to the middle of its range."),
     gain("position-gain", &[PER_SECOND]).defaults(&["4 1/s"]).means("Piston velocity per position error."),
-    gain("damping", &[PER_SECOND])
-        .defaults(&["5 1/s"])
-        .means("Pressure feedback that damps the oscillation of the oil column."),
-    gain("damping-low", &[ANGULAR_FREQUENCY])
-        .defaults(&["5 rad/s"])
-        .means("Lower end of the band of the pressure feedback."),
-    gain("damping-high", &[ANGULAR_FREQUENCY])
-        .defaults(&["20 rad/s"])
-        .means("Upper end of the band of the pressure feedback."),
+    gain("damping-ratio", &[NUMBER])
+        .defaults(&["0.25"])
+        .means("Damping ratio that the valves add to the modes of the crane on its oil.")
+        .source("theory/control/damping.md"),
+    gain("quiet-speed", &[VELOCITY])
+        .defaults(&["0.7 mm/s"])
+        .means("Speed of the tip in a mode that the valves leave undamped."),
     gain("observer-bandwidth", &[ANGULAR_FREQUENCY])
         .defaults(&["5 rad/s"])
         .means("Bandwidth with which the observed position follows the measured one."),
@@ -71,7 +69,9 @@ const TIP: &[Key] = &[
         .defaults(&["15 rad/s"])
         .means("Bandwidth of the low-pass on the pressures of the feed-forward."),
     gain("reserve", &[NUMBER]).defaults(&["0.95"]).means("Share of the spool stroke that the commanded speed may use."),
-    gain("rest-band", &[LENGTH]).defaults(&["0.2 mm"]).means("Position error that is not corrected at rest."),
+    gain("rest-band", &[LENGTH])
+        .defaults(&["0.2 mm"])
+        .means("Position error of a piston that is not corrected at rest."),
     gain("lag-limit", &[LENGTH]).defaults(&["30 mm"]).means("Lag of the tip at which the set-point waits."),
     gain("settling-time", &[TIME])
         .defaults(&["0.5 s"])

@@ -11,7 +11,7 @@ mod sensor;
 mod structure;
 
 pub use control::{CONTROLLERS, PLAUSIBILITY};
-pub use scenario::{LEVER, SCENARIO, TIP_AXES};
+pub use scenario::{FORMER_METHODS, LEVER, METHODS, SCENARIO, TIP_AXES};
 
 use crate::quantities::{Kind, ACCELERATION};
 use crate::units::{self, Dimension, Quantity};
@@ -138,6 +138,8 @@ pub struct Key {
     pub value: Value,
     /// What counts where the file does not have the key; of several the one of the value's dimension.
     pub defaults: &'static [&'static str],
+    /// Former names of choices with their present ones: still read, with a warning.
+    pub formerly: &'static [(&'static str, &'static str)],
     /// The same in words, where it is no value of its own; `required` where there is none.
     pub otherwise: Note,
     /// Of several ranges the one of the value's dimension counts.
@@ -150,7 +152,7 @@ pub struct Key {
 impl Key {
     const fn new(name: &'static str, value: Value) -> Self {
         let none = Note::new("");
-        Self { name, value, defaults: &[], otherwise: none, usual: &[], means: none, source: none }
+        Self { name, value, defaults: &[], formerly: &[], otherwise: none, usual: &[], means: none, source: none }
     }
 
     const fn quantity(name: &'static str, kinds: &'static [Kind], sign: Sign) -> Self {
@@ -192,6 +194,11 @@ impl Key {
 
     const fn defaults(mut self, texts: &'static [&'static str]) -> Self {
         self.defaults = texts;
+        self
+    }
+
+    const fn formerly(mut self, names: &'static [(&'static str, &'static str)]) -> Self {
+        self.formerly = names;
         self
     }
 

@@ -188,18 +188,23 @@ static SENSOR_FAULT: &[Key] = &[
         .means("Size of the jump, in the unit of the signal."),
 ];
 
+/// Methods of integration: `auto` chooses among the others.
+pub static METHODS: &[&str] = &["auto", "rodas5p", "hc-exponential-4", "tsit5", "hc-rosenbrock-3"];
+pub static FORMER_METHODS: &[(&str, &str)] = &[("ros4l", "hc-exponential-4"), ("ros3l", "hc-rosenbrock-3")];
+
 static SOLVER: &[Key] = &[
-    Key::choice("method", &["auto", "rodas5p", "ros4l", "tsit5", "ros3l"])
+    Key::choice("method", METHODS)
         .defaults(&["auto"])
+        .formerly(FORMER_METHODS)
         .means(
-            "Method of integration: `auto` takes the fastest suitable one for the machine, with `step` `ros3l`; `rodas5p` and `ros4l` \
-             are for stiff machines, `tsit5` is explicit, `ros3l` takes fixed steps.",
+            "Method of integration: `auto` takes the fastest suitable one for the machine, with `step` `hc-rosenbrock-3`; \
+             `rodas5p`, `hc-exponential-4` and `hc-rosenbrock-3` are for stiff machines, `tsit5` is explicit.",
         )
         .source("theory/integration.md"),
     Key::quantity("rtol", &[NUMBER], Positive)
         .defaults(&["1e-4"])
         .usual(&[("1e-12", "0.1", 1e3)])
-        .means("Relative tolerance; a scenario built in Python has 1e-6."),
+        .means("Relative tolerance."),
     Key::quantity("atol", &[NUMBER], Positive)
         .otherwise("that of `rtol`")
         .usual(&[("1e-15", "1", 1e3)])
@@ -209,7 +214,7 @@ static SOLVER: &[Key] = &[
         .usual(&[("0.01 ms", "1 s", 1e3)])
         .means("Largest step."),
     Key::quantity("step", &[TIME], Positive)
-        .otherwise("required by `ros3l`, an error with the other methods")
+        .otherwise("steps are chosen by the tolerances")
         .usual(&[("0.01 ms", "100 ms", 100.0)])
-        .means("Step of `ros3l`, which `auto` then takes: no step is longer; each interval between changes of a command is divided evenly."),
+        .means("Fixed steps: none is longer; each interval between changes of a command is divided evenly."),
 ];

@@ -2,11 +2,12 @@
 
 use crate::errors::ErrorKind;
 use crate::model::{Cylinder, FourBar, Joint, JointKind, Link, Point, RodPin};
+use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::link::point_path;
 use crate::sections::Result;
 
-pub fn check(table: &Reader, cylinder: &Cylinder, joint: &Joint, links: &[Link]) -> Result<()> {
+pub fn check<T: Number>(table: &Reader, cylinder: &Cylinder<T>, joint: &Joint<T>, links: &[Link<T>]) -> Result<()> {
     let pins = Pins { table, parent: cylinder.joint, links, joint };
     match &cylinder.rod_pin {
         RodPin::Point(rod) => {
@@ -26,16 +27,16 @@ pub fn check(table: &Reader, cylinder: &Cylinder, joint: &Joint, links: &[Link])
     }
 }
 
-struct Pins<'a> {
+struct Pins<'a, T> {
     table: &'a Reader<'a>,
     /// Index of the joint's parent link; the child is the next one.
     parent: usize,
-    links: &'a [Link],
-    joint: &'a Joint,
+    links: &'a [Link<T>],
+    joint: &'a Joint<T>,
 }
 
-impl Pins<'_> {
-    fn misplaced(&self, key: &str, point: &Point, message: &str) -> crate::errors::MachineError {
+impl<T: Number> Pins<'_, T> {
+    fn misplaced(&self, key: &str, point: &Point<T>, message: &str) -> crate::errors::MachineError {
         let [parent, child] = [self.parent, self.parent + 1].map(|link| self.links[link].name.as_str());
         let help = format!("joint `{}` connects `{parent}` and `{child}`", self.joint.name);
         let message = format!("`{}`: {message}", point_path(&self.links[point.link], point));
@@ -43,14 +44,14 @@ impl Pins<'_> {
         self.table.error(ErrorKind::MisplacedPin, place_key, message).help(help)
     }
 
-    fn on_joint(&self, key: &str, point: &Point) -> Result<()> {
+    fn on_joint(&self, key: &str, point: &Point<T>) -> Result<()> {
         if point.link == self.parent || point.link == self.parent + 1 {
             return Ok(());
         }
         Err(self.misplaced(key, point, "the pin is on neither link of the cylinder's joint"))
     }
 
-    fn on_link(&self, key: &str, point: &Point, link: usize) -> Result<()> {
+    fn on_link(&self, key: &str, point: &Point<T>, link: usize) -> Result<()> {
         if point.link == link {
             return Ok(());
         }
@@ -59,8 +60,8 @@ impl Pins<'_> {
     }
 
     /// The cylinder's range of lengths must meet the distances its pins can have.
-    fn length_reachable(&self, cylinder: &Cylinder, rod: &Point) -> Result<()> {
-        let lengths = [-0.5, 0.5].map(|end| cylinder.mid_length + end * cylinder.stroke);
+    fn length_reachable(&self, cylinder: &Cylinder<T>, rod: &Point<T>) -> Result<()> {
+        let lengths = [-0.5, 0.5].map(|end| cylinder.mid_length.plain() + end * cylinder.stroke.plain());
         let distances = self.distances(&cylinder.barrel_pin, rod);
         if lengths[0] <= distances[1] && lengths[1] >= distances[0] {
             return Ok(());
@@ -77,8 +78,8 @@ impl Pins<'_> {
     }
 
     /// The triangle of rocker, coupler and the distance of their pivots must close in some position of the joint.
-    fn linkage_closes(&self, linkage: &FourBar) -> Result<()> {
-        let [rocker, coupler] = [linkage.rocker_length, linkage.coupler_length];
+    fn linkage_closes(&self, linkage: &FourBar<T>) -> Result<()> {
+        let [rocker, coupler] = [linkage.rocker_length, linkage.coupler_length].map(T::plain);
         let [least, most] = [(rocker - coupler).abs(), rocker + coupler];
         let distances = self.distances(&linkage.rocker_pivot, &linkage.coupler_pivot);
         if least <= distances[1] && most >= distances[0] {
@@ -95,17 +96,18 @@ impl Pins<'_> {
     }
 
     /// Least and largest distance of two points, one on each link of the joint, over all positions of the joint, m.
-    fn distances(&self, a: &Point, b: &Point) -> [f64; 2] {
+    fn distances(&self, a: &Point<T>, b: &Point<T>) -> [f64; 2] {
         let (on_parent, on_child) = if a.link == self.parent { (a, b) } else { (b, a) };
-        let arm = [on_parent.position[0] - self.joint.at[0], on_parent.position[1] - self.joint.at[1]];
-        let child = on_child.position;
+        let [place, at, child] =
+            [on_parent.position, self.joint.at, on_child.position].map(|point| point.map(T::plain));
+        let arm = [place[0] - at[0], place[1] - at[1]];
         match self.joint.kind {
             JointKind::Revolute(_) => {
                 let [r1, r2] = [libm::hypot(arm[0], arm[1]), libm::hypot(child[0], child[1])];
                 [(r1 - r2).abs(), r1 + r2]
             }
             JointKind::Prismatic { direction } => {
-                let (sin, cos) = libm::sincos(direction);
+                let (sin, cos) = libm::sincos(direction.plain());
                 [((child[0] - arm[0]) * sin - (child[1] - arm[1]) * cos).abs(), f64::INFINITY]
             }
         }

@@ -8,7 +8,7 @@ use crate::sections::Result;
 /// The tables of `[control.heinze-pid]` with a weight per joint.
 const HEINZE_WEIGHTS: [&str; 2] = ["motion-weight", "middle-weight"];
 
-pub fn read(root: &Reader, joints: &[Joint]) -> Result<Control> {
+pub fn read<T>(root: &Reader, joints: &[Joint<T>]) -> Result<Control> {
     let Some(table) = root.table("control")? else { return Ok(Control::default()) };
     let mut control = Control { period: table.optional_quantity("period")?, ..Control::default() };
     for (name, keys) in CONTROLLERS.into_iter().chain([PLAUSIBILITY]) {
@@ -31,7 +31,7 @@ fn read_switches(table: &Reader) -> Result<ThesisSteps> {
 }
 
 /// One weight per joint, by the joint's name.
-fn read_weights(table: &Reader, joints: &[Joint]) -> Result<Vec<(String, f64)>> {
+fn read_weights<T>(table: &Reader, joints: &[Joint<T>]) -> Result<Vec<(String, f64)>> {
     let names: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
     let mut weights = Vec::new();
     for key in HEINZE_WEIGHTS {

@@ -3,12 +3,18 @@
 use std::f64::consts::PI;
 
 use crate::errors::ErrorKind;
-use crate::model::{Cylinder, EndStop, FourBar, Joint, JointKind, Leakage, Link, RodPin};
+use crate::model::{Cylinder, EndStop, FourBar, Friction, Joint, JointKind, Leakage, Link, RodPin, Valve};
+use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::chain::Chain;
 use crate::sections::{closure, friction, reference, valve, Result};
 
-pub fn read(root: &Reader, chain: &Chain, links: &[Link], joints: &[Joint]) -> Result<Vec<Cylinder>> {
+pub fn read<T: Number>(
+    root: &Reader,
+    chain: &Chain,
+    links: &[Link<T>],
+    joints: &[Joint<T>],
+) -> Result<Vec<Cylinder<T>>> {
     let tables = root.named_tables("cylinder")?;
     let tables = reference::one_to_one("cylinder", tables, "joint", &chain.joints)?;
     let valves = reference::one_to_one("valve", root.named_tables("valve")?, "cylinder", &tables)?;
@@ -30,18 +36,17 @@ pub fn read(root: &Reader, chain: &Chain, links: &[Link], joints: &[Joint]) -> R
     Ok(cylinders)
 }
 
-fn read_cylinder(
+fn read_cylinder<T: Number>(
     index: usize,
     name: &str,
     table: &Reader,
-    links: &[Link],
-    valve: crate::model::Valve,
-    friction: crate::model::Friction,
-) -> Result<Cylinder> {
+    links: &[Link<T>],
+    valve: Valve<T>,
+    friction: Friction<T>,
+) -> Result<Cylinder<T>> {
     let travel = travel(table)?;
-    let bore = table.quantity("bore")?;
-    let rod_diameter = table.quantity("rod-diameter")?;
-    if rod_diameter >= bore {
+    let [bore, rod_diameter]: [T; 2] = [table.quantity("bore")?, table.quantity("rod-diameter")?];
+    if rod_diameter.plain() >= bore.plain() {
         let message = "the rod is not thinner than the bore";
         return Err(table.error(ErrorKind::OutOfRange, "rod-diameter", message).help("exchange the two diameters?"));
     }
@@ -60,50 +65,49 @@ fn read_cylinder(
         dead_volume: dead_volume(table, port_diameter)?,
         printed_dead_volume: printed.as_ref().map(printed_dead_volume).transpose()?.flatten(),
         port_diameter,
-        leakage: leakage(table, printed.as_ref(), bore)?,
-        end_stop: end_stop(table, travel.stroke)?,
+        leakage: leakage(table, printed.as_ref(), bore.plain())?,
+        end_stop: end_stop(table, travel.stroke.plain())?,
         pressure_rating: table.optional_quantity("pressure-rating")?,
         valve,
         friction,
     })
 }
 
-struct Travel {
-    stroke: f64,
-    mid_length: f64,
-    rod_contact: Option<f64>,
+struct Travel<T> {
+    stroke: T,
+    mid_length: T,
+    rod_contact: Option<T>,
 }
 
 /// Stroke and pin distance, from the lengths of the parts, thesis (1)-(2), or from stroke and retracted length.
-fn travel(table: &Reader) -> Result<Travel> {
+fn travel<T: Number>(table: &Reader) -> Result<Travel<T>> {
     let groups: [&[&str]; 2] =
         [&["barrel-length", "rod-length", "barrel-offset", "rod-offset"], &["stroke", "closed-length"]];
-    let positive = |key: &str| table.quantity(key);
+    let length = |key: &str| table.quantity::<T>(key);
     let group = table.either(groups)?.ok_or_else(|| {
         table.missing("stroke", "give it with `closed-length`, or the lengths of barrel, piston and rod")
     })?;
     if group == 1 {
         // Leakage may need it; it must be right in any case.
-        table.optional_quantity("piston-length")?;
-        let stroke = positive("stroke")?;
-        return Ok(Travel { stroke, mid_length: positive("closed-length")? + 0.5 * stroke, rod_contact: None });
+        table.optional_quantity::<T>("piston-length")?;
+        let stroke = length("stroke")?;
+        return Ok(Travel { stroke, mid_length: length("closed-length")? + stroke * 0.5, rod_contact: None });
     }
-    let [barrel, piston, rod] = [positive("barrel-length")?, positive("piston-length")?, positive("rod-length")?];
-    let offset = |key: &str| table.quantity(key);
-    if piston >= barrel {
+    let [barrel, piston, rod] = [length("barrel-length")?, length("piston-length")?, length("rod-length")?];
+    if piston.plain() >= barrel.plain() {
         let message = "the piston is not shorter than the barrel";
         return Err(table.error(ErrorKind::OutOfRange, "piston-length", message).help("exchange the two lengths?"));
     }
     let stroke = barrel - piston;
     Ok(Travel {
         stroke,
-        mid_length: offset("barrel-offset")? + 0.5 * (barrel + piston) + rod + offset("rod-offset")?,
+        mid_length: length("barrel-offset")? + (barrel + piston) * 0.5 + rod + length("rod-offset")?,
         // The rod's eye meets the barrel's end when the rod is fully inside.
-        rod_contact: Some(0.5 * stroke - rod),
+        rod_contact: Some(stroke * 0.5 - rod),
     })
 }
 
-fn rod_pin(table: &Reader, links: &[Link]) -> Result<RodPin> {
+fn rod_pin<T: Number>(table: &Reader, links: &[Link<T>]) -> Result<RodPin<T>> {
     match table.either([&["rod"], &["linkage"]])? {
         Some(0) => Ok(RodPin::Point(reference::point(&table.required("rod", "a point as \"link.point\"")?, links)?)),
         Some(_) => {
@@ -121,24 +125,24 @@ fn rod_pin(table: &Reader, links: &[Link]) -> Result<RodPin> {
     }
 }
 
-fn dead_volume(table: &Reader, port_diameter: Option<f64>) -> Result<[f64; 2]> {
+fn dead_volume<T: Number>(table: &Reader, port_diameter: Option<T>) -> Result<[T; 2]> {
     match table.either([&["dead-length"], &["dead-volume"]])? {
         Some(0) => {
-            let dead_length = table.quantity("dead-length")?;
+            let dead_length: T = table.quantity("dead-length")?;
             let diameter = port_diameter.ok_or_else(|| table.missing("port-diameter", "`dead-length` needs it"))?;
-            Ok([0.25 * PI * diameter.powi(2) * dead_length; 2])
+            Ok([diameter.square() * (0.25 * PI) * dead_length; 2])
         }
         Some(_) => table.required("dead-volume", "a volume")?.pair(),
         None => Err(table.missing("dead-volume", "give it, or `dead-length` with `port-diameter`")),
     }
 }
 
-fn printed_dead_volume(printed: &Reader) -> Result<Option<[f64; 2]>> {
+fn printed_dead_volume<T: Number>(printed: &Reader) -> Result<Option<[T; 2]>> {
     let field = printed.optional("dead-volume")?;
     field.map(|field| field.pair()).transpose()
 }
 
-fn leakage(table: &Reader, printed: Option<&Reader>, bore: f64) -> Result<Leakage> {
+fn leakage<T: Number>(table: &Reader, printed: Option<&Reader>, bore: f64) -> Result<Leakage<T>> {
     let from_piston_side = match printed {
         Some(printed) => printed.choice_or_default("external-leakage-from", &[true, false])?,
         None => false,
@@ -162,9 +166,9 @@ fn leakage(table: &Reader, printed: Option<&Reader>, bore: f64) -> Result<Leakag
 }
 
 /// The gap around the piston, which leaves something of the piston.
-fn gap(table: &Reader, bore: f64) -> Result<f64> {
-    let gap = table.quantity("leakage-gap")?;
-    if gap < 0.5 * bore {
+fn gap<T: Number>(table: &Reader, bore: f64) -> Result<T> {
+    let gap: T = table.quantity("leakage-gap")?;
+    if gap.plain() < 0.5 * bore {
         return Ok(gap);
     }
     let message = "the gap is not smaller than half the bore";
@@ -173,16 +177,16 @@ fn gap(table: &Reader, bore: f64) -> Result<f64> {
         .help("a piston's gap has some 10 um; check the unit"))
 }
 
-fn end_stop(table: &Reader, stroke: f64) -> Result<EndStop> {
+fn end_stop<T: Number>(table: &Reader, stroke: f64) -> Result<EndStop<T>> {
     let Some(stop) = table.table("end-stop")? else {
         return Err(table.missing("end-stop", "add it with zone, stiffness and damping"));
     };
-    let end_stop = EndStop {
+    let end_stop: EndStop<T> = EndStop {
         zone: stop.quantity("zone")?,
         stiffness: stop.quantity("stiffness")?,
         damping: stop.quantity("damping")?,
     };
-    if end_stop.zone <= 0.5 * stroke {
+    if end_stop.zone.plain() <= 0.5 * stroke {
         return Ok(end_stop);
     }
     Err(stop

@@ -5,7 +5,7 @@ use crate::model::{Cylinder, Errata, Leakage, Machine};
 use crate::reader::Reader;
 use crate::sections::Result;
 
-pub fn read(root: &Reader, cylinders: &[Cylinder]) -> Result<Errata> {
+pub fn read<T>(root: &Reader, cylinders: &[Cylinder<T>]) -> Result<Errata> {
     let table = root.table("errata")?;
     let corrected = |key: &str| match &table {
         Some(table) => table.choice_or_default(key, &[true, false]),
@@ -31,9 +31,10 @@ pub fn read(root: &Reader, cylinders: &[Cylinder]) -> Result<Errata> {
 }
 
 /// A switch to the printed program needs the values that it printed.
-fn check_printed_values(table: &Reader, errata: &Errata, cylinders: &[Cylinder]) -> Result<()> {
-    let leaks_from_piston_side =
-        |cylinder: &Cylinder| matches!(cylinder.leakage, Leakage::Gap { printed_external_from_piston_side: true, .. });
+fn check_printed_values<T>(table: &Reader, errata: &Errata, cylinders: &[Cylinder<T>]) -> Result<()> {
+    let leaks_from_piston_side = |cylinder: &Cylinder<T>| {
+        matches!(cylinder.leakage, Leakage::Gap { printed_external_from_piston_side: true, .. })
+    };
     let needs = [
         (
             errata.extension_leakage,
@@ -61,7 +62,7 @@ fn check_printed_values(table: &Reader, errata: &Errata, cylinders: &[Cylinder])
 }
 
 /// As [`check_printed_values`], for the value of the fluid.
-pub fn check_printed_viscosity(root: &Reader, machine: &Machine) -> Result<()> {
+pub fn check_printed_viscosity<T>(root: &Reader, machine: &Machine<T>) -> Result<()> {
     let table = root.table("errata")?;
     match table {
         Some(table) if !machine.errata.leakage_viscosity && machine.fluid.printed_leakage_viscosity.is_none() => {

@@ -2,6 +2,7 @@
 
 use crate::errors::ErrorKind;
 use crate::model::{Cavitation, Fluid, Supply};
+use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::{required_table, Result};
 
@@ -11,14 +12,14 @@ const LEAST_VACUUM: f64 = 1e4;
 const LEAST_MODULUS: f64 = 2e6;
 
 /// Coefficients of the pressure-dependent bulk modulus, thesis (96).
-struct BulkModulus {
-    max: f64,
-    c1: f64,
-    c2: f64,
-    reference_pressure: f64,
+struct BulkModulus<T> {
+    max: T,
+    c1: T,
+    c2: T,
+    reference_pressure: T,
 }
 
-pub fn read(root: &Reader) -> Result<Fluid> {
+pub fn read<T: Number>(root: &Reader) -> Result<Fluid<T>> {
     let table = required_table(root, "fluid")?;
     let bulk = bulk_modulus(&table)?;
     Ok(Fluid {
@@ -36,33 +37,34 @@ pub fn read(root: &Reader) -> Result<Fluid> {
     })
 }
 
-fn bulk_modulus(table: &Reader) -> Result<BulkModulus> {
+fn bulk_modulus<T: Number>(table: &Reader) -> Result<BulkModulus<T>> {
     let groups: [&[&str]; 2] =
         [&["bulk-modulus"], &["bulk-modulus-max", "bulk-c1", "bulk-c2", "bulk-reference-pressure"]];
     match table.either(groups)? {
         // With c1 = 0 and c2 = 100, half the decimal logarithm is one.
         Some(0) => {
             let max = table.quantity("bulk-modulus")?;
-            Ok(BulkModulus { max, c1: 0.0, c2: 100.0, reference_pressure: 1e5 })
+            Ok(BulkModulus { max, c1: T::c(0.0), c2: T::c(100.0), reference_pressure: T::c(1e5) })
         }
         Some(_) => varying_bulk_modulus(table),
         None => Err(table.missing("bulk-modulus", "give it, or `bulk-modulus-max` with its coefficients")),
     }
 }
 
-fn varying_bulk_modulus(table: &Reader) -> Result<BulkModulus> {
-    let bulk = BulkModulus {
+fn varying_bulk_modulus<T: Number>(table: &Reader) -> Result<BulkModulus<T>> {
+    let bulk: BulkModulus<T> = BulkModulus {
         max: table.quantity("bulk-modulus-max")?,
         c1: table.quantity("bulk-c1")?,
         c2: table.quantity("bulk-c2")?,
         reference_pressure: table.quantity("bulk-reference-pressure")?,
     };
-    if bulk.c2 <= 1.0 {
+    let [max, c2] = [bulk.max, bulk.c2].map(T::plain);
+    if c2 <= 1.0 {
         return Err(table
             .error(ErrorKind::OutOfRange, "bulk-c2", "must exceed 1: the modulus at zero pressure is its logarithm")
             .help("the literature gives 3"));
     }
-    let at_zero = 0.5 * bulk.max * libm::log10(bulk.c2);
+    let at_zero = 0.5 * max * libm::log10(c2);
     if at_zero >= LEAST_MODULUS {
         return Ok(bulk);
     }
@@ -70,14 +72,14 @@ fn varying_bulk_modulus(table: &Reader) -> Result<BulkModulus> {
     Err(table.error(ErrorKind::OutOfRange, "bulk-modulus-max", message).help("oil has some 1000 MPa; check the unit"))
 }
 
-fn cavitation(table: &Reader) -> Result<Cavitation> {
+fn cavitation<T: Number>(table: &Reader) -> Result<Cavitation<T>> {
     let free_gas = table.choice("cavitation", &[true, false])?;
-    let vacuum = table.optional_quantity("vacuum")?;
+    let vacuum: Option<T> = table.optional_quantity("vacuum")?;
     if !free_gas {
         return Ok(Cavitation::None);
     }
     let vacuum = vacuum.ok_or_else(|| table.missing("vacuum", "give the gauge pressure of vacuum, \"-1 bar\""))?;
-    if vacuum <= -LEAST_VACUUM {
+    if vacuum.plain() <= -LEAST_VACUUM {
         return Ok(Cavitation::FreeGas { vacuum });
     }
     Err(table
@@ -85,10 +87,11 @@ fn cavitation(table: &Reader) -> Result<Cavitation> {
         .help("give \"-1 bar\""))
 }
 
-pub fn supply(root: &Reader) -> Result<Supply> {
+pub fn supply<T: Number>(root: &Reader) -> Result<Supply<T>> {
     let table = required_table(root, "supply")?;
-    let supply = Supply { pressure: table.quantity("pressure")?, tank_pressure: table.quantity("tank-pressure")? };
-    if supply.pressure >= supply.tank_pressure {
+    let supply: Supply<T> =
+        Supply { pressure: table.quantity("pressure")?, tank_pressure: table.quantity("tank-pressure")? };
+    if supply.pressure.plain() >= supply.tank_pressure.plain() {
         return Ok(supply);
     }
     Err(table

@@ -2,6 +2,7 @@
 
 use crate::errors::ErrorKind;
 use crate::model::{Friction, FrictionModel};
+use crate::number::Number;
 use crate::quantities::viscous_friction;
 use crate::reader::Reader;
 use crate::sections::Result;
@@ -9,7 +10,7 @@ use crate::sections::Result;
 /// Powers of the velocity beyond this are no friction law.
 const LARGEST_EXPONENT: f64 = 10.0;
 
-pub fn read(table: &Reader) -> Result<Friction> {
+pub fn read<T: Number>(table: &Reader) -> Result<Friction<T>> {
     let model = table.choice("model", &[FrictionModel::LuGre, FrictionModel::Static])?;
     let viscous_exponent = exponent(table, "viscous-exponent")?;
     let bristle = Bristle::read(table, model)?;
@@ -30,9 +31,9 @@ pub fn read(table: &Reader) -> Result<Friction> {
     Ok(friction)
 }
 
-fn exponent(table: &Reader, key: &str) -> Result<[f64; 2]> {
-    let exponents = table.pair(key)?;
-    if exponents.iter().all(|exponent| *exponent <= LARGEST_EXPONENT) {
+fn exponent<T: Number>(table: &Reader, key: &str) -> Result<[T; 2]> {
+    let exponents: [T; 2] = table.pair(key)?;
+    if exponents.iter().all(|exponent| exponent.plain() <= LARGEST_EXPONENT) {
         return Ok(exponents);
     }
     let message = format!("an exponent above {LARGEST_EXPONENT} is no friction law");
@@ -40,20 +41,20 @@ fn exponent(table: &Reader, key: &str) -> Result<[f64; 2]> {
 }
 
 /// The unit of the viscous coefficient follows its exponent.
-fn viscous(table: &Reader, exponents: [f64; 2]) -> Result<[f64; 2]> {
-    let quantities = exponents.map(viscous_friction);
+fn viscous<T: Number>(table: &Reader, exponents: [T; 2]) -> Result<[T; 2]> {
+    let quantities = exponents.map(|exponent| viscous_friction(exponent.plain()));
     let field = table.required("viscous", &quantities[0].example())?;
     field.pair_of([&quantities[0], &quantities[1]])
 }
 
 /// LuGre alone demands the bristle's values; the static map ignores them, so that `model` can be overridden.
-struct Bristle {
-    stiffness: f64,
-    damping: f64,
-    damping_velocity: Option<f64>,
+struct Bristle<T> {
+    stiffness: T,
+    damping: T,
+    damping_velocity: Option<T>,
 }
 
-impl Bristle {
+impl<T: Number> Bristle<T> {
     fn read(table: &Reader, model: FrictionModel) -> Result<Self> {
         let damping_velocity = table.optional_quantity("bristle-damping-velocity")?;
         let [stiffness_key, damping_key] = ["bristle-stiffness", "bristle-damping"];
@@ -64,14 +65,15 @@ impl Bristle {
                 damping_velocity,
             });
         }
-        table.optional_quantity(stiffness_key)?;
-        table.optional_quantity(damping_key)?;
-        Ok(Self { stiffness: 0.0, damping: 0.0, damping_velocity: None })
+        table.optional_quantity::<T>(stiffness_key)?;
+        table.optional_quantity::<T>(damping_key)?;
+        Ok(Self { stiffness: T::c(0.0), damping: T::c(0.0), damping_velocity: None })
     }
 }
 
-fn check_breakaway(table: &Reader, friction: &Friction) -> Result<()> {
-    if (0..2).all(|side| friction.breakaway[side] >= friction.coulomb[side]) {
+fn check_breakaway<T: Number>(table: &Reader, friction: &Friction<T>) -> Result<()> {
+    let [breakaway, coulomb] = [friction.breakaway, friction.coulomb].map(|pair| pair.map(T::plain));
+    if (0..2).all(|side| breakaway[side] >= coulomb[side]) {
         return Ok(());
     }
     Err(table

@@ -2,6 +2,7 @@
 
 use crate::errors::ErrorKind;
 use crate::model::{Ground, Payload, Support};
+use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::Result;
 
@@ -11,7 +12,7 @@ const MOST_SUPPORTS: usize = 4;
 /// What the choices of `status` stand for.
 const STATUS: [bool; 2] = [true, false];
 
-pub fn payload(root: &Reader) -> Result<Payload> {
+pub fn payload<T: Number>(root: &Reader) -> Result<Payload<T>> {
     let table = root.table_or_empty("payload")?;
     Ok(Payload {
         mass: table.quantity_or_default("mass")?,
@@ -21,9 +22,9 @@ pub fn payload(root: &Reader) -> Result<Payload> {
 }
 
 /// The ground, where a machine has one that is not put out of force.
-pub fn read(root: &Reader) -> Result<Option<Ground>> {
+pub fn read<T: Number>(root: &Reader) -> Result<Option<Ground<T>>> {
     let Some(table) = root.table("ground")? else { return Ok(None) };
-    let mut ground = Ground {
+    let mut ground: Ground<T> = Ground {
         height: table.quantity("height")?,
         stiffness: table.quantity_or_default("stiffness")?,
         damping: table.quantity_or_default("damping")?,
@@ -33,11 +34,11 @@ pub fn read(root: &Reader) -> Result<Option<Ground>> {
     for (name, support) in table.named_tables("support")? {
         // A machine that extends another has no other way to be rid of its supports.
         if support.choice_or_default("status", &STATUS)? {
-            ground.supports.push(one(name, &support, ground.height)?);
+            ground.supports.push(one(name, &support, ground.height.plain())?);
         } else {
             // It need not be whole, but what it states must be right.
             for key in ["height", "from", "to", "edge"] {
-                support.optional_quantity(key)?;
+                support.optional_quantity::<f64>(key)?;
             }
         }
         if ground.supports.len() > MOST_SUPPORTS {
@@ -48,7 +49,7 @@ pub fn read(root: &Reader) -> Result<Option<Ground>> {
     Ok(table.choice_or_default("status", &STATUS)?.then_some(ground))
 }
 
-fn one(name: &str, table: &Reader, ground: f64) -> Result<Support> {
+fn one<T: Number>(name: &str, table: &Reader, ground: f64) -> Result<Support<T>> {
     let support = Support {
         name: name.into(),
         height: table.quantity("height")?,
@@ -56,14 +57,15 @@ fn one(name: &str, table: &Reader, ground: f64) -> Result<Support> {
         to: table.quantity("to")?,
         edge: table.quantity_or_default("edge")?,
     };
-    if support.height < ground {
-        let message = format!("{} m lies below the ground at {ground} m", support.height);
+    let [height, from, to] = [support.height, support.from, support.to].map(T::plain);
+    if height < ground {
+        let message = format!("{height} m lies below the ground at {ground} m");
         return Err(table
             .error(ErrorKind::OutOfRange, "height", message)
             .help("heights are those of the inertial frame, not above the ground"));
     }
-    if support.to <= support.from {
-        let message = format!("ends at {} m, where it does not yet begin ({} m)", support.to, support.from);
+    if to <= from {
+        let message = format!("ends at {to} m, where it does not yet begin ({from} m)");
         return Err(table.error(ErrorKind::OutOfRange, "to", message).help("exchange `from` and `to`"));
     }
     Ok(support)

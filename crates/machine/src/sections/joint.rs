@@ -2,18 +2,19 @@
 
 use crate::errors::ErrorKind;
 use crate::model::{AngleConvention, Joint, JointKind, Link};
+use crate::number::Number;
 use crate::quantities::{ANGLE, LENGTH};
 use crate::reader::Reader;
 use crate::sections::chain::Chain;
 use crate::sections::{reference, Result};
 use crate::units::Quantity;
 
-pub fn read(chain: &Chain, links: &[Link]) -> Result<Vec<Joint>> {
+pub fn read<T: Number>(chain: &Chain, links: &[Link<T>]) -> Result<Vec<Joint<T>>> {
     let joints = chain.joints.iter().enumerate();
     joints.map(|(index, (name, table))| read_joint(name, table, &links[index])).collect()
 }
 
-fn read_joint(name: &str, table: &Reader, parent: &Link) -> Result<Joint> {
+fn read_joint<T: Number>(name: &str, table: &Reader, parent: &Link<T>) -> Result<Joint<T>> {
     let revolute = table.choice("type", &[true, false])?;
     let at = table.required("at", "the name of a point of the parent link")?;
     let (kind, sense) = if revolute { revolute_kind(table)? } else { prismatic_kind(table)? };
@@ -30,20 +31,20 @@ fn read_joint(name: &str, table: &Reader, parent: &Link) -> Result<Joint> {
 }
 
 /// What the joint's coordinate is: an angle or a length.
-pub fn coordinate(kind: &JointKind) -> Quantity {
+pub fn coordinate<T>(kind: &JointKind<T>) -> Quantity {
     match kind {
         JointKind::Revolute(_) => ANGLE.quantity(),
         JointKind::Prismatic { .. } => LENGTH.quantity(),
     }
 }
 
-fn revolute_kind(table: &Reader) -> Result<(JointKind, f64)> {
+fn revolute_kind<T>(table: &Reader) -> Result<(JointKind<T>, f64)> {
     forbid(table, "direction", "prismatic")?;
     let convention = table.choice("convention", &[AngleConvention::Included, AngleConvention::Relative])?;
     Ok((JointKind::Revolute(convention), sense(table, [("counter-clockwise", 1.0), ("clockwise", -1.0)])?))
 }
 
-fn prismatic_kind(table: &Reader) -> Result<(JointKind, f64)> {
+fn prismatic_kind<T: Number>(table: &Reader) -> Result<(JointKind<T>, f64)> {
     forbid(table, "convention", "revolute")?;
     let direction = table.quantity("direction")?;
     Ok((JointKind::Prismatic { direction }, sense(table, [("along", 1.0), ("against", -1.0)])?))
@@ -64,7 +65,7 @@ fn forbid(table: &Reader, key: &str, kind: &str) -> Result<()> {
 
 fn limits(table: &Reader, coordinate: &Quantity) -> Result<Option<[f64; 2]>> {
     let Some(field) = table.optional("limits")? else { return Ok(None) };
-    let [low, high] = field.pair_of([coordinate, coordinate])?;
+    let [low, high]: [f64; 2] = field.pair_of([coordinate, coordinate])?;
     if low < high {
         return Ok(Some([low, high]));
     }

@@ -3,32 +3,33 @@
 use crate::document::join;
 use crate::errors::ErrorKind;
 use crate::model::{InertiaAbout, Link, Point};
+use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::chain::Chain;
 use crate::sections::Result;
 
 /// Mass properties with the moment of inertia about the centre of gravity.
 #[derive(Clone, Copy)]
-struct Body {
-    mass: f64,
-    centre_of_gravity: [f64; 2],
-    inertia: f64,
+struct Body<T> {
+    mass: T,
+    centre_of_gravity: [T; 2],
+    inertia: T,
 }
 
-pub fn read(chain: &Chain) -> Result<Vec<Link>> {
+pub fn read<T: Number>(chain: &Chain) -> Result<Vec<Link<T>>> {
     let links = chain.links.iter().enumerate();
     links.map(|(index, (name, table))| read_link(index, name, table)).collect()
 }
 
-fn read_link(index: usize, name: &str, table: &Reader) -> Result<Link> {
+fn read_link<T: Number>(index: usize, name: &str, table: &Reader) -> Result<Link<T>> {
     let axis = table.quantity_or_default("axis")?;
     let outline = table.optional("outline")?.map(|field| field.points()).transpose()?.unwrap_or_default();
     let mut link = Link {
         name: name.into(),
         axis,
-        mass: 0.0,
-        centre_of_gravity: [0.0; 2],
-        inertia: 0.0,
+        mass: T::c(0.0),
+        centre_of_gravity: [T::c(0.0); 2],
+        inertia: T::c(0.0),
         inertia_about: InertiaAbout::CentreOfGravity,
         points: points(index, table)?,
         outline,
@@ -46,13 +47,13 @@ fn read_link(index: usize, name: &str, table: &Reader) -> Result<Link> {
     Ok(link)
 }
 
-fn points(index: usize, table: &Reader) -> Result<Vec<Point>> {
+fn points<T: Number>(index: usize, table: &Reader) -> Result<Vec<Point<T>>> {
     let Some(names) = table.names("point")? else { return Ok(Vec::new()) };
     names.keys().map(|name| Ok(Point { link: index, name: name.into(), position: names.point(name)? })).collect()
 }
 
 /// The link's own mass, centre of gravity and inertia; the inertia of a fixed base may be left out.
-fn own_mass(link: &mut Link, table: &Reader, is_base: bool) -> Result<()> {
+fn own_mass<T: Number>(link: &mut Link<T>, table: &Reader, is_base: bool) -> Result<()> {
     link.mass = table.quantity("mass")?;
     link.centre_of_gravity = table.point("centre-of-gravity")?;
     let abouts = [InertiaAbout::Frame, InertiaAbout::CentreOfGravity];
@@ -62,9 +63,9 @@ fn own_mass(link: &mut Link, table: &Reader, is_base: bool) -> Result<()> {
     }
     link.inertia = table.quantity("inertia")?;
     link.inertia_about = table.choice("inertia-about", &abouts)?;
-    let about_centre = about_centre_of_gravity(link);
-    if about_centre.inertia < 0.0 {
-        let least = link.inertia - about_centre.inertia;
+    let about_centre = about_centre_of_gravity(link).inertia.plain();
+    if about_centre < 0.0 {
+        let least = link.inertia.plain() - about_centre;
         let message = format!("less than mass times distance squared of the centre of gravity, {least:.6} kg m^2");
         return Err(table
             .error(ErrorKind::OutOfRange, "inertia", message)
@@ -73,7 +74,7 @@ fn own_mass(link: &mut Link, table: &Reader, is_base: bool) -> Result<()> {
     Ok(())
 }
 
-fn bodies(table: &Reader) -> Result<Vec<Body>> {
+fn bodies<T: Number>(table: &Reader) -> Result<Vec<Body<T>>> {
     let read = |(_, body): (&str, Reader)| {
         Ok(Body {
             mass: body.quantity("mass")?,
@@ -84,33 +85,33 @@ fn bodies(table: &Reader) -> Result<Vec<Body>> {
     table.named_tables("body")?.into_iter().map(read).collect()
 }
 
-fn distance_squared(a: [f64; 2], b: [f64; 2]) -> f64 {
-    (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2)
+fn distance_squared<T: Number>(a: [T; 2], b: [T; 2]) -> T {
+    (a[0] - b[0]).square() + (a[1] - b[1]).square()
 }
 
-fn about_centre_of_gravity(link: &Link) -> Body {
+fn about_centre_of_gravity<T: Number>(link: &Link<T>) -> Body<T> {
     let shift = match link.inertia_about {
-        InertiaAbout::Frame => link.mass * distance_squared(link.centre_of_gravity, [0.0; 2]),
-        InertiaAbout::CentreOfGravity => 0.0,
+        InertiaAbout::Frame => link.mass * distance_squared(link.centre_of_gravity, [T::c(0.0); 2]),
+        InertiaAbout::CentreOfGravity => T::c(0.0),
     };
     Body { mass: link.mass, centre_of_gravity: link.centre_of_gravity, inertia: link.inertia - shift }
 }
 
 /// Adds `bodies` to the link: common centre of gravity, inertia about it by the parallel axis theorem.
-fn combine(link: &mut Link, bodies: &[Body]) {
+fn combine<T: Number>(link: &mut Link<T>, bodies: &[Body<T>]) {
     let own = about_centre_of_gravity(link);
-    let all: Vec<Body> = std::iter::once(own).chain(bodies.iter().copied()).collect();
-    let mass: f64 = all.iter().map(|body| body.mass).sum();
-    let moment = |axis: usize| all.iter().map(|body| body.mass * body.centre_of_gravity[axis]).sum::<f64>();
+    let all: Vec<Body<T>> = std::iter::once(own).chain(bodies.iter().copied()).collect();
+    let sum = |of: &dyn Fn(&Body<T>) -> T| all.iter().map(of).reduce(|sum, part| sum + part).expect("the link's own");
+    let mass = sum(&|body| body.mass);
+    let moment = |axis: usize| sum(&|body| body.mass * body.centre_of_gravity[axis]);
     let centre = [moment(0) / mass, moment(1) / mass];
-    link.inertia =
-        all.iter().map(|body| body.inertia + body.mass * distance_squared(body.centre_of_gravity, centre)).sum();
+    link.inertia = sum(&|body| body.inertia + body.mass * distance_squared(body.centre_of_gravity, centre));
     link.inertia_about = InertiaAbout::CentreOfGravity;
     link.mass = mass;
     link.centre_of_gravity = centre;
 }
 
 /// Dotted path of a point, for messages.
-pub fn point_path(link: &Link, point: &Point) -> String {
+pub fn point_path<T>(link: &Link<T>, point: &Point<T>) -> String {
     join(&link.name, &point.name)
 }

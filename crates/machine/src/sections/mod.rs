@@ -22,13 +22,14 @@ use crate::document::Node;
 use crate::errors::MachineError;
 use crate::keys;
 use crate::model::{Equilibrium, Machine};
+use crate::number::{Number, Variable};
 use crate::reader::{Log, Reader};
 
 type Result<T> = std::result::Result<T, MachineError>;
 
-/// Builds the machine that a merged tree describes.
-pub fn machine(tree: &Node) -> Result<Machine> {
-    let log = Log::new(true);
+/// Builds the machine that a merged tree describes, with derivatives by `variables` where numbers have them.
+pub fn machine<T: Number>(tree: &Node, variables: &[Variable]) -> Result<Machine<T>> {
+    let log = Log::new(true).with_variables(variables);
     let root = Reader::root(tree, keys::MACHINE, &log)?;
     let head = required_table(&root, "machine")?;
 
@@ -70,11 +71,11 @@ fn required_table<'a>(root: &Reader<'a>, key: &str) -> Result<Reader<'a>> {
     root.table(key)?.ok_or_else(|| root.missing(key, format!("add the table [{key}]")))
 }
 
-fn gravity(root: &Reader) -> Result<f64> {
+fn gravity<T: Number>(root: &Reader) -> Result<T> {
     required_table(root, "environment")?.quantity("gravity")
 }
 
-fn equilibrium(root: &Reader) -> Result<Equilibrium> {
+fn equilibrium<T: Number>(root: &Reader) -> Result<Equilibrium<T>> {
     let table = root.table_or_empty("equilibrium")?;
     let stated = root.has("equilibrium");
     let key = "back-pressure";

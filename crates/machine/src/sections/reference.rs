@@ -7,7 +7,7 @@ use crate::reader::{Field, Reader};
 use crate::sections::Result;
 
 /// The point that a value such as `"boom.tip"` names.
-pub fn point(field: &Field, links: &[Link]) -> Result<Point> {
+pub fn point<T: Copy>(field: &Field, links: &[Link<T>]) -> Result<Point<T>> {
     let text = field.text()?;
     let Some((link_name, point_name)) = text.split_once('.') else {
         let message = format!("`{text}` is no point");
@@ -21,7 +21,7 @@ pub fn point(field: &Field, links: &[Link]) -> Result<Point> {
 }
 
 /// The point `name` of `link`; `field` is where it was named.
-pub fn point_on(field: &Field, name: &str, link: &Link) -> Result<Point> {
+pub fn point_on<T: Copy>(field: &Field, name: &str, link: &Link<T>) -> Result<Point<T>> {
     link.points.iter().find(|point| point.name == name).cloned().ok_or_else(|| {
         let message = format!("link `{}` has no point `{name}`", link.name);
         let help = suggestion(name, link.points.iter().map(|point| point.name.as_str()));

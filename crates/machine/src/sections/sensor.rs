@@ -20,7 +20,7 @@ const COMMON: [&str; 5] = ["accuracy", "linearity", "repeatability", "rise-time"
 const JOINT_SIGNALS: [&str; 2] = ["q", "qd"];
 const CYLINDER_SIGNALS: [&str; 5] = ["x", "v", "p1", "p2", "force"];
 
-pub fn read(root: &Reader, joints: &[Joint], cylinders: &[Cylinder]) -> Result<Vec<Sensor>> {
+pub fn read<T>(root: &Reader, joints: &[Joint<T>], cylinders: &[Cylinder<T>]) -> Result<Vec<Sensor>> {
     let signals = signals(joints, cylinders);
     let read = |(name, table): (&str, Reader)| {
         let (kind, own) = table.choice("kind", &KINDS)?;
@@ -54,12 +54,12 @@ fn check_complete(table: &Reader, kind: &str) -> Result<()> {
     } else if !["range", "full-scale", "span"].iter().any(|key| table.has(key)) {
         return Err(table.missing("range", format!("give {}", property(kind, "range").example())));
     }
-    let live_zero = table.optional_quantity("live-zero")?.unwrap_or(0.0);
+    let live_zero = table.optional_quantity("live-zero")?.unwrap_or(0.0_f64);
     if live_zero >= MOST_LIVE_ZERO {
         let message = format!("a live zero of {live_zero} leaves no output for the range");
         return Err(table.error(ErrorKind::OutOfRange, "live-zero", message).help("give for example \"10 %\""));
     }
-    let bits = table.optional_quantity("bits")?.unwrap_or(1.0);
+    let bits = table.optional_quantity("bits")?.unwrap_or(1.0_f64);
     if bits.fract() == 0.0 && bits <= MOST_BITS {
         return Ok(());
     }
@@ -92,7 +92,7 @@ fn property(kind: &str, key: &str) -> Quantity {
 }
 
 /// `joint.<name>.<signal>` and `cylinder.<name>.<signal>` of this machine.
-fn signals(joints: &[Joint], cylinders: &[Cylinder]) -> Vec<String> {
+fn signals<T>(joints: &[Joint<T>], cylinders: &[Cylinder<T>]) -> Vec<String> {
     let joint_signals = joints.iter().flat_map(|joint| JOINT_SIGNALS.map(|s| join(&join("joint", &joint.name), s)));
     let cylinder_signals =
         cylinders.iter().flat_map(|cylinder| CYLINDER_SIGNALS.map(|s| join(&join("cylinder", &cylinder.name), s)));

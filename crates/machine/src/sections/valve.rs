@@ -3,11 +3,12 @@
 use crate::errors::ErrorKind;
 use crate::model::{PrintedBlend, Valve, ValveKind};
 use crate::nearest::suggestion;
+use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::{signal_chain, Result};
 
-pub fn read(name: &str, table: &Reader) -> Result<Valve> {
-    let stroke = table.quantity("stroke")?;
+pub fn read<T: Number>(name: &str, table: &Reader) -> Result<Valve<T>> {
+    let stroke: T = table.quantity("stroke")?;
     let valve = Valve {
         name: name.into(),
         kind: table.choice("type", &[ValveKind::FourThree, ValveKind::Regenerative])?,
@@ -23,9 +24,9 @@ pub fn read(name: &str, table: &Reader) -> Result<Valve> {
         velocity_limit: table.optional_quantity("velocity-limit")?,
         acceleration_limit: table.optional_quantity("acceleration-limit")?,
         delay: table.quantity_or_default("delay")?,
-        command: signal_chain::read(table, stroke)?,
+        command: signal_chain::read(table, stroke.plain())?,
     };
-    if valve.overlap < valve.stroke {
+    if valve.overlap.plain() < valve.stroke.plain() {
         return Ok(valve);
     }
     Err(table
@@ -38,19 +39,18 @@ pub fn read(name: &str, table: &Reader) -> Result<Valve> {
 }
 
 /// Data sheets state the drop over both edges in series, thesis (65), or over one.
-fn edge_pressure_drop(table: &Reader) -> Result<f64> {
+fn edge_pressure_drop<T: Number>(table: &Reader) -> Result<T> {
     let [both, one] = ["nominal-pressure-drop", "nominal-edge-pressure-drop"];
     match table.either([&["nominal-pressure-drop"], &["nominal-edge-pressure-drop"]])? {
-        Some(0) => Ok(0.5 * table.quantity(both)?),
+        Some(0) => Ok(table.quantity::<T>(both)? * 0.5),
         Some(_) => table.quantity(one),
         None => Err(table.missing(both, format!("give it, the drop over both edges, or `{one}`"))),
     }
 }
 
-fn printed_blend(table: Reader) -> Result<PrintedBlend> {
-    let low = table.quantity("blend-low")?;
-    let high = table.quantity("blend-high")?;
-    if low >= high {
+fn printed_blend<T: Number>(table: Reader) -> Result<PrintedBlend<T>> {
+    let [low, high]: [T; 2] = [table.quantity("blend-low")?, table.quantity("blend-high")?];
+    if low.plain() >= high.plain() {
         let message = "`blend-low` is not below `blend-high`";
         return Err(table.error(ErrorKind::CrossedLimits, "blend-low", message).help("exchange the two"));
     }

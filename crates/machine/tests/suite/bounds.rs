@@ -94,7 +94,7 @@ fn what_a_scenario_asks_for_has_bounds() {
     for (more, slug) in [
         ("[controller]\nperiod = \"1e-9 s\"", "out-of-range"),
         ("[controller]\ndelay = \"1e9 s\"", "out-of-range"),
-        ("[solver]\nmethod = \"ros3l\"\nstep = \"1e-300 s\"", "out-of-range"),
+        ("[solver]\nmethod = \"hc-rosenbrock-3\"\nstep = \"1e-300 s\"", "out-of-range"),
         (phases.as_str(), "too-large"),
         (rows.as_str(), "too-large"),
     ] {

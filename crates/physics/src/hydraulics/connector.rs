@@ -25,8 +25,8 @@ impl<T: Real> Connector<T> {
 }
 
 /// The coefficient of [`Connector`] from density and the areas of chamber and connector.
-pub fn dynamic_pressure_coefficient(density: f64, area: f64, connector_area: f64) -> f64 {
-    0.5 * density * ((area / connector_area).powi(2) - 1.0)
+pub fn dynamic_pressure_coefficient<T: Real>(density: T, area: T, connector_area: T) -> T {
+    density * 0.5 * ((area / connector_area).square() - 1.0)
 }
 
 #[cfg(test)]

@@ -4,12 +4,10 @@ use super::{commands, AssembledStage, AssemblyError, OwnedDriver, Surroundings};
 use crate::controllers::LEVER;
 use crate::model::Model;
 use crate::sampled::SampledPlan;
-use crate::sensing::{FaultKind, SensorFault, SensorMode, Sensors};
+use crate::sensing::{SensorMode, Sensors};
 use crate::stick::{StickKind, Sticks};
 use hydrocrane_control::controller::Controller;
-use hydrocrane_machine::scenario::{
-    self as file, ControllerChoice, Interpolation, Scenario, SensorQuality, Stage, StickMode,
-};
+use hydrocrane_machine::scenario::{ControllerChoice, Interpolation, Scenario, Stage};
 use hydrocrane_machine::OverrideValue;
 use std::sync::Arc;
 
@@ -94,32 +92,13 @@ fn plan(
     choice: &ControllerChoice,
     model: &dyn Model,
 ) -> Result<SampledPlan, AssemblyError> {
-    let mode = match choice.sensors {
-        SensorQuality::Ideal => SensorMode::Ideal,
-        SensorQuality::DataSheet => SensorMode::DataSheet,
-    };
-    let faults: Vec<SensorFault> = scenario.sensor_faults.iter().map(fault).collect();
-    let sensors = Sensors::new(model, mode, scenario.seed, &faults)?;
+    let sensors = Sensors::new(model, choice.sensors, scenario.seed, &scenario.sensor_faults)?;
     Ok(SampledPlan { sticks: sticks(stage, model), sensors, delay: choice.delay })
-}
-
-fn fault(stated: &file::SensorFault) -> SensorFault {
-    let kind = match stated.kind {
-        file::FaultKind::Freeze => FaultKind::Freeze,
-        file::FaultKind::Jump(size) => FaultKind::Jump(size),
-        file::FaultKind::DropOut => FaultKind::DropOut,
-    };
-    let until = stated.until.unwrap_or(f64::INFINITY);
-    SensorFault { signal: stated.signal.clone(), kind, from: stated.from, until }
 }
 
 /// The sticks of a stage, centred where it states none.
 fn sticks(stage: &Stage, model: &dyn Model) -> Sticks {
-    let kind = match stage.stick_mode() {
-        StickMode::Tip => StickKind::Tip,
-        StickMode::Lever => StickKind::Lever,
-    };
-    let centred = Sticks::centred(kind, model.machine().cylinders.len());
+    let centred = Sticks::centred(stage.stick_mode(), model.machine().cylinders.len());
     let Some(stick) = &stage.joystick else { return centred };
     Sticks {
         times: stick.time.clone(),

@@ -10,7 +10,7 @@ pub use machines::Machines;
 pub use start::start;
 
 use crate::live::Live;
-use crate::method_choice::{method_for, Task};
+use crate::method_choice::{method_for, step_control, Task};
 use crate::model::Model;
 use crate::options::{Commands, RunOptions};
 use crate::payload::PayloadChange;
@@ -112,7 +112,18 @@ pub fn assemble(
     settings: RunSettings,
     surroundings: &mut dyn Surroundings,
 ) -> Result<Assembly, AssemblyError> {
-    let stages = stages(scenario, surroundings)?;
+    at_start(scenario, settings, stages(scenario, surroundings)?)
+}
+
+/// The `stages` of `scenario`, ready to run from its start.
+///
+/// # Errors
+/// What is wrong with the start.
+pub fn at_start(
+    scenario: &Scenario,
+    settings: RunSettings,
+    stages: Vec<AssembledStage>,
+) -> Result<Assembly, AssemblyError> {
     let Some(first) = stages.first() else {
         return Err(format!("the duration is {} s; it must be greater than zero", scenario.duration).into());
     };
@@ -139,6 +150,7 @@ pub fn options(solver: &Solver, machine: &Machine, task: Task, payload: f64, set
     RunOptions {
         method: method_for(solver, machine, task).to_string(),
         tolerances: Tolerances { relative, absolute: solver.atol.unwrap_or(relative), max_step },
+        control: step_control(solver),
         payload,
         payload_changes: Vec::new(),
         ledger: settings.ledger,

@@ -2,7 +2,8 @@
 
 use super::SensitivityError;
 use hydrocrane_machine::model::{Form, Provenance, Recorded};
-use hydrocrane_machine::{ErrorKind, Machine, OverrideValue, Template};
+use hydrocrane_machine::{ErrorKind, Machine, Number, OverrideValue, Template, Variable};
+use std::ops::Range;
 
 type Result<T> = std::result::Result<T, SensitivityError>;
 
@@ -106,6 +107,17 @@ impl Keys {
 
     /// The machine with these values of the keys.
     pub fn machine(&self, values: &[f64]) -> Result<Machine> {
+        Ok(self.template.build(&self.changes(values)?)?)
+    }
+
+    /// As [`Self::machine`], with derivatives by the parameters of `range`, the first of them by the first of these.
+    pub fn machine_with<T: Number>(&self, values: &[f64], range: Range<usize>) -> Result<Machine<T>> {
+        let variable = |slot: &Slot| Variable { key: self.pinned[slot.number].key.clone(), element: slot.element };
+        let variables: Vec<Variable> = self.slots[range].iter().map(variable).collect();
+        Ok(self.template.build_with(&self.changes(values)?, &variables)?)
+    }
+
+    fn changes(&self, values: &[f64]) -> Result<Vec<(String, OverrideValue)>> {
         if values.len() != self.slots.len() {
             let (got, wanted) = (values.len(), self.slots.len());
             return Err(SensitivityError::Key(format!("{got} values for {wanted} keys; give one for each")));
@@ -118,9 +130,7 @@ impl Keys {
             }
             set(&mut numbers[slot.number].value, slot.element, *value);
         }
-        let changes: Vec<(String, OverrideValue)> =
-            numbers.iter().map(|n| (n.key.clone(), override_of(&n.value))).collect();
-        Ok(self.template.build(&changes)?)
+        Ok(numbers.iter().map(|n| (n.key.clone(), override_of(&n.value))).collect())
     }
 }
 

@@ -1,10 +1,10 @@
 //! Exact parameter sensitivities of an open-loop run.                       theory: docs/theory/sensitivities.md
 //!
-//! The derivative of a machine's laws by a key of its file is taken in two steps: from the key to the parameters of the
-//! laws by differences ([`construction`]), from there to states and outputs by dual numbers ([`tangent_system`]).
+//! The machine file is read with dual numbers ([`key`]), from which the parameters of the laws follow with their derivatives
+//! ([`inputs`]), and from these states and outputs with theirs ([`tangent_system`]).
 
-mod construction;
 mod error;
+mod inputs;
 mod key;
 mod solve;
 mod tangent_system;

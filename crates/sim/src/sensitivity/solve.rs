@@ -1,15 +1,15 @@
 //! One experiment: a run together with the derivatives of all it records.
 
-use super::construction::{tangents, Inputs};
+use super::inputs::{inputs_by, Differentiated, Inputs};
 use super::key::{Keys, Parameter};
-use super::tangent_system::{Group, Number, TangentSystem};
+use super::tangent_system::{Group, TangentSystem};
 use super::SensitivityError;
 use crate::assembly::{options, RunSettings};
 use crate::build::build;
 use crate::driven::Driven;
 use crate::event_loop::{EventLoop, Record};
 use crate::faults::start_fault;
-use crate::method_choice::{step_control, Task};
+use crate::method_choice::Task;
 use crate::model::Model;
 use crate::options::Commands;
 use crate::outcome::{Outcome, OutcomeKind};
@@ -119,13 +119,12 @@ fn sized<const N: usize>(
 ) -> Result<Sensitivities> {
     let model = build(machine)?;
     let model = model.as_ref();
-    let inputs = Inputs::<f64, N>::of(machine)?;
-    let groups = Group::all(&inputs, &tangents(keys, values, &inputs)?, model.layout());
+    let groups = Group::<N>::all(inputs_by(keys, values)?, values.len(), model.layout());
     let start = start_state(experiment, model, &groups)?;
     let mut record = SensitivityRecord::new(keys, model, &groups, &experiment.record);
     let states = model.layout().len();
     let settings = RunSettings { ledger: false, max_steps: experiment.max_steps };
-    let options = options(&experiment.solver, machine, Task::Sensitivities, inputs.payload, settings);
+    let options = options(&experiment.solver, machine, Task::Sensitivities, machine.payload.mass, settings);
     record.done.method.clone_from(&options.method);
     if let Some(message) = start_fault(model, &start[..states.min(start.len())], &options) {
         record.done.outcome = Outcome { kind: OutcomeKind::BadState, time: 0.0, message };
@@ -135,7 +134,7 @@ fn sized<const N: usize>(
     let mut system = TangentSystem::new(Driven::new(model, &options, 0.0), &groups, &sizes);
     let method = method(&options.method, system.dimension());
     let method = method.ok_or_else(|| SensitivityError::Key(format!("no method `{}`", options.method)))?;
-    let stepper = Stepper::new(method, options.tolerances, 0.0, &start, 0).with_control(step_control(&options.method));
+    let stepper = Stepper::new(method, options.tolerances, 0.0, &start, 0).with_control(options.control);
     let mut going = EventLoop::new(stepper, &system.driven);
     let mut schedule = Schedule::new(&experiment.commands, model);
     schedule.begin(0.0, &mut system.driven);
@@ -166,7 +165,7 @@ fn start_state<const N: usize>(experiment: &Experiment, model: &dyn Model, group
     let mut x = model.equilibrium(q, EquilibriumMode::Hold, model.machine().payload.mass)?;
     x.resize(layout.len() * (1 + groups.iter().map(|group| group.count).sum::<usize>()), 0.0);
     // Where the crane rests on an end stop it stands elsewhere than it was put.
-    let pose = std::array::from_fn(|i| Number::constant(x[layout.q(i)]));
+    let pose = std::array::from_fn(|i| Differentiated::constant(x[layout.q(i)]));
     for group in groups {
         let inputs = &group.inputs;
         group.write(&inputs.plant.held(layout, &pose, inputs.back_pressure, inputs.payload), &mut x);
@@ -230,13 +229,13 @@ impl<'a, const N: usize> SensitivityRecord<'a, N> {
     }
 
     /// States and outputs of the row at hand, with their derivatives by the parameters of one group.
-    fn signals(&self, group: &Group<N>, model: &dyn Model) -> Vec<Number> {
+    fn signals(&self, group: &Group<N>, model: &dyn Model) -> Vec<Differentiated> {
         let (n, info) = (self.layout.len(), model.output_info());
-        let mut state = vec![Number::constant(0.0); n];
+        let mut state = vec![Differentiated::constant(0.0); n];
         group.read(&self.row, n, &mut state);
-        let mut all = vec![Number::constant(0.0); info.len()];
+        let mut all = vec![Differentiated::constant(0.0); info.len()];
         let Inputs { plant, payload, .. } = &group.inputs;
-        outputs::evaluate(plant, self.layout, |_| Number::constant(0.0), &state, *payload, &mut all);
+        outputs::evaluate(plant, self.layout, |_| Differentiated::constant(0.0), &state, *payload, &mut all);
         state.extend(all.iter().zip(info).filter(|(_, output)| output.name != WITHOUT_SLOPE).map(|(value, _)| *value));
         state
     }

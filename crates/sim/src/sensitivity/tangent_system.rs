@@ -1,9 +1,9 @@
 //! The driven crane with the derivatives of its states by parameters: s' = J s + df/dp, by dual numbers.
 
-use super::construction::{Inputs, WIDTH};
+use super::inputs::{Differentiated, Inputs, WIDTH};
 use crate::driven::Driven;
 use crate::event_loop::Stepped;
-use hydrocrane_num::{Dual, Real};
+use hydrocrane_num::{Field, Real};
 use hydrocrane_ode::BlockArrow;
 use hydrocrane_ode::Linearisation;
 use hydrocrane_ode::System;
@@ -12,29 +12,27 @@ use hydrocrane_plant::layout::MAX_JOINTS;
 use hydrocrane_plant::rhs::Evaluator;
 use std::cell::RefCell;
 
-pub type Number = Dual<f64, WIDTH>;
-
 /// Up to [`WIDTH`] parameters, carried by one pass of dual numbers.
 pub struct Group<const N: usize> {
-    pub inputs: Inputs<Number, N>,
-    evaluator: Evaluator<Number, Number, N>,
+    pub inputs: Inputs<Differentiated, N>,
+    evaluator: Evaluator<Differentiated, Differentiated, N>,
     /// Index of the first of them, and how many there are.
     pub first: usize,
     pub count: usize,
 }
 
 impl<const N: usize> Group<N> {
-    /// Groups for all parameters, given the derivatives of the inputs by each.
-    pub fn all(inputs: &Inputs<f64, N>, tangents: &[Vec<f64>], layout: &Layout) -> Vec<Self> {
-        let group = |(i, chunk): (usize, &[Vec<f64>])| {
-            let inputs = inputs.with_tangents(chunk);
-            Group { evaluator: Evaluator::new(&inputs.plant, layout), inputs, first: i * WIDTH, count: chunk.len() }
+    /// Groups for all `parameters`, given the inputs with the derivatives of each group.
+    pub fn all(inputs: Vec<Inputs<Differentiated, N>>, parameters: usize, layout: &Layout) -> Vec<Self> {
+        let group = |(i, inputs): (usize, Inputs<Differentiated, N>)| {
+            let (first, count) = (i * WIDTH, WIDTH.min(parameters - i * WIDTH));
+            Group { evaluator: Evaluator::new(&inputs.plant, layout), inputs, first, count }
         };
-        tangents.chunks(WIDTH).enumerate().map(group).collect()
+        inputs.into_iter().enumerate().map(group).collect()
     }
 
     /// State and tangents, one behind the other in `x`, as dual numbers.
-    pub fn read(&self, x: &[f64], n: usize, duals: &mut [Number]) {
+    pub fn read(&self, x: &[f64], n: usize, duals: &mut [Differentiated]) {
         for (i, dual) in duals.iter_mut().enumerate() {
             dual.value = x[i];
             for k in 0..self.count {
@@ -44,7 +42,7 @@ impl<const N: usize> Group<N> {
     }
 
     /// The reverse of [`Group::read`].
-    pub fn write(&self, duals: &[Number], x: &mut [f64]) {
+    pub fn write(&self, duals: &[Differentiated], x: &mut [f64]) {
         let n = duals.len();
         for (i, dual) in duals.iter().enumerate() {
             x[i] = dual.value;
@@ -57,9 +55,9 @@ impl<const N: usize> Group<N> {
 
 /// Working space of one evaluation.
 struct Scratch {
-    x: Vec<Number>,
-    rate: Vec<Number>,
-    jacobian: BlockArrow<Number>,
+    x: Vec<Differentiated>,
+    rate: Vec<Differentiated>,
+    jacobian: BlockArrow<Differentiated>,
 }
 
 pub struct TangentSystem<'a, const N: usize> {
@@ -76,7 +74,7 @@ impl<'a, const N: usize> TangentSystem<'a, N> {
         let n = states.len();
         let of_tangents = sizes.iter().flat_map(|size| states.iter().map(move |scale| scale / size));
         let scales = states.iter().copied().chain(of_tangents).collect();
-        let zeros = |count: usize| vec![Number::constant(0.0); count];
+        let zeros = |count: usize| vec![Differentiated::c(0.0); count];
         let scratch = RefCell::new(Scratch {
             x: zeros(n),
             rate: zeros(n),
@@ -89,8 +87,8 @@ impl<'a, const N: usize> TangentSystem<'a, N> {
         self.driven.model.layout()
     }
 
-    fn command(&self, t: f64) -> [Number; MAX_JOINTS] {
-        self.driven.command(t).map(Number::constant)
+    fn command(&self, t: f64) -> [Differentiated; MAX_JOINTS] {
+        self.driven.command(t).map(Differentiated::c)
     }
 }
 
@@ -148,7 +146,7 @@ impl<const N: usize> System for TangentSystem<'_, N> {
         let layout = self.layout();
         let Scratch { rate, .. } = &mut *self.scratch.borrow_mut();
         for group in self.groups {
-            rate.fill(Number::constant(0.0));
+            rate.fill(Differentiated::c(0.0));
             for (c, unit) in group.inputs.plant.cylinders.iter().enumerate() {
                 rate[layout.vs(c)] = unit.spool.natural_frequency.square() * self.driven.slope[c];
             }

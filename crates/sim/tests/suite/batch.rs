@@ -2,7 +2,7 @@
 
 use hydrocrane_machine::{load, OverrideValue};
 use hydrocrane_num::RandomStream;
-use hydrocrane_ode::Tolerances;
+use hydrocrane_ode::{StepControl, Tolerances};
 use hydrocrane_sim::batch::{Batch, BatchOptions};
 use hydrocrane_sim::{build, EquilibriumMode, Model, OutcomeKind, RunOptions, Simulator};
 use std::sync::Arc;
@@ -116,6 +116,7 @@ fn worst_tip(model: &Arc<dyn Model>, tasks: &[Task], tolerance: f64) -> f64 {
     let tight = RunOptions {
         method: "rodas5p".to_string(),
         tolerances: Tolerances { relative: 1e-8, absolute: 1e-8, max_step: 0.01 },
+        control: StepControl::Adaptive,
         payload: 0.0,
         payload_changes: Vec::new(),
         ledger: false,

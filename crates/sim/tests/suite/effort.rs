@@ -17,6 +17,7 @@ fn options(method: &str, max_step: f64) -> RunOptions {
     RunOptions {
         method: method.to_string(),
         tolerances: Tolerances { relative: 1e-4, absolute: 1e-4, max_step },
+        control: crate::control(method),
         payload: 0.0,
         payload_changes: Vec::new(),
         ledger: false,
@@ -65,8 +66,8 @@ fn a_stiff_lift_takes_its_number_of_steps() {
 
 #[test]
 fn a_lift_by_the_exponential_method_takes_its_number_of_steps() {
-    assert_near(&lift("ros4l", 0.05), [150, 23]);
-    assert_near(&tip_control("ros4l", 0.05), [260, 60]);
+    assert_near(&lift("hc-exponential-4", 0.05), [150, 23]);
+    assert_near(&tip_control("hc-exponential-4", 0.05), [260, 60]);
 }
 
 #[test]
@@ -77,8 +78,8 @@ fn an_explicit_lift_takes_its_number_of_steps() {
 #[test]
 fn fixed_steps_divide_every_interval_between_commands() {
     // 0.3, 1 and 0.7 s.
-    assert_near(&lift("ros3l", 0.005), [60 + 200 + 140, 0]);
-    assert_fixed(&lift("ros3l", 0.02), 15 + 50 + 35);
+    assert_near(&lift("hc-rosenbrock-3", 0.005), [60 + 200 + 140, 0]);
+    assert_fixed(&lift("hc-rosenbrock-3", 0.02), 15 + 50 + 35);
 }
 
 #[test]
@@ -88,9 +89,9 @@ fn a_stiff_closed_loop_takes_two_steps_per_sample() {
 
 #[test]
 fn fixed_steps_divide_every_sample() {
-    assert_fixed(&tip_control("ros3l", 0.005), 400);
-    assert_fixed(&tip_control("ros3l", 0.004), 600);
-    assert_fixed(&tip_control("ros3l", 1.0), 200);
+    assert_fixed(&tip_control("hc-rosenbrock-3", 0.005), 400);
+    assert_fixed(&tip_control("hc-rosenbrock-3", 0.004), 600);
+    assert_fixed(&tip_control("hc-rosenbrock-3", 1.0), 200);
 }
 
 #[test]
@@ -110,7 +111,7 @@ fn a_stiff_attempt_costs_seven_right_hand_sides_and_one_factorisation() {
 fn a_step_begins_with_what_the_last_one_ended_with() {
     let explicit = lift("tsit5", 0.05);
     assert_eq!(explicit.effort.derivatives, 6 * (explicit.accepted + explicit.rejected) + 3);
-    let implicit = lift("ros4l", 0.05);
+    let implicit = lift("hc-exponential-4", 0.05);
     let attempts = implicit.accepted + implicit.rejected;
     let effort = implicit.effort;
     assert_eq!([effort.derivatives, effort.jacobians, effort.factorisations], [attempts, attempts + 3, attempts]);
@@ -119,6 +120,6 @@ fn a_step_begins_with_what_the_last_one_ended_with() {
 /// Commands that a sample changes move the spools alone: what is linearised is steered, but for the first step.
 #[test]
 fn a_sample_of_a_controller_does_not_linearise_anew() {
-    let run = tip_control("ros4l", 0.05);
+    let run = tip_control("hc-exponential-4", 0.05);
     assert_eq!(run.effort.jacobians, run.accepted + run.rejected + 1);
 }

@@ -20,6 +20,7 @@ fn run(model: &dyn Model, commands: &Commands, end: f64, method: &str, tolerance
     let options = RunOptions {
         method: method.to_string(),
         tolerances: Tolerances { relative: tolerance, absolute: tolerance, max_step },
+        control: crate::control(method),
         payload: 0.0,
         payload_changes: Vec::new(),
         ledger: false,
@@ -52,7 +53,7 @@ fn halving_the_step_divides_the_error_of_the_tip_by_eight() {
     let model = crane(&[]);
     let exact = run(model.as_ref(), &commands, 0.4, "rodas5p", 1e-12, 0.05);
     let errors = [4e-4, 2e-4, 1e-4].map(|step| {
-        let end = run(model.as_ref(), &commands, 0.4, "ros3l", 1e-4, step);
+        let end = run(model.as_ref(), &commands, 0.4, "hc-rosenbrock-3", 1e-4, step);
         distance(model.as_ref(), &end, &exact)
     });
     let order = (errors[0] / errors[2]).log2() / 2.0;
@@ -65,7 +66,7 @@ fn long_steps_stay_stable_and_near_with_either_friction() {
         let model = crane(&changes);
         let exact = run(model.as_ref(), &to_and_fro(), 2.5, "rodas5p", 1e-7, 0.05);
         for (step, most) in [(0.01, 1e-3), (0.005, 6e-4), (0.001, 4e-4)] {
-            let fixed = run(model.as_ref(), &to_and_fro(), 2.5, "ros3l", 1e-4, step);
+            let fixed = run(model.as_ref(), &to_and_fro(), 2.5, "hc-rosenbrock-3", 1e-4, step);
             let worst = distance(model.as_ref(), &fixed, &exact);
             assert!(worst < most, "{} at {step}: {worst}", model.layout().len());
         }
@@ -111,8 +112,8 @@ fn secants_replace_the_slope_of_static_friction_alone() {
 #[test]
 fn the_printed_jump_of_friction_is_crossed_without_chatter() {
     let model = build(&load("heinze-2007", &[]).expect("a bundled machine")).expect("it can be built");
-    let loose = run(model.as_ref(), &to_and_fro(), 1.0, "ros3l", 1e-4, 2e-3);
-    let fine = run(model.as_ref(), &to_and_fro(), 1.0, "ros3l", 1e-4, 5e-5);
+    let loose = run(model.as_ref(), &to_and_fro(), 1.0, "hc-rosenbrock-3", 1e-4, 2e-3);
+    let fine = run(model.as_ref(), &to_and_fro(), 1.0, "hc-rosenbrock-3", 1e-4, 5e-5);
     assert_eq!(loose.outcome.kind, OutcomeKind::Completed, "{}", loose.outcome.message);
     assert!((500..=505).contains(&(loose.accepted + loose.rejected)), "{} {}", loose.accepted, loose.rejected);
     let apart = distance(model.as_ref(), &loose, &fine);
@@ -123,7 +124,7 @@ fn the_printed_jump_of_friction_is_crossed_without_chatter() {
 fn a_run_that_cannot_go_on_says_so_and_keeps_what_it_has() {
     let model = crane(&[]);
     let out = Commands { times: vec![0.0], values: vec![0.05; 3], linear: false };
-    let long = run(model.as_ref(), &out, 60.0, "ros3l", 1e-4, 5.0);
+    let long = run(model.as_ref(), &out, 60.0, "hc-rosenbrock-3", 1e-4, 5.0);
     assert!(long.outcome.kind != OutcomeKind::Completed && !long.times.is_empty());
     assert!(long.states.iter().all(|v| v.is_finite()), "{}", long.outcome.message);
     assert!(!long.outcome.message.is_empty() && long.rejected <= 64 * 12, "{}", long.rejected);
@@ -136,6 +137,7 @@ fn a_step_is_cut_where_a_chamber_cavitates_and_the_work_stays_bounded() {
     let options = |method: &str, tolerance: f64, max_step: f64| RunOptions {
         method: method.to_string(),
         tolerances: Tolerances { relative: tolerance, absolute: tolerance, max_step },
+        control: crate::control(method),
         payload: 300.0,
         payload_changes: Vec::new(),
         ledger: true,
@@ -146,7 +148,7 @@ fn a_step_is_cut_where_a_chamber_cavitates_and_the_work_stays_bounded() {
     let go = |o: RunOptions| simulate(model.as_ref(), &start, 1.0, &lower, &record, &o, &mut |_| true);
     let exact = go(options("rodas5p", 1e-8, 0.05));
     for (step, most) in [(1e-3, 5e-4), (5e-3, 5e-3)] {
-        let even = go(options("ros3l", 1e-4, step));
+        let even = go(options("hc-rosenbrock-3", 1e-4, step));
         assert_eq!(even.outcome.kind, OutcomeKind::Completed, "{}", even.outcome.message);
         let apart = distance(model.as_ref(), &even, &exact);
         assert!(apart < most, "{step}: {apart}");

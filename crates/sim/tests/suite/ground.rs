@@ -163,10 +163,11 @@ fn far_above_the_ground_every_bit_is_that_of_the_machine_without() {
 }
 
 fn options(method: &str, payload: f64, changes: &[(f64, f64)]) -> RunOptions {
-    let step = if method == "ros3l" { 1e-3 } else { 0.01 };
+    let step = if method == "hc-rosenbrock-3" { 1e-3 } else { 0.01 };
     RunOptions {
         method: method.into(),
         tolerances: Tolerances { relative: 1e-7, absolute: 1e-7, max_step: step },
+        control: crate::control(method),
         payload,
         payload_changes: changes.iter().map(|&(time, mass)| PayloadChange { time, mass }).collect(),
         ledger: true,
@@ -242,7 +243,7 @@ fn steps_of_a_millisecond_follow_the_contact() {
     let m = m.as_ref();
     for payload in [0.0, 300.0] {
         let exact = run(m, 26.0, &lowering(24.0, -0.02), &options("rodas5p", payload, &[]));
-        let even = run(m, 26.0, &lowering(24.0, -0.02), &options("ros3l", payload, &[]));
+        let even = run(m, 26.0, &lowering(24.0, -0.02), &options("hc-rosenbrock-3", payload, &[]));
         let apart = |i: usize| {
             let [a, b] = [&exact, &even].map(|run| m.tip(&row(m, run, i)[..3]));
             (a[0] - b[0]).hypot(a[1] - b[1])

@@ -5,7 +5,7 @@ use hydrocrane_control::controller_model::ControllerModel;
 use hydrocrane_control::keep_out::{KeepOut, Region};
 use hydrocrane_machine::{load, Machine, OverrideValue};
 use hydrocrane_num::RandomStream;
-use hydrocrane_ode::Tolerances;
+use hydrocrane_ode::{StepControl, Tolerances};
 use hydrocrane_sim::controller_model;
 use hydrocrane_sim::{
     build, simulate_sampled, Crane, EquilibriumMode, Model, OutcomeKind, RunOptions, SampledPlan, SampledRun,
@@ -60,6 +60,7 @@ impl Case {
             payload_changes: Vec::new(),
             method: "rodas5p".to_string(),
             tolerances: Tolerances { relative: 1e-4, absolute: 1e-4, max_step: 0.01 },
+            control: StepControl::Adaptive,
             payload: self.payload,
             ledger: false,
             max_steps: 10_000_000,

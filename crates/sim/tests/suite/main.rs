@@ -14,3 +14,14 @@ mod phases;
 mod plausibility;
 mod sampled_loop;
 mod tip_control;
+
+use hydrocrane_ode::StepControl;
+
+/// How tests step by this method: evenly by the one that is made for it.
+fn control(method: &str) -> StepControl {
+    if method == "hc-rosenbrock-3" {
+        StepControl::Even
+    } else {
+        StepControl::Adaptive
+    }
+}

@@ -1,7 +1,7 @@
 //! Every way a run can end, and what it leaves behind.
 
 use hydrocrane_machine::{load, OverrideValue};
-use hydrocrane_ode::Tolerances;
+use hydrocrane_ode::{StepControl, Tolerances};
 use hydrocrane_sim::{build, simulate, Commands, EquilibriumMode, Model, OutcomeKind, Run, RunOptions};
 use std::sync::Arc;
 
@@ -14,6 +14,7 @@ fn options(method: &str) -> RunOptions {
     RunOptions {
         method: method.to_string(),
         tolerances: Tolerances { relative: 1e-4, absolute: 1e-4, max_step: 0.05 },
+        control: StepControl::Adaptive,
         payload: 0.0,
         payload_changes: Vec::new(),
         ledger: true,

@@ -2,7 +2,7 @@
 
 use hydrocrane_control::controller::{Controller, Fault, Measurement, Stick};
 use hydrocrane_machine::load;
-use hydrocrane_ode::Tolerances;
+use hydrocrane_ode::{StepControl, Tolerances};
 use hydrocrane_sim::{
     build, simulate, simulate_sampled, Commands, EquilibriumMode, Model, OutcomeKind, PayloadChange, Run, RunOptions,
     SampledPlan, Sensors, Simulator, StickKind, Sticks,
@@ -44,6 +44,7 @@ fn options(changes: &[(f64, f64)]) -> RunOptions {
     RunOptions {
         method: "rodas5p".into(),
         tolerances: Tolerances { relative: 1e-7, absolute: 1e-7, max_step: 0.01 },
+        control: StepControl::Adaptive,
         payload: 0.0,
         payload_changes: changes.iter().map(|&(time, mass)| PayloadChange { time, mass }).collect(),
         ledger: true,

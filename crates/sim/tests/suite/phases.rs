@@ -1,7 +1,7 @@
 //! Runs in phases: what a phase takes over, what begins anew, what cannot be.
 
 use hydrocrane_machine::{load, OverrideValue};
-use hydrocrane_ode::Tolerances;
+use hydrocrane_ode::{StepControl, Tolerances};
 use hydrocrane_sim::controller::{Controller, Fault, Measurement, Stick};
 use hydrocrane_sim::{
     build, simulate_phases, Driver, EquilibriumMode, Model, OutcomeKind, Phase, PhasedRun, RunOptions, SampledPlan,
@@ -48,8 +48,9 @@ fn run(models: [&dyn Model; 2], at: f64, controllers: [&mut Constant; 2], delay:
     let plan =
         |m: &dyn Model| SampledPlan { sticks: Sticks::centred(StickKind::Tip, 3), sensors: Sensors::ideal(m), delay };
     let options = RunOptions {
-        method: "ros3l".into(),
+        method: "hc-rosenbrock-3".into(),
         tolerances: Tolerances { relative: 1e-4, absolute: 1e-4, max_step: 1e-3 },
+        control: StepControl::Even,
         payload: 0.0,
         payload_changes: Vec::new(),
         ledger: true,

@@ -2,7 +2,7 @@
 
 use hydrocrane_machine::{load, OverrideValue};
 use hydrocrane_num::RandomStream;
-use hydrocrane_ode::Tolerances;
+use hydrocrane_ode::{StepControl, Tolerances};
 use hydrocrane_sim::{
     build, simulate_sampled, EquilibriumMode, FaultKind, Model, OutcomeKind, RunOptions, SampledPlan, SampledRun,
     SensorFault, SensorMode, Sensors, StickKind, Sticks, PLAUSIBILITY,
@@ -69,6 +69,7 @@ impl Case {
             payload_changes: Vec::new(),
             method: method.into(),
             tolerances,
+            control: StepControl::Adaptive,
             payload: self.payload,
             ledger: false,
             max_steps: 10_000_000,
@@ -155,7 +156,7 @@ fn pushed(direction: [f64; 2], release: f64) -> Sticks {
 }
 
 fn fault(signal: &str, kind: FaultKind, until: f64) -> SensorFault {
-    SensorFault { signal: signal.into(), kind, from: 1.5, until }
+    SensorFault { signal: signal.into(), kind, from: 1.5, until: until.is_finite().then_some(until) }
 }
 
 const FOR_EVER: f64 = f64::INFINITY;

@@ -3,7 +3,7 @@
 use hydrocrane_control::controller::{Controller, Fault, Measurement, Stick};
 use hydrocrane_machine::{load, OverrideValue};
 use hydrocrane_num::RandomStream;
-use hydrocrane_ode::Tolerances;
+use hydrocrane_ode::{StepControl, Tolerances};
 use hydrocrane_sim::{
     build, simulate, simulate_sampled, Commands, EquilibriumMode, FaultKind, Model, OutcomeKind, RunOptions,
     SampledPlan, SampledRun, SensorFault, SensorMode, Sensors, StickKind, Sticks, FAILURES_IN_A_ROW,
@@ -46,6 +46,7 @@ fn options() -> RunOptions {
     RunOptions {
         method: "rodas5p".into(),
         tolerances,
+        control: StepControl::Adaptive,
         payload: 0.0,
         payload_changes: Vec::new(),
         ledger: false,
@@ -217,7 +218,7 @@ fn impossible_sticks_are_refused_before_the_first_step() {
 #[test]
 fn a_sensor_frozen_from_the_start_stays_at_its_first_reading() {
     let m = model(&[]);
-    let fault = SensorFault { signal: "joint.boom.q".into(), kind: FaultKind::Freeze, from: 0.0, until: f64::INFINITY };
+    let fault = SensorFault { signal: "joint.boom.q".into(), kind: FaultKind::Freeze, from: 0.0, until: None };
     let done = measured_under(m.as_ref(), data_sheet(m.as_ref(), 0, &[fault]));
     let width = data_sheet(m.as_ref(), 0, &[]).signals().count();
     let boom: Vec<f64> = done.samples.measured.iter().step_by(width).copied().collect();
@@ -266,7 +267,7 @@ fn data_sheet_readings_stay_near_the_truth_and_are_not_it() {
 #[test]
 fn failing_sensors_do_what_they_are_told_from_their_time_on() {
     let m = model(&[]);
-    let fault = |signal: &str, kind| SensorFault { signal: signal.into(), kind, from: 0.1, until: f64::INFINITY };
+    let fault = |signal: &str, kind| SensorFault { signal: signal.into(), kind, from: 0.1, until: None };
     let faults = [
         fault("joint.boom.q", FaultKind::Freeze),
         fault("joint.jib.q", FaultKind::Jump(0.5)),
@@ -290,7 +291,7 @@ fn failing_sensors_do_what_they_are_told_from_their_time_on() {
 #[test]
 fn a_fault_of_an_unknown_sensor_names_the_known_ones() {
     let m = model(&[]);
-    let fault = SensorFault { signal: "joint.bom.q".into(), kind: FaultKind::Freeze, from: 0.0, until: f64::INFINITY };
+    let fault = SensorFault { signal: "joint.bom.q".into(), kind: FaultKind::Freeze, from: 0.0, until: None };
     let message = Sensors::new(m.as_ref(), SensorMode::Ideal, 0, &[fault]).unwrap_err();
     assert!(message.contains("joint.bom.q") && message.contains("joint.boom.q"), "{message}");
 }
@@ -333,7 +334,7 @@ fn a_minute_of_random_sticks_is_finite_and_stays_inside_the_cylinders() {
 #[test]
 fn tip_control_without_a_reading_closes_the_valves() {
     let m = model(&[]);
-    let fault = SensorFault { signal: "joint.jib.q".into(), kind: FaultKind::DropOut, from: 1.0, until: f64::INFINITY };
+    let fault = SensorFault { signal: "joint.jib.q".into(), kind: FaultKind::DropOut, from: 1.0, until: None };
     let plan =
         SampledPlan { sensors: data_sheet(m.as_ref(), 0, &[fault]), ..random_plan(m.as_ref(), 1, 5.0, StickKind::Tip) };
     let done = named_run(m.as_ref(), "tip", &plan, 5.0);
@@ -352,7 +353,7 @@ fn tip_control_with_frozen_or_jumping_sensors_stays_finite() {
         ("joint.jib.q", FaultKind::Jump(-2.0)),
         ("cylinder.lift.p1", FaultKind::Jump(300e5)),
     ] {
-        let fault = SensorFault { signal: signal.into(), kind, from: 1.0, until: f64::INFINITY };
+        let fault = SensorFault { signal: signal.into(), kind, from: 1.0, until: None };
         let sensors = data_sheet(m.as_ref(), 0, &[fault]);
         let plan = SampledPlan { sensors, ..random_plan(m.as_ref(), 1, 20.0, StickKind::Tip) };
         let done = named_run(m.as_ref(), "tip", &plan, 20.0);

@@ -8,7 +8,7 @@ use hydrocrane_control::redundancy::{resolve, Preference, Task};
 use hydrocrane_control::tip::Tip;
 use hydrocrane_machine::{load, Machine, OverrideValue};
 use hydrocrane_num::RandomStream;
-use hydrocrane_ode::Tolerances;
+use hydrocrane_ode::{StepControl, Tolerances};
 use hydrocrane_sim::controllers::{heinze_settings, tip_settings};
 use hydrocrane_sim::{build, Crane, EquilibriumMode, Model, OutcomeKind, RunOptions, Simulator};
 use std::sync::Arc;
@@ -54,6 +54,7 @@ fn options(model: &dyn Model, payload: f64) -> RunOptions {
     RunOptions {
         method: method.to_string(),
         tolerances: Tolerances { relative: tolerance, absolute: tolerance, max_step: 0.01 },
+        control: StepControl::Adaptive,
         payload,
         payload_changes: Vec::new(),
         ledger: false,

@@ -216,7 +216,7 @@ const EVERYTHING: &str = r#"
     from = "1 s"
     until = "2 s"
     [solver]
-    method = "ros3l"
+    method = "hc-rosenbrock-3"
     step = "1 ms"
 "#;
 const STICKS: &str = "time [s],x,z\n0,0.5,0\n0.7,0,0.4\n2,0,0\n";
@@ -245,7 +245,7 @@ fn whatever_a_scenario_states_is_driven_and_saved() {
     replayed_and_saved(&json!({ "scenario": EVERYTHING, "logs": { "sticks.csv": STICKS } }), &scenario);
 
     let text = bundled("vertical-lift-open-loop");
-    let solver = Solver { method: "ros3l".into(), step: Some(1e-3), ..scenario.solver };
+    let solver = Solver { method: "hc-rosenbrock-3".into(), step: Some(1e-3), ..scenario.solver };
     let open_loop = Scenario { solver, ..parse_scenario(text, "open.toml", &[]).expect("a scenario") };
     replayed_and_saved(&json!({ "scenario": text }), &open_loop);
 }

@@ -1,4 +1,4 @@
-//! ROS4L: linearly implicit method of order four, L-stable, with few right-hand sides.   theory: docs/theory/integration.md
+//! hc-exponential-4: linearly implicit method of order four, L-stable, with few right-hand sides.   theory: docs/theory/integration.md
 //!
 //! An exponential Rosenbrock method whose phi-functions are sums over the [poles](super::poles) of a Padé approximant. With
 //! N(u) = h F(x + u) - h F_1 - hJ u, the remainder of the right-hand side beyond its linearisation at the start,
@@ -27,9 +27,9 @@ const POWER: f64 = 1e-8;
 /// The method for `n` equations, with the poles in registers where the processor has them.
 pub fn method(n: usize) -> Box<dyn Method> {
     if NativeSimd::is_available() {
-        Box::new(Ros4l::<NativeSimd>::new(n))
+        Box::new(Exponential4::<NativeSimd>::new(n))
     } else {
-        Box::new(Ros4l::<f64>::new(n))
+        Box::new(Exponential4::<f64>::new(n))
     }
 }
 
@@ -77,7 +77,7 @@ fn share(theta: f64) -> f64 {
 }
 
 /// The method for a [`System`].
-struct Ros4l<R> {
+struct Exponential4<R> {
     /// Linearisations at the start of the step and at the end of its last attempt.
     here: Linearisation,
     ahead: Linearisation,
@@ -123,11 +123,11 @@ impl<R: Register> SumAndProduct<R> {
     }
 }
 
-impl<R: Register> Ros4l<R> {
+impl<R: Register> Exponential4<R> {
     fn new(n: usize) -> Self {
         let poles = Poles::new(n);
         let room = || vec![0.0; n];
-        Ros4l {
+        Exponential4 {
             here: Linearisation::new(n),
             ahead: Linearisation::new(n),
             time_derivative: room(),
@@ -153,7 +153,7 @@ impl<R: Register> Ros4l<R> {
     }
 }
 
-impl<R: Register> Method for Ros4l<R> {
+impl<R: Register> Method for Exponential4<R> {
     fn order(&self) -> u32 {
         4
     }
@@ -181,7 +181,9 @@ impl<R: Register> Method for Ros4l<R> {
         if !self.poles.factor(&self.here, h) {
             return false;
         }
-        let Ros4l { here, ahead, weights, poles, rates, bends, rests, argument, product, bend, correction, .. } = self;
+        let Exponential4 {
+            here, ahead, weights, poles, rates, bends, rests, argument, product, bend, correction, ..
+        } = self;
         self.start.copy_from_slice(x);
         poles.solve(here, &here.rate, self.driven.then_some((h, &self.time_derivative)), rates);
         let way = &weights.on_the_way;
@@ -292,7 +294,7 @@ mod tests {
 
     #[test]
     fn it_is_l_stable() {
-        let end = |re: f64, im: f64| size(step(Complex::new(re, im), 0.5, &mut Ros4l::<f64>::new(2))[1]);
+        let end = |re: f64, im: f64| size(step(Complex::new(re, im), 0.5, &mut Exponential4::<f64>::new(2))[1]);
         for i in 1..2000 {
             let y = 0.01 * 1.01f64.powi(i);
             assert!(end(0.0, y) < 1.0 + 1e-9, "{y}: {}", end(0.0, y));
@@ -307,7 +309,7 @@ mod tests {
         let y = 14.0 * std::f64::consts::TAU * 0.025;
         for theta in [0.25, 0.5, 0.75] {
             let exact = |theta: f64| Complex::new((theta * y).cos(), (theta * y).sin());
-            let [inside, end] = step(Complex::new(0.0, y), theta, &mut Ros4l::<f64>::new(2));
+            let [inside, end] = step(Complex::new(0.0, y), theta, &mut Exponential4::<f64>::new(2));
             assert!(size(end - exact(1.0)) < 1e-11, "{}", size(end - exact(1.0)));
             assert!(size(inside - exact(theta)) < 1e-7, "{theta}: {}", size(inside - exact(theta)));
         }
@@ -316,7 +318,7 @@ mod tests {
     #[test]
     fn registers_give_the_bits_of_single_numbers() {
         for z in [Complex::new(-0.3, 1.2), Complex::new(-40.0, 3.0)] {
-            let alone = step(z, 0.3, &mut Ros4l::<f64>::new(2));
+            let alone = step(z, 0.3, &mut Exponential4::<f64>::new(2));
             let chosen = step(z, 0.3, method(2).as_mut());
             assert_eq!(
                 alone.map(|z| [z.re.to_bits(), z.im.to_bits()]),

@@ -1,4 +1,4 @@
-//! ROS3L: linearly implicit method of order three, L-stable, for fixed steps.   theory: docs/theory/integration.md
+//! hc-rosenbrock-3: linearly implicit method of order three, L-stable, for fixed steps.   theory: docs/theory/integration.md
 //!
 //! With G = (I - h gamma J)^-1, F_1 = f(t, x) and F_2 = f(t + alpha h, x + alpha h G F_1)
 //!     x_new = x + h (p_1 G + p_2 G^2 + p_3 G^3 + p_4 G^4) F_1 + h (q_2 G^2 + q_3 G^3) F_2.
@@ -42,7 +42,7 @@ fn combine(out: &mut [f64], from: &[f64], k: &[Vec<f64>; STAGES], of: impl Fn(f6
 }
 
 /// The method for a [`System`].
-pub struct Ros3l {
+pub struct Rosenbrock3 {
     linearisation: Linearisation,
     factored: Factored<f64>,
     /// df/dt, and whether it is nonzero.
@@ -57,9 +57,9 @@ pub struct Ros3l {
     effort: Effort,
 }
 
-impl Ros3l {
+impl Rosenbrock3 {
     pub fn new(n: usize) -> Self {
-        Ros3l {
+        Rosenbrock3 {
             linearisation: Linearisation::new(n).with_secants(),
             factored: Factored::default(),
             time_derivative: vec![0.0; n],
@@ -76,7 +76,7 @@ impl Ros3l {
     /// then the partial sums of p and q over the powers of G.
     #[inline(always)]
     fn stages(&mut self, system: &dyn System, t: f64, h: f64, x: &[f64]) {
-        let Ros3l { linearisation, factored, time_derivative, driven, ahead, argument, .. } = self;
+        let Rosenbrock3 { linearisation, factored, time_derivative, driven, ahead, argument, .. } = self;
         let [first, second, third, fourth] = &mut self.k;
         let inverse = 1.0 / h;
         // A solve takes df/dt as often as time has gone on in what it is applied to.
@@ -111,7 +111,7 @@ impl Ros3l {
     }
 }
 
-impl Method for Ros3l {
+impl Method for Rosenbrock3 {
     fn order(&self) -> u32 {
         3
     }
@@ -275,7 +275,7 @@ mod tests {
 
     /// One step of size 1 from 1.
     fn step(j: f64, f: fn(f64) -> f64) -> f64 {
-        let (scalar, mut method, mut target) = (Scalar { j, f }, Ros3l::new(1), Target::new(1));
+        let (scalar, mut method, mut target) = (Scalar { j, f }, Rosenbrock3::new(1), Target::new(1));
         method.begin(&scalar, 0.0, &[1.0], Restart::State);
         assert!(method.attempt(&scalar, 0.0, 1.0, &[1.0], &mut target));
         target.x[0]

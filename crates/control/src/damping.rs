@@ -1,0 +1,204 @@
+//! Active damping of the modes on the oil.                            theory: docs/theory/control/damping.md
+//!
+//! In the coordinate of a mode, s is the deflection of the oil and w the speed that the valves give:
+//!     s' = r - w,    r' = -omega^2 s,    y = s + b,    w = min(2 zeta omega, c/T) s(t + delay)
+//!
+//! y follows from the chamber pressures; b is what the load differs from the planned one. An observer with real poles finds s, r and
+//! b; s is taken forward over the delay of samples and spools. The energy of the mode falls by omega^2 s w.
+
+use crate::controller_model::Posture;
+use crate::oil_modes::OilModes;
+use hydrocrane_num::{portable, Complex};
+
+/// How the modes are damped.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DampingGains {
+    /// zeta, damping ratio that is added.
+    pub ratio: f64,
+    /// Speed of the tip in a mode that is left to friction, m/s.
+    pub quiet: f64,
+    /// From a sample to the middle of its effect at the spools, s.
+    pub delay: f64,
+    /// s
+    pub period: f64,
+}
+
+/// Poles of the observer, in frequencies of the mode. Fast ones bear a frequency that the model has not quite; where they are faster
+/// than EXACT per period, they let noise pass, and the least will do.
+const FASTEST: f64 = 1.5;
+const LEAST: f64 = 0.8;
+const EXACT: f64 = 0.3;
+const OFFSET: f64 = 1.0;
+/// Angle of a mode in a period (rad) from which on it is not damped: a command that comes a period late without the controller's
+/// knowledge would turn the damping into its opposite soon after.
+const FAST: f64 = 1.3;
+/// Largest gain, per period.
+const MOST: f64 = 0.1;
+/// Time constant with which the level of noise follows the innovations, s.
+const NOISE_TIME: f64 = 3.0;
+/// Multiple of that level which counts as quiet.
+const NOISE: f64 = 3.0;
+
+/// Median of the innovations of a mode, as a speed of the tip, m/s. A stop, which no model foresees, hardly moves it.
+#[derive(Debug, Clone, Copy)]
+struct NoiseLevel(f64);
+
+impl NoiseLevel {
+    /// Takes in the size of an innovation; the speed of the tip up to which the mode counts as quiet.
+    fn follow(&mut self, size: f64, gains: DampingGains) -> f64 {
+        let factor = 1.0 + gains.period / NOISE_TIME;
+        self.0 = if size > self.0 { self.0 * factor } else { self.0 / factor }.max(gains.quiet / NOISE);
+        NOISE * self.0
+    }
+}
+
+/// Oil deflections as observed, in joint coordinates, because the modes change with the pose.
+#[derive(Debug, Clone, Copy)]
+pub struct Damping<const N: usize> {
+    gains: DampingGains,
+    /// s, rad or m
+    deflection: [f64; N],
+    /// r, rad/s or m/s
+    rate: [f64; N],
+    /// b as a torque, N m or N
+    offset: [f64; N],
+    /// Joint rates that the valves give for damping, rad/s or m/s.
+    given: [f64; N],
+    /// Per mode.
+    noise: [NoiseLevel; N],
+}
+
+impl<const N: usize> Damping<N> {
+    /// At rest; `excess` is what the torques of the cylinders exceed the planned ones by, N m or N.
+    pub fn at(gains: DampingGains, excess: &[f64; N]) -> Self {
+        let zero = [0.0; N];
+        Damping {
+            gains,
+            deflection: zero,
+            rate: zero,
+            offset: *excess,
+            given: zero,
+            noise: [NoiseLevel(gains.quiet / NOISE); N],
+        }
+    }
+
+    /// Takes in a sample of the torques' `excess` over the planned ones; joint rates that the valves shall give on top.
+    pub fn step(&mut self, modes: &OilModes<N>, posture: &Posture<N>, excess: &[f64; N]) -> [f64; N] {
+        let g = self.gains;
+        let (deflection, rate) = (modes.of_motion(&self.deflection), modes.of_motion(&self.rate));
+        let (given, offset) = (modes.of_motion(&self.given), modes.of_torque(&self.offset));
+        let (torque, reach) = (modes.of_torque(excess), modes.reach(&posture.jacobian));
+        let (mut s, mut r, mut b, mut w) = ([0.0; N], [0.0; N], [0.0; N], [0.0; N]);
+        for m in 0..N {
+            let omega = modes.frequency[m];
+            let angle = omega * g.period;
+            // A mode without a spring, and one that samples cannot tell.
+            if !(angle > 0.0 && angle < FAST) {
+                b[m] = torque[m];
+                continue;
+            }
+            let square = omega * omega;
+            let seen = Seen { state: Complex::new(deflection[m], -rate[m] / omega), offset: -offset[m] / square };
+            let (seen, innovation) = seen.next(angle, given[m] / omega, -torque[m] / square);
+            let ahead = turn(omega * g.delay).re_of_product(seen.state);
+            let speed = reach[m] * omega * (seen.state.re.powi(2) + seen.state.im.powi(2)).sqrt();
+            let quiet = self.noise[m].follow(reach[m] * omega * innovation.abs(), g);
+            let share = (speed / quiet - 1.0).clamp(0.0, 1.0) * (1.0 - (angle / FAST).powi(2));
+            w[m] = (2.0 * g.ratio * omega).min(MOST / g.period) * share * ahead;
+            (s[m], r[m], b[m]) = (seen.state.re, -seen.state.im * omega, -seen.offset * square);
+        }
+        (self.deflection, self.rate) = (modes.motion(&s), modes.motion(&r));
+        (self.offset, self.given) = (modes.torque(&b), modes.motion(&w));
+        self.given
+    }
+}
+
+/// A mode as observed: s - i r/omega, and b.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    state: Complex<f64>,
+    offset: f64,
+}
+
+impl Seen {
+    /// After a period in which the mode turned by `angle` (rad), `pushed` by the valves (w/omega), with a measurement of y; and
+    /// by how much that differs from what was predicted.
+    fn next(self, angle: f64, pushed: f64, measured: f64) -> (Seen, f64) {
+        let turned = turn(angle);
+        // Under constant w the mode turns about s = 0, r = w.
+        let middle = Complex::new(0.0, -pushed);
+        let predicted = turned * (self.state - middle) + middle;
+        let innovation = measured - predicted.re - self.offset;
+        let [fast, slow] = poles(angle);
+        let (from_fast, from_slow, one) = (turned - fast, turned - slow, turned - 1.0);
+        // By the residues of the characteristic polynomial.
+        let gain = from_fast * from_fast * from_slow * 2.0 / (turned * Complex::new(0.0, 2.0 * turned.im) * one);
+        let of_offset = (1.0 - fast).powi(2) * (1.0 - slow) / (one.re.powi(2) + one.im.powi(2));
+        (Seen { state: predicted + gain * innovation, offset: self.offset + of_offset * innovation }, innovation)
+    }
+}
+
+/// Poles of the observer for a mode that turns by `angle` in a period: a double one for the oscillation, one for the offset.
+fn poles(angle: f64) -> [f64; 2] {
+    let fast = (FASTEST * angle).min(EXACT.max(LEAST * angle));
+    [fast, OFFSET * angle].map(|rate| portable::exp(-rate))
+}
+
+/// e^(i angle)
+fn turn(angle: f64) -> Complex<f64> {
+    let (sine, cosine) = portable::sin_cos(angle);
+    Complex::new(cosine, sine)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A mode of `omega` (rad/s) with an offset, free, observed for `samples` periods of 10 ms from nothing known.
+    fn observed(omega: f64, samples: usize) -> (Seen, Complex<f64>) {
+        let (angle, offset) = (omega * 0.01, 0.3);
+        let mut seen = Seen { state: Complex::new(0.0, 0.0), offset: 0.0 };
+        let mut state = Complex::new(1.0, -0.5);
+        for _ in 0..samples {
+            state = turn(angle) * state;
+            (seen, _) = seen.next(angle, 0.0, state.re + offset);
+        }
+        (seen, state)
+    }
+
+    #[test]
+    fn the_observer_finds_deflection_rate_and_offset() {
+        for omega in [8.0, 25.0, 80.0] {
+            let (seen, state) = observed(omega, (80.0 / (omega * 0.01)) as usize);
+            let off = seen.state - state;
+            assert!(off.re.abs() < 1e-6 && off.im.abs() < 1e-6 && (seen.offset - 0.3).abs() < 1e-6, "{omega} {seen:?}");
+        }
+    }
+
+    #[test]
+    fn its_error_falls_as_its_slowest_pole_says() {
+        let (omega, n) = (25.0, 60);
+        let error = |samples| {
+            let (seen, state) = observed(omega, samples);
+            let off = seen.state - state;
+            (off.re.powi(2) + off.im.powi(2)).sqrt()
+        };
+        let [_, slow] = poles(omega * 0.01);
+        // The double pole is hardly faster.
+        let share = error(n + 20) / error(n) / slow.powi(20);
+        assert!((0.8..1.3).contains(&share), "{share}");
+    }
+
+    #[test]
+    fn what_the_valves_give_is_foreseen() {
+        // s' = r - w, r' = -omega^2 s, in small steps.
+        let (omega, w) = (25.0, 0.4);
+        let (mut s, mut r) = (1.0, 3.0);
+        for _ in 0..100_000 {
+            (s, r) = (s + 1e-7 * (r - w), r - 1e-7 * omega * omega * s);
+        }
+        let seen = Seen { state: Complex::new(1.0, -3.0 / omega), offset: 0.0 };
+        let (next, _) = seen.next(omega * 0.01, w / omega, s);
+        assert!((next.state.re - s).abs() < 1e-4 && (next.state.im + r / omega).abs() < 1e-4, "{next:?} {s} {r}");
+    }
+}

@@ -1,0 +1,88 @@
+//! Natural modes of the crane on the oil between closed valves.       theory: docs/theory/control/damping.md
+//!
+//! M dq'' + G^2 K dq = 0 with the mass matrix M, the lever arms G = dx/dq and the stiffness K of the oil of each cylinder. With
+//! shapes Phi, Phi' M Phi = I: Phi' G^2 K Phi = diag(omega^2).
+
+use crate::controller_model::ControllerModel;
+use crate::holding::Oil;
+use hydrocrane_num::symmetric::{cholesky, eigen};
+
+/// Modes of a pose; the first index of a matrix is the joint, the second the mode.
+#[derive(Debug, Clone, Copy)]
+pub struct OilModes<const N: usize> {
+    /// omega, rad/s
+    pub frequency: [f64; N],
+    /// Phi
+    shapes: [[f64; N]; N],
+    /// M Phi, whose transpose is the inverse of Phi.
+    momenta: [[f64; N]; N],
+}
+
+impl<const N: usize> OilModes<N> {
+    /// Modal amounts of the joint motion `q`.
+    pub fn of_motion(&self, q: &[f64; N]) -> [f64; N] {
+        std::array::from_fn(|m| (0..N).map(|i| self.momenta[i][m] * q[i]).sum())
+    }
+
+    /// Joint motion of modal amounts `s`.
+    pub fn motion(&self, s: &[f64; N]) -> [f64; N] {
+        std::array::from_fn(|i| (0..N).map(|m| self.shapes[i][m] * s[m]).sum())
+    }
+
+    /// Modal amounts of the torques `tau`.
+    pub fn of_torque(&self, tau: &[f64; N]) -> [f64; N] {
+        std::array::from_fn(|m| (0..N).map(|i| self.shapes[i][m] * tau[i]).sum())
+    }
+
+    /// Torques of modal amounts `s`.
+    pub fn torque(&self, s: &[f64; N]) -> [f64; N] {
+        std::array::from_fn(|i| (0..N).map(|m| self.momenta[i][m] * s[m]).sum())
+    }
+
+    /// Length of the way of the tip per modal amount, by the Jacobian of the tip.
+    pub fn reach(&self, jacobian: &[[f64; N]; 2]) -> [f64; N] {
+        std::array::from_fn(|m| {
+            let [x, z] = [0, 1].map(|r: usize| (0..N).map(|i| jacobian[r][i] * self.shapes[i][m]).sum::<f64>());
+            (x * x + z * z).sqrt()
+        })
+    }
+}
+
+impl<const N: usize> ControllerModel<N> {
+    /// The modes at `q`, where the cylinders have these lever arms, with `payload` (kg) at the tip; not finite where the mass
+    /// matrix is singular.
+    pub fn oil_modes(&self, q: &[f64; N], lever_arm: &[f64; N], payload: f64, oil: &[Oil; N]) -> OilModes<N> {
+        let mass = self.mechanics.mass_matrix(&self.mechanics.pose(q), payload);
+        let spring: [f64; N] = std::array::from_fn(|i| oil[i].stiffness * lever_arm[i].powi(2));
+        let l = cholesky(&mass);
+        // L^-1, by columns of the unit matrix.
+        let mut inverse = [[0.0; N]; N];
+        for j in 0..N {
+            for i in j..N {
+                let sum: f64 = (j..i).map(|k| l[i][k] * inverse[k][j]).sum();
+                inverse[i][j] = (f64::from(u8::from(i == j)) - sum) / l[i][i];
+            }
+        }
+        let scaled = std::array::from_fn(|i| {
+            std::array::from_fn(|j| (0..N).map(|k| inverse[i][k] * spring[k] * inverse[j][k]).sum())
+        });
+        let (squares, v) = eigen(scaled);
+        let shapes = std::array::from_fn(|i| std::array::from_fn(|m| (i..N).map(|k| inverse[k][i] * v[k][m]).sum()));
+        let momenta = std::array::from_fn(|i| std::array::from_fn(|m| (0..=i).map(|k| l[i][k] * v[k][m]).sum()));
+        OilModes { frequency: squares.map(|square: f64| square.max(0.0).sqrt()), shapes, momenta }
+    }
+
+    /// Mass at the tip (kg) that explains the cylinder forces (N) at these lever arms best, zero at least; `None` where no joint feels it.
+    pub fn payload_of(&self, q: &[f64; N], lever_arm: &[f64; N], force: &[f64; N]) -> Option<f64> {
+        let pose = self.mechanics.pose(q);
+        let rest = [0.0; N];
+        let [empty, laden] = [0.0, 1.0].map(|payload| self.mechanics.inverse_dynamics(&pose, &rest, None, payload));
+        let (mut product, mut square) = (0.0, 0.0);
+        for i in 0..N {
+            let own = laden[i] - empty[i];
+            product += own * (lever_arm[i] * force[i] - empty[i]);
+            square += own * own;
+        }
+        (square > 0.0).then(|| (product / square).max(0.0))
+    }
+}

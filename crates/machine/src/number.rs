@@ -1,0 +1,53 @@
+//! The number type that a machine is read with: plain, or with its derivatives by some values of the file.
+
+use hydrocrane_num::{Dual, Field, Real};
+
+/// A value of the file as an independent variable.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Variable {
+    /// Dotted path of the value.
+    pub key: String,
+    /// Which value of a pair or point; `None`: the only one, or both at once.
+    pub element: Option<usize>,
+}
+
+/// What a number of a machine file can do beside arithmetic.
+///
+/// Checks of a file and choices between formulas look at [`Number::plain`] values; all that enters the equations of motion is
+/// computed in the type itself.
+pub trait Number: Real {
+    /// The `value` that stands in the file. `variable` is called where the type has derivatives: it gives the index of the
+    /// independent variable that the value is, if it is one.
+    fn read(value: f64, variable: impl FnOnce() -> Option<usize>) -> Self;
+    /// The value without derivatives.
+    fn plain(self) -> f64;
+    /// Whether it is `value` and stays so, whatever the independent variables are.
+    fn always(self, value: f64) -> bool;
+}
+
+impl Number for f64 {
+    #[inline(always)]
+    fn read(value: f64, _: impl FnOnce() -> Option<usize>) -> f64 {
+        value
+    }
+    #[inline(always)]
+    fn plain(self) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn always(self, value: f64) -> bool {
+        self == value
+    }
+}
+
+impl<const N: usize> Number for Dual<f64, N> {
+    fn read(value: f64, variable: impl FnOnce() -> Option<usize>) -> Self {
+        variable().map_or(Self::c(value), |index| Self::variable(value, index))
+    }
+    fn plain(self) -> f64 {
+        self.value
+    }
+    fn always(self, value: f64) -> bool {
+        self.value == value && self.derivative == [0.0; N]
+    }
+}

@@ -1,0 +1,66 @@
+//! What a run with given commands depends on, with its derivatives by keys of the machine file.
+
+use super::key::Keys;
+use super::SensitivityError;
+use hydrocrane_machine::{Machine, Number};
+use hydrocrane_num::Dual;
+use hydrocrane_plant::from_machine::plant;
+use hydrocrane_plant::plant::Plant;
+
+type Result<T> = std::result::Result<T, SensitivityError>;
+
+/// Parameters differentiated by in one pass.
+pub const WIDTH: usize = 4;
+/// A number with its derivatives by the parameters of one pass.
+pub type Differentiated = Dual<f64, WIDTH>;
+
+/// Every number that a run with given commands depends on.
+#[derive(Debug, Clone, Copy)]
+pub struct Inputs<T, const N: usize> {
+    pub plant: Plant<T, N>,
+    /// kg
+    pub payload: T,
+    /// Pressure of the chamber that carries less at the start, Pa.
+    pub back_pressure: T,
+}
+
+impl<T: Number, const N: usize> Inputs<T, N> {
+    pub fn of(machine: &Machine<T>) -> Result<Self> {
+        let (payload, back_pressure) = (machine.payload.mass, machine.equilibrium.back_pressure);
+        Ok(Inputs { plant: plant(machine)?, payload, back_pressure })
+    }
+
+    /// All numbers, always in the same order.
+    fn numbers(&self) -> Vec<T> {
+        let mut all = Vec::new();
+        self.plant.map(&mut |number| all.push(number));
+        all.extend([self.payload, self.back_pressure]);
+        all
+    }
+}
+
+/// The inputs at the `values` of the keys, with derivatives by [`WIDTH`] parameters each, in the order of the keys.
+pub fn inputs_by<const N: usize>(keys: &Keys, values: &[f64]) -> Result<Vec<Inputs<Differentiated, N>>> {
+    let group = |first: usize| {
+        let parameters = &keys.parameters[first..values.len().min(first + WIDTH)];
+        let inputs = Inputs::of(&keys.machine_with(values, first..first + parameters.len())?)?;
+        let numbers = inputs.numbers();
+        let enters = |i: usize| numbers.iter().any(|number: &Differentiated| number.derivative[i] != 0.0);
+        match (0..parameters.len()).find(|i| !enters(*i)) {
+            None => Ok(inputs),
+            Some(i) => Err(SensitivityError::Key(without_effect(&parameters[i].key))),
+        }
+    };
+    (0..values.len()).step_by(WIDTH).map(group).collect()
+}
+
+fn without_effect(key: &str) -> String {
+    format!(
+        "`{key}` does not enter the equations of motion of this machine, so a run with given commands does not depend on \
+         it, unless by the commands that arrive at the spools, which are held"
+    )
+}
+
+#[cfg(test)]
+#[path = "inputs_tests.rs"]
+mod tests;
