@@ -68,9 +68,9 @@ shared {machine} machine.
 * **The tip stays within 5 mm** of the same drive by `rodas5p` at a tolerance of 1e-6, over the first 5 s, every 10
   ms, until a joint leaves its limits. A crane past its limits falls over a dead centre, where small differences grow
   without bound; the drive carries a warning from there on. A drive that amplifies small differences amplifies the
-  error of the adaptive run too: a tip that is farther away is judged by a second one at 1e-9. If it is too far from
-  that as well, the adaptive run is repeated from a start that is 1 um away; a drive that amplifies this to more than
-  the distance is listed apart.
+  error of the adaptive run too: a tip that is more than 0.5 mm away is judged by a second one at 1e-9. If it is more
+  than 5 mm from that, the second run is repeated from starts 1 um away, one per joint; a drive that amplifies this
+  to more than the distance is listed apart.
 * **Both cores end in the same bits.**
 
 ## What was found

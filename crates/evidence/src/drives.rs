@@ -18,6 +18,9 @@ use std::sync::Mutex;
 pub const LEDGER_SHARE: f64 = 0.01;
 /// A tip stays this near to the adaptive run's, m.
 pub const TIP: f64 = 5e-3;
+/// A tip farther away than this from the first adaptive run is judged by the tight one: a drive that amplifies small
+/// differences amplifies those of the adaptive run too, and the two can agree by chance.
+const DOUBTFUL: f64 = 0.1 * TIP;
 /// Starts whose tips lie this far away, moved by one joint each, tell how much a drive amplifies small differences, m.
 const NUDGE: f64 = 1e-6;
 const BAR: f64 = 1e5;
@@ -127,7 +130,7 @@ impl Judged {
 /// How far a drive's tip is from the adaptive run's, m.
 struct Apart {
     most: f64,
-    /// Whether the adaptive run is the tight one, because the first was farther away than [`TIP`].
+    /// Whether the adaptive run is the tight one, because the first was farther away than [`DOUBTFUL`].
     tightened: bool,
     /// Where that is more than [`TIP`]: how far the adaptive run is from its repeats that start [`NUDGE`] away, at most, and
     /// whether that explains the distance at every time.
@@ -234,7 +237,7 @@ fn distance(course: &Course, model: &dyn Model) -> Result<Apart, String> {
     let apart_from = |exact: &[[f64; 2]]| growing(course.tip.iter().map(Vec::as_slice), exact);
     let adaptive = |tolerance, nudge| reference::tip(saved, model, interval, tolerance, nudge);
     let most = farthest(&apart_from(&adaptive(TOLERANCE, None)?));
-    if most <= TIP {
+    if most <= DOUBTFUL {
         return Ok(Apart { most, tightened: false, nudged: None });
     }
     let exact = adaptive(TIGHT, None)?;

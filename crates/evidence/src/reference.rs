@@ -10,7 +10,7 @@ use std::time::Duration;
 
 /// Relative and absolute tolerance, in scales of the states.
 pub const TOLERANCE: f64 = 1e-6;
-/// The same where the first run and a drive are too far apart: a drive that amplifies small differences amplifies the
+/// The same where the first run and a drive are some way apart: a drive that amplifies small differences amplifies the
 /// adaptive run's own error, too.
 pub const TIGHT: f64 = 1e-9;
 /// Steps and processor time after which the drive is not judged.

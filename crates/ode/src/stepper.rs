@@ -49,11 +49,10 @@ const EVEN: f64 = 1e-6;
 const GROSS: f64 = 0.1;
 /// The same bound per square of a step (1/s^2) where laws are smooth, because the errors of more steps add up.
 const GROSS_PER_SQUARE: f64 = 300.0;
-/// Size of a step, s, below which the bound falls with the cube, as the error itself does: steps so short are those of a fast
-/// controller, which amplifies what they leave. At least the bound of a step of 0.1 ms, so that a step that a command cuts
-/// short is not refused.
+/// Size of a step, s, below which the bound falls with the fifth power: steps so short are those of a fast controller, which
+/// amplifies what they leave. At least the bound of a step of 0.2 ms, so that a step that a command cuts short is not refused.
 const FINE: f64 = 1e-3;
-const LEAST_GROSS: f64 = 3e-7;
+const LEAST_GROSS: f64 = 1e-7;
 /// Largest number of parts of a fixed step.
 const MOST_PARTS: u32 = 256;
 /// Number of attempts that must advance by a least time (s); a slower run would take hours for a second.
@@ -148,7 +147,7 @@ impl Stepper {
         }
         // Rounding makes no step a short one.
         let fine = if h < FINE * (1.0 - EVEN) { h / FINE } else { 1.0 };
-        (GROSS_PER_SQUARE * h * h * fine).clamp(LEAST_GROSS, GROSS)
+        (GROSS_PER_SQUARE * h * h * fine * fine * fine).clamp(LEAST_GROSS, GROSS)
     }
 
     /// Restarts after a change of the state or of the right-hand side, for example when a load is picked up.
@@ -407,10 +406,10 @@ mod tests {
     }
 
     #[test]
-    fn the_bound_of_fixed_steps_falls_with_the_square_and_below_1_ms_with_the_cube() {
+    fn the_bound_of_fixed_steps_falls_with_the_square_and_below_1_ms_with_the_fifth_power() {
         let ratio = |from: f64, to: f64| gross(false, from) / gross(false, to);
         assert!((ratio(4e-3, 2e-3) - 4.0).abs() < 1e-12);
-        assert!((ratio(8e-4, 4e-4) - 8.0).abs() < 1e-12);
+        assert!((ratio(8e-4, 4e-4) - 32.0).abs() < 1e-9);
         assert!((ratio(1e-3, 0.999e-3) - 1.0).abs() < 0.01, "it jumps at 1 ms");
         assert!((ratio(1e-5, 1e-4) - 1.0).abs() < 1e-12);
         assert_eq!([gross(false, 1.0), gross(true, 1e-4)], [GROSS; 2]);
