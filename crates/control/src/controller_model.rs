@@ -1,5 +1,6 @@
 //! The controller model: geometry, masses and cylinder parameters with which a controller computes, never a state.
 
+use crate::bristles;
 use hydrocrane_num::Real;
 use hydrocrane_physics::dynamics::Mechanics;
 use hydrocrane_physics::friction::StaticParameters;
@@ -16,6 +17,8 @@ pub struct CylinderModel {
     pub valve: SpoolValve<f64>,
     pub leakage: Leakage<f64>,
     pub friction: StaticParameters<f64>,
+    /// sigma_0, N/m; `None` for a seal without bristles.
+    pub bristle_stiffness: Option<f64>,
     /// Largest spool displacement, m.
     pub stroke: f64,
     /// From a command to the middle of the spool's answer, s.
@@ -76,22 +79,32 @@ impl<const N: usize> ControllerModel<N> {
         std::array::from_fn(|c| self.actuations[c].stroke(&self.mechanics.joints[c].pose(q[c])))
     }
 
-    /// Cylinder forces, friction left out, that carry the crane at the joint rates `qd` held constant, N.
-    pub fn cylinder_force(&self, q: &[f64; N], qd: &[f64; N]) -> [f64; N] {
+    /// Cylinder forces, friction left out, that carry the crane with `payload` (kg) at the joint rates `qd` held constant, N.
+    pub fn cylinder_force(&self, q: &[f64; N], qd: &[f64; N], payload: f64) -> [f64; N] {
         let pose = self.mechanics.pose(q);
-        let bias = self.mechanics.inverse_dynamics(&pose, qd, None, self.payload);
+        let bias = self.mechanics.inverse_dynamics(&pose, qd, None, payload);
         std::array::from_fn(|j| bias[j] / self.actuations[j].stroke(&pose.joints[j]).1)
     }
 }
 
 impl CylinderModel {
-    /// Friction at constant velocity, N, running smoothly through zero within the Stribeck velocity.
+    /// Friction of Coulomb and Stribeck after a time `period` (s) at the velocity `v`, N, where it was `before`. Bristles keep it
+    /// where the piston stands; without them it depends on the velocity alone.
+    pub fn dry_friction(&self, v: f64, before: f64, period: f64) -> f64 {
+        let sliding = self.friction.stribeck(v);
+        match self.bristle_stiffness {
+            Some(stiffness) if sliding > 0.0 => bristles::after(before, v, sliding, stiffness, period),
+            Some(_) => 0.0,
+            None => self.steady_friction(v) - self.friction.viscous(v),
+        }
+    }
+
+    /// Friction at constant velocity, N: with bristles its sign changes at zero, without them it runs smoothly through zero within
+    /// the Stribeck velocity.
     pub fn steady_friction(&self, v: f64) -> f64 {
-        let width = if v < 0.0 {
-            self.friction.stribeck_velocity_retracting
-        } else {
-            self.friction.stribeck_velocity_extending
-        };
-        self.friction.stribeck(v) * Real::tanh(v / width) + self.friction.viscous(v)
+        let p = &self.friction;
+        let width = if v < 0.0 { p.stribeck_velocity_retracting } else { p.stribeck_velocity_extending };
+        let sense = if self.bristle_stiffness.is_some() { v.signum() } else { Real::tanh(v / width) };
+        p.stribeck(v) * sense + p.viscous(v)
     }
 }

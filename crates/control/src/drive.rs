@@ -16,7 +16,7 @@
 
 use crate::controller_model::CylinderModel;
 use crate::feed_forward::{Capacity, Moment, Steady, SupplyPressures};
-use crate::holding::{Hold, Oil};
+use crate::holding::Hold;
 use crate::observer::{self, Observer};
 use hydrocrane_num::portable;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
@@ -42,8 +42,9 @@ pub struct Demand {
     /// m and m/s
     pub stroke: f64,
     pub speed: f64,
-    /// Cylinder force without friction, N.
+    /// Cylinder force without friction at constant joint rates, and what accelerates the crane, N.
     pub load: f64,
+    pub inertia: f64,
     /// Speed that damps the modes on the oil, m/s.
     pub damping: f64,
     /// Stand still: correct only errors beyond the rest band, and gently.
@@ -61,7 +62,6 @@ pub struct Drive {
     gains: DriveGains,
     period: f64,
     observer: Observer,
-    observing: observer::Gains,
     /// Shares by which the low-passes of the pressures and of the load go on in a period.
     pressure_share: f64,
     load_share: f64,
@@ -76,6 +76,18 @@ pub struct Drive {
     /// F_ref of the last sample, N, and the same without friction.
     planned: f64,
     load: f64,
+    /// Friction without its viscous part, N: planned, and of the piston as observed.
+    dry_friction: f64,
+    seal: f64,
+    /// Observed piston speed, m/s.
+    speed: f64,
+    /// Speed that the reference asked for, and speeds that it may plan with, m/s; share by which these may fall in a period.
+    asked: f64,
+    range: [f64; 2],
+    range_share: f64,
+    return_share: f64,
+    /// Force that the reference leaves for corrections, N.
+    spare: f64,
     /// Speed that the last command should give.
     expected: f64,
     /// Share of its corrections that the joint bears.
@@ -84,13 +96,19 @@ pub struct Drive {
 
 /// Corner of the low-pass on the difference between the load and the planned one, rad/s.
 const LOAD_BANDWIDTH: f64 = 5.0;
+/// Bandwidth of the observer in lowest natural frequencies of the crane on its oil: what swings is no missing speed.
+const OBSERVER_PER_MODE: f64 = 0.2;
+/// Rate at which the speed to plan with falls, rad/s.
+const RANGE_RATE: f64 = 5.0;
+/// Rate at which it comes back, rad/s.
+const RETURN_RATE: f64 = 2.0;
+/// Share of the forces between full pressure on the one side and on the other that the reference leaves for corrections.
+const SPARE: f64 = 0.04;
 /// Share of the position gain that holds a piston at rest.
 const HOLDING: f64 = 0.25;
 /// Least speed at full stroke, as a share of the steady one: a regenerative cylinder that is still being filled would not
 /// move at any opening.
 const LEAST_SHARE: f64 = 0.35;
-/// Times the planned load: a load planned near zero tells nothing of the true one.
-const MOST_EXCESS: f64 = 3.0;
 
 impl Drive {
     /// At rest, with nothing yet known of the load but the measured force.
@@ -105,15 +123,22 @@ impl Drive {
     ) -> Self {
         let force = cylinder.chambers.force(moment.p[0], moment.p[1]);
         let share = |corner: f64| 1.0 - portable::exp(-corner * period);
-        Drive {
+        let steady = Steady::new(&cylinder, &supply_pressures);
+        let mut drive = Drive {
             cylinder,
             fluid,
             supply_pressures,
-            steady: Steady::new(&cylinder, &supply_pressures),
+            steady,
+            asked: 0.0,
+            range: [0.0; 2],
+            range_share: share(RANGE_RATE),
+            return_share: share(RETURN_RATE),
+            spare: SPARE * steady.span(),
+            seal: 0.0,
+            speed: 0.0,
             gains,
             period,
             observer: Observer::at(moment.stroke),
-            observing: observer::Gains::new(gains.observer, period),
             pressure_share: share(gains.pressure),
             load_share: share(LOAD_BANDWIDTH),
             starting_friction: [-FRICTION_SPEED, FRICTION_SPEED].map(|v| cylinder.steady_friction(v)),
@@ -123,20 +148,37 @@ impl Drive {
             excess: force - load,
             planned: load,
             load,
+            dry_friction: 0.0,
             expected: 0.0,
             bearable: 1.0,
-        }
+        };
+        drive.range = drive.range_now();
+        drive
     }
 
-    /// Takes in a sample whose position has the resolution `count`, m.
-    pub fn measure(&mut self, now: &Moment, count: f64) {
+    /// Takes in a sample whose position has the resolution `count`, m; `slowest`: lowest natural frequency of the crane on its oil
+    /// at the last sample, rad/s.
+    pub fn measure(&mut self, now: &Moment, count: f64, slowest: f64) {
         self.force = self.cylinder.chambers.force(now.p[0], now.p[1]);
         for (slow, p) in self.moment.p.iter_mut().zip(now.p) {
             *slow += self.pressure_share * (p - *slow);
         }
         self.moment.stroke = now.stroke;
         self.capacity = self.cylinder.capacity(&self.fluid, &self.supply_pressures, &self.moment);
-        self.observer.update(now.stroke, self.expected, &self.observing, self.bearable, count);
+        let before = self.observer.position;
+        let observing = observer::Gains::new(self.gains.observer.min(OBSERVER_PER_MODE * slowest), self.period);
+        self.observer.update(now.stroke, self.expected, &observing, self.bearable, count);
+        self.speed = (self.observer.position - before) / self.period;
+        self.seal = self.cylinder.dry_friction(self.speed, self.seal, self.period);
+        // What comes back after a shortage comes back slowly: other joints have taken over.
+        let (now, before) = (self.range_now(), self.range);
+        self.range = std::array::from_fn(|s| {
+            if now[s].abs() > before[s].abs() {
+                before[s] + self.return_share * (now[s] - before[s])
+            } else {
+                now[s]
+            }
+        });
     }
 
     /// Cylinder force as measured, N.
@@ -144,9 +186,19 @@ impl Drive {
         self.force
     }
 
+    /// Cylinder force without the friction of the piston as observed, N.
+    pub fn carrying(&self) -> f64 {
+        self.force - self.seal - self.cylinder.friction.viscous(self.speed)
+    }
+
     /// Cylinder force with the friction at the speed of `d`, N.
     pub fn planned(&self, d: &Demand) -> f64 {
-        d.load + self.cylinder.steady_friction(d.speed)
+        d.load + d.inertia + self.dry_friction(d) + self.cylinder.friction.viscous(d.speed)
+    }
+
+    /// Planned friction without its viscous part, N.
+    fn dry_friction(&self, d: &Demand) -> f64 {
+        self.cylinder.dry_friction(d.speed, self.dry_friction, self.period)
     }
 
     /// Observed piston position, m.
@@ -161,17 +213,28 @@ impl Drive {
 
     /// Lowest and highest piston speed that the reference may plan with, m/s; zero where the supply pressure cannot move the load.
     pub fn range(&self) -> [f64; 2] {
+        self.range
+    }
+
+    fn range_now(&self) -> [f64; 2] {
         [-1.0, 1.0].map(|s| {
             // More than the steady speed would not last, and what the valve was seen to lack is not there either.
             let steady = self.steady_speed(s);
-            let lasting = (s * self.full_speed(s, steady)).min(steady);
-            s * (self.gains.reserve * lasting + (s * self.observer.disturbance).min(0.0)).max(0.0)
+            let lasting = (s * self.full_speed(s, steady)).min(s * self.speed_under(s * self.spare, s));
+            let possible = self.gains.reserve * lasting + (s * self.observer.disturbance).min(0.0);
+            // A range that vanished from one sample to the next would stop a moving piston at once.
+            s * possible.max((1.0 - self.range_share) * s * self.asked).max(0.0)
         })
     }
 
     /// Magnitude of the steady speed at full stroke under the load; zero where the supply pressure cannot move it.
     fn steady_speed(&self, sense: f64) -> f64 {
-        sense * self.steady.speed(self.true_load() + self.starting_friction[usize::from(sense > 0.0)], sense)
+        sense * self.speed_under(0.0, sense)
+    }
+
+    /// Steady speed at full stroke under the load and a force `more`, N.
+    fn speed_under(&self, more: f64, sense: f64) -> f64 {
+        self.steady.speed(self.true_load() + self.starting_friction[usize::from(sense > 0.0)] + more, sense)
     }
 
     /// The planned load, put right by what the pressures say of it, N.
@@ -179,10 +242,9 @@ impl Drive {
         self.load + self.excess
     }
 
-    /// The oil between closed edges.
-    pub fn oil(&self) -> Oil {
-        let excess = self.true_load() / self.load;
-        Oil { stiffness: self.capacity.stiffness, excess: if excess > 1.0 { excess.min(MOST_EXCESS) } else { 1.0 } }
+    /// Stiffness of the oil between closed edges, N/m.
+    pub fn stiffness(&self) -> f64 {
+        self.capacity.stiffness
     }
 
     /// Signed speed at full stroke at the present pressures; `steady` is the magnitude of the steady one.
@@ -196,9 +258,12 @@ impl Drive {
         let g = &self.gains;
         let planned = self.planned(d);
         let winding = (planned - self.planned) / (self.period * self.capacity.stiffness);
-        (self.planned, self.load) = (planned, d.load);
+        (self.planned, self.load, self.dry_friction) = (planned, d.load, self.dry_friction(d));
+        self.asked = d.speed;
         self.bearable = d.hold.bearable(g.position);
-        self.excess += self.load_share * (self.force - planned - self.excess);
+        let error = self.carrying() - d.load - d.inertia - self.excess;
+        // A force that the supply pressure limits says nothing of the load.
+        self.excess += self.load_share * if error * (d.load + self.excess) < 0.0 { 0.1 * error } else { error };
         let spring = winding + d.damping;
 
         let behind = d.stroke - self.observer.position;

@@ -47,6 +47,11 @@ impl Steady {
         Steady { supply_pressures: forces, per_root: (c.stroke - c.valve.overlap) / resistance.sqrt() }
     }
 
+    /// From full pressure on the one side to full pressure on the other, N.
+    pub fn span(&self) -> f64 {
+        self.supply_pressures[1] - self.supply_pressures[0]
+    }
+
     /// As [`steady_speed`].
     pub fn speed(&self, force: f64, sense: f64) -> f64 {
         let drive = (self.supply_pressures[usize::from(sense > 0.0)] - force) * sense;

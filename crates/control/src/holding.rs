@@ -12,15 +12,6 @@
 
 use crate::controller_model::ControllerModel;
 
-/// The oil of one cylinder.
-#[derive(Debug, Clone, Copy)]
-pub struct Oil {
-    /// k, N/m
-    pub stiffness: f64,
-    /// How many times the planned load the true one is.
-    pub excess: f64,
-}
-
 /// How the oil holds a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hold {
@@ -30,8 +21,7 @@ pub struct Hold {
     pub frequency: f64,
 }
 
-/// Shares h at which the reference begins to slow down and at which it stands.
-const SLOWING: f64 = 0.85;
+/// Share h at which the reference stands.
 const STANDING: f64 = 0.6;
 /// A gain is borne in full by joints with this many times its frequency.
 const FREQUENCY_OVER_GAIN: f64 = 3.0;
@@ -54,31 +44,32 @@ impl Hold {
 }
 
 impl<const N: usize> ControllerModel<N> {
-    /// How closed valves hold each joint.
-    pub fn holding(&self, q: &[f64; N], oil: &[Oil; N]) -> [Hold; N] {
-        let load = self.cylinder_force(q, &[0.0; N]);
-        let mass = self.mechanics.mass_matrix(&self.mechanics.pose(q), self.payload);
+    /// How closed valves hold each joint with `payload` (kg) at the tip and oil of this `stiffness` (N/m) at the cylinders.
+    pub fn holding(&self, q: &[f64; N], payload: f64, stiffness: &[f64; N]) -> [Hold; N] {
+        let load = self.cylinder_force(q, &[0.0; N], payload);
+        let mass = self.mechanics.mass_matrix(&self.mechanics.pose(q), payload);
         std::array::from_fn(|i| {
             let lever_arm = |q: &[f64; N]| self.actuations[i].stroke(&self.mechanics.joints[i].pose(q[i])).1;
             let mut beside = *q;
             beside[i] += STEP;
-            let slope = (self.cylinder_force(&beside, &[0.0; N])[i] - load[i]) * lever_arm(&beside) / STEP;
-            let (spring, excess) = (oil[i].stiffness * lever_arm(q).powi(2), oil[i].excess * slope);
-            let share = 1.0 + excess / spring;
+            let slope = (self.cylinder_force(&beside, &[0.0; N], payload)[i] - load[i]) * lever_arm(&beside) / STEP;
+            let spring = stiffness[i] * lever_arm(q).powi(2);
+            let share = 1.0 + slope / spring;
             Hold {
                 // At the dead centre itself nothing holds.
                 share: if share.is_finite() { share } else { f64::NEG_INFINITY },
-                frequency: (spring + excess) / (mass[i][i] * oil[i].excess),
+                frequency: (spring + slope) / mass[i][i],
             }
         })
     }
 
-    /// For a step of the reference from `q` to `next`.
-    pub fn leave(&self, q: &[f64; N], next: &[f64; N], oil: &[Oil; N]) -> Leave {
-        let [here, there] = [q, next].map(|q| self.holding(q, oil).map(|hold| hold.share));
+    /// For a step of the reference from `q` to `next`, on which h may fall by the share `most` of its way to where the reference
+    /// stands.
+    pub fn leave(&self, q: &[f64; N], next: &[f64; N], payload: f64, stiffness: &[f64; N], most: f64) -> Leave {
+        let [here, there] = [q, next].map(|q| self.holding(q, payload, stiffness).map(|hold| hold.share));
         let mut least = Leave { share: 1.0, joint: 0 };
         for joint in (0..N).filter(|&i| there[i] < here[i]) {
-            let share = ((here[joint] - STANDING) / (SLOWING - STANDING)).clamp(0.0, 1.0);
+            let share = most * (here[joint] - STANDING).max(0.0) / (here[joint] - there[joint]);
             if share < least.share {
                 least = Leave { share, joint };
             }

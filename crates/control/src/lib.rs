@@ -1,5 +1,6 @@
 //! Control: sees geometry and measurements, never the plant.
 
+mod bristles;
 pub mod controller;
 pub mod controller_model;
 pub mod damping;

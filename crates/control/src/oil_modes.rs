@@ -4,7 +4,6 @@
 //! shapes Phi, Phi' M Phi = I: Phi' G^2 K Phi = diag(omega^2).
 
 use crate::controller_model::ControllerModel;
-use crate::holding::Oil;
 use hydrocrane_num::symmetric::{cholesky, eigen};
 
 /// Modes of a pose; the first index of a matrix is the joint, the second the mode.
@@ -19,6 +18,11 @@ pub struct OilModes<const N: usize> {
 }
 
 impl<const N: usize> OilModes<N> {
+    /// Lowest frequency above zero, rad/s; infinite where there is none.
+    pub fn slowest(&self) -> f64 {
+        self.frequency.iter().copied().filter(|&omega| omega > 0.0).fold(f64::INFINITY, f64::min)
+    }
+
     /// Modal amounts of the joint motion `q`.
     pub fn of_motion(&self, q: &[f64; N]) -> [f64; N] {
         std::array::from_fn(|m| (0..N).map(|i| self.momenta[i][m] * q[i]).sum())
@@ -49,11 +53,12 @@ impl<const N: usize> OilModes<N> {
 }
 
 impl<const N: usize> ControllerModel<N> {
-    /// The modes at `q`, where the cylinders have these lever arms, with `payload` (kg) at the tip; not finite where the mass
+    /// The modes at `q`, where the cylinders have these lever arms and oil of this
+    /// `stiffness` (N/m), with `payload` (kg) at the tip; not finite where the mass
     /// matrix is singular.
-    pub fn oil_modes(&self, q: &[f64; N], lever_arm: &[f64; N], payload: f64, oil: &[Oil; N]) -> OilModes<N> {
+    pub fn oil_modes(&self, q: &[f64; N], lever_arm: &[f64; N], payload: f64, stiffness: &[f64; N]) -> OilModes<N> {
         let mass = self.mechanics.mass_matrix(&self.mechanics.pose(q), payload);
-        let spring: [f64; N] = std::array::from_fn(|i| oil[i].stiffness * lever_arm[i].powi(2));
+        let spring: [f64; N] = std::array::from_fn(|i| stiffness[i] * lever_arm[i].powi(2));
         let l = cholesky(&mass);
         // L^-1, by columns of the unit matrix.
         let mut inverse = [[0.0; N]; N];

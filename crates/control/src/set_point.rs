@@ -6,7 +6,7 @@
 //! follow their measured positions: where the telescope lags, boom and jib make up for it.
 
 use crate::controller_model::{ControllerModel, Posture};
-use crate::holding::{Leave, Oil};
+use crate::holding::Leave;
 use crate::keep_out::KeepOut;
 use crate::redundancy::{resolve, Motion, Preference, Task};
 use crate::slow_down::joint_rates;
@@ -36,7 +36,12 @@ pub struct Means<const N: usize> {
     pub observed: [f64; N],
     /// Lowest and highest piston speeds to plan with, m/s.
     pub piston: [[f64; 2]; N],
-    pub oil: [Oil; N],
+    /// Of the oil between closed edges, N/m.
+    pub stiffness: [f64; N],
+    /// Mass at the tip, kg.
+    pub payload: f64,
+    /// Lowest natural frequency of the crane on its oil, rad/s.
+    pub slowest_mode: f64,
 }
 
 /// The reference at one sample.
@@ -46,6 +51,8 @@ pub struct Reference<const N: usize> {
     pub set_point: [f64; 2],
     pub q: [f64; N],
     pub rates: [f64; N],
+    /// rad/s^2 or m/s^2
+    pub acceleration: [f64; N],
     /// Piston positions (m) and dx/dq at `q`.
     pub posture: Posture<N>,
     /// Of the commanded speed, how much the joints allow.
@@ -55,15 +62,14 @@ pub struct Reference<const N: usize> {
     /// What the oil that holds the joints left of the last step.
     pub leave: Leave,
     lags: [[f64; 2]; 2],
-    /// Share by which a lag goes on in a period, and the period, s.
-    lag_share: f64,
+    /// s
     period: f64,
     leaders: [bool; N],
 }
 
 impl<const N: usize> Reference<N> {
     /// At rest at `q`, to be moved on once per `period` (s).
-    pub fn at(model: &ControllerModel<N>, shape: &Shape<N>, period: f64, q: [f64; N]) -> Self {
+    pub fn at(model: &ControllerModel<N>, period: f64, q: [f64; N]) -> Self {
         let posture = model.posture(&q);
         let revolute = model.mechanics.joints.map(|j| j.revolute);
         let rank = |i: usize| revolute[..i].iter().filter(|&&r| r).count();
@@ -74,12 +80,12 @@ impl<const N: usize> Reference<N> {
             set_point: posture.tip,
             q,
             rates: [0.0; N],
+            acceleration: [0.0; N],
             posture,
             scale: 1.0,
             pace: 0.0,
             leave: Leave { share: 1.0, joint: 0 },
             lags: [[0.0; 2]; 2],
-            lag_share: 1.0 - portable::exp(-shape.stick_bandwidth * period),
             period,
             leaders,
         }
@@ -92,24 +98,29 @@ impl<const N: usize> Reference<N> {
 
     /// Whether the set-point still moves or shall move.
     pub fn moving(&self, stick: [f64; 2]) -> bool {
-        stick != [0.0; 2] || self.speed() > STANDING
+        stick != [0.0; 2] || self.speed().min(self.pace) > STANDING
     }
 
     /// Moves on by one period towards the velocity `wish` (m/s).
     pub fn advance(&mut self, model: &ControllerModel<N>, shape: &Shape<N>, wish: [f64; 2], now: &Means<N>) {
         // The stick as well as its lags: lags wound up at a border would hold the tip there after the stick has turned away.
-        self.shape_stick(shape.keep_out.slowed(self.set_point, wish));
+        let bandwidth = shape.stick_bandwidth.min(STICK_PER_MODE * now.slowest_mode);
+        self.shape_stick(shape.keep_out.slowed(self.set_point, wish), bandwidth);
         for i in (0..N).filter(|&i| !self.leaders[i]) {
             self.q[i] = now.observed[i];
         }
         let posture = model.posture(&self.q);
-        let correction = std::array::from_fn(|r| shape.path_rate * (self.set_point[r] - posture.tip[r]));
+        let rate = shape.path_rate.min(MOST_CORRECTED / self.period);
+        let correction = std::array::from_fn(|r| rate * (self.set_point[r] - posture.tip[r]));
         let velocity = shape.keep_out.slowed(self.set_point, self.lags[1]);
         let speed = Vec2::<f64>::c(velocity).norm();
         let prefer = self.preference(model, shape, &posture, &now.piston, speed);
         let Motion { rates, scale } = resolve(&posture.jacobian, &Task { velocity, correction }, &prefer);
         let next = std::array::from_fn(|i| self.q[i] + rates[i] * self.period);
-        self.leave = model.leave(&self.q, &next, &now.oil);
+        let most = shape.limit_rate * self.period;
+        let leave = model.leave(&self.q, &next, now.payload, &now.stiffness, most);
+        // It comes back slowly: where only some directions are open, it would jump with every correction of the path.
+        self.leave = Leave { share: leave.share.min(self.leave.share + most), ..leave };
         let (rates, scale) = (rates.map(|rate| rate * self.leave.share), scale * self.leave.share);
         for r in 0..2 {
             self.set_point[r] += scale * velocity[r] * self.period;
@@ -117,6 +128,7 @@ impl<const N: usize> Reference<N> {
         for i in 0..N {
             self.q[i] += rates[i] * self.period;
         }
+        self.acceleration = std::array::from_fn(|i| (rates[i] - self.rates[i]) / self.period);
         (self.rates, self.scale, self.pace, self.posture) = (rates, scale, scale * speed, posture);
     }
 
@@ -169,10 +181,12 @@ impl<const N: usize> Reference<N> {
         })
     }
 
-    fn shape_stick(&mut self, wish: [f64; 2]) {
+    /// `bandwidth`: of each lag, rad/s.
+    fn shape_stick(&mut self, wish: [f64; 2], bandwidth: f64) {
+        let share = 1.0 - portable::exp(-bandwidth * self.period);
         for r in 0..2 {
-            self.lags[0][r] += self.lag_share * (wish[r] - self.lags[0][r]);
-            self.lags[1][r] += self.lag_share * (self.lags[0][r] - self.lags[1][r]);
+            self.lags[0][r] += share * (wish[r] - self.lags[0][r]);
+            self.lags[1][r] += share * (self.lags[0][r] - self.lags[1][r]);
         }
     }
 
@@ -180,10 +194,16 @@ impl<const N: usize> Reference<N> {
     pub fn stand(&mut self) {
         self.lags = [[0.0; 2]; 2];
         self.rates = [0.0; N];
+        self.acceleration = [0.0; N];
         self.pace = 0.0;
     }
 }
 
+/// Bandwidth of the stick's lags in lowest natural frequencies of the crane on its oil: what is asked for faster winds the oil more
+/// than it moves the crane.
+const STICK_PER_MODE: f64 = 1.0;
+/// Share of a lost path that is found again in a period, at most: more than all of it would overshoot.
+const MOST_CORRECTED: f64 = 0.5;
 /// Set-point speed that counts as standing, m/s.
 const STANDING: f64 = 1e-4;
 /// Guards of the weights near a dead centre and for a piston that cannot move.

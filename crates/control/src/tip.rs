@@ -8,7 +8,8 @@ use crate::controller_model::{ControllerModel, Posture};
 use crate::damping::{Damping, DampingGains};
 use crate::drive::{Demand, Drive, DriveGains};
 use crate::feed_forward::{Moment, SupplyPressures};
-use crate::holding::{Hold, Oil};
+use crate::holding::Hold;
+use crate::oil_modes::OilModes;
 use crate::readings::Readings;
 use crate::safe_state::Names;
 use crate::set_point::{Means, Reference, Shape};
@@ -48,6 +49,8 @@ struct State<const N: usize> {
     settled: [f64; N],
     /// Mass at the tip as the pressures tell it, kg.
     payload: f64,
+    /// Lowest natural frequency of the crane on its oil, rad/s.
+    slowest: f64,
     /// Since the set-point stopped, s.
     still: f64,
     standstill: Standstill,
@@ -76,8 +79,8 @@ impl<const N: usize> Tip<N> {
 impl<const N: usize> State<N> {
     /// At rest, as first measured.
     fn at(n: &ControllerModel<N>, s: &Settings<N>, q: [f64; N], p: &[[f64; 2]; N]) -> Self {
-        let reference = Reference::at(n, &s.shape, s.period, q);
-        let load = n.cylinder_force(&q, &[0.0; N]);
+        let reference = Reference::at(n, s.period, q);
+        let load = n.cylinder_force(&q, &[0.0; N], n.payload);
         let supply_pressures = SupplyPressures { supply: n.supply, tank: n.tank };
         let drives: [Drive; N] = std::array::from_fn(|c| {
             let moment = Moment { stroke: reference.posture.stroke[c], p: p[c] };
@@ -92,6 +95,7 @@ impl<const N: usize> State<N> {
             readings: q.map(Readings::at),
             settled: [0.0; N],
             payload: n.payload_of(&q, &reference.posture.lever_arm, &force).unwrap_or(n.payload),
+            slowest: f64::INFINITY,
             still: s.settling,
             standstill: Standstill::default(),
             unheld: [false; N],
@@ -135,7 +139,7 @@ impl<const N: usize> State<N> {
         self.led_back = if led_back { self.led_back + s.period } else { 0.0 };
         if self.led_back >= LED_BACK {
             self.led_back = 0.0;
-            self.reference = Reference::at(model, &s.shape, s.period, now.observed);
+            self.reference = Reference::at(model, s.period, now.observed);
         }
     }
 
@@ -158,7 +162,7 @@ impl<const N: usize> State<N> {
         let cause = if !overloaded.is_empty() {
             if waiting < BLOCKED {
                 // Where the tip cannot be lifted back to is no place to wait for: the other ways must stay open.
-                self.reference = Reference::at(model, &s.shape, s.period, now.observed);
+                self.reference = Reference::at(model, s.period, now.observed);
             }
             Cause::Load(overloaded)
         } else if self.reference.leave.share < BLOCKED {
@@ -202,10 +206,16 @@ impl<const N: usize> State<N> {
         let measured = model.posture(q);
         for c in 0..N {
             let count = self.readings[c].resolution(q[c]) * measured.lever_arm[c].abs();
-            self.drives[c].measure(&Moment { stroke: measured.stroke[c], p: p[c] }, count);
+            self.drives[c].measure(&Moment { stroke: measured.stroke[c], p: p[c] }, count, self.slowest);
         }
-        let oil = self.drives.map(|drive| drive.oil());
-        let holding = model.holding(q, &oil);
+        let stiffness = self.drives.map(|drive| drive.stiffness());
+        let force = self.drives.map(|drive| drive.carrying());
+        if let Some(payload) = model.payload_of(q, &measured.lever_arm, &force) {
+            self.payload += (s.period / WEIGHING).min(1.0) * (payload - self.payload);
+        }
+        let modes = model.oil_modes(q, &measured.lever_arm, self.payload, &stiffness);
+        self.slowest = modes.slowest();
+        let holding = model.holding(q, self.payload, &stiffness);
         self.look_for_runaways(s, &holding);
         self.still = if self.reference.moving(wish) { 0.0 } else { self.still + s.period };
         let rest = self.still >= s.settling;
@@ -223,40 +233,31 @@ impl<const N: usize> State<N> {
             let lag = self.lag(q, &measured, &observed);
             // 1 with the tip at its set-point, 0 with the tip too far behind.
             let waiting = (2.0 - 2.0 * lag.norm() / s.lag_limit).clamp(0.0, 1.0);
-            let now = Means { observed, piston: self.drives.map(|drive| drive.range()), oil };
+            let piston = self.drives.map(|drive| drive.range());
+            let now = Means { observed, piston, stiffness, payload: self.payload, slowest_mode: self.slowest };
             self.reference.advance(model, &s.shape, wish.map(|w| w * waiting), &now);
             self.look_for_standstill(model, s, wish, &now, waiting);
             self.follow_the_stick_back(model, s, wish, lag, &now, waiting);
             target = self.reference.posture.stroke;
         }
         let rates = self.reference.rates;
-        let load = model.cylinder_force(&self.reference.q, &rates);
+        let inertia = modes.torque(&modes.of_motion(&self.reference.acceleration));
+        let load = model.cylinder_force(&self.reference.q, &rates, model.payload);
         let mut demands: [Demand; N] = std::array::from_fn(|c| {
             let speed = self.reference.posture.lever_arm[c] * rates[c];
-            Demand { stroke: target[c], speed, load: load[c], damping: 0.0, rest, hold: holding[c] }
+            let inertia = finite(inertia[c] / self.reference.posture.lever_arm[c]);
+            Demand { stroke: target[c], speed, load: load[c], inertia, damping: 0.0, rest, hold: holding[c] }
         });
-        self.damp(model, s, q, &measured, &oil, &mut demands);
+        self.damp(s, &modes, &measured, &mut demands);
         std::array::from_fn(|c| self.drives[c].command(&demands[c]))
     }
 
     /// Adds the speeds that damp the modes on the oil.
-    fn damp(
-        &mut self,
-        model: &ControllerModel<N>,
-        s: &Settings<N>,
-        q: &[f64; N],
-        measured: &Posture<N>,
-        oil: &[Oil; N],
-        demands: &mut [Demand; N],
-    ) {
+    fn damp(&mut self, s: &Settings<N>, modes: &OilModes<N>, measured: &Posture<N>, demands: &mut [Demand; N]) {
         let force = self.drives.map(|drive| drive.force());
-        if let Some(payload) = model.payload_of(q, &measured.lever_arm, &force) {
-            self.payload += (s.period / WEIGHING).min(1.0) * (payload - self.payload);
-        }
-        let modes = model.oil_modes(q, &measured.lever_arm, self.payload, oil);
         let excess: [f64; N] =
             std::array::from_fn(|c| measured.lever_arm[c] * (force[c] - self.drives[c].planned(&demands[c])));
-        let rates = self.damping.step(&modes, measured, &excess);
+        let rates = self.damping.step(modes, measured, &excess);
         if rates.iter().any(|rate| !rate.is_finite()) {
             // Near a dead centre a pose can have no modes.
             self.damping = Damping::at(s.damping, &excess);
@@ -265,6 +266,15 @@ impl<const N: usize> State<N> {
         for (c, demand) in demands.iter_mut().enumerate() {
             demand.damping = measured.lever_arm[c] * rates[c];
         }
+    }
+}
+
+/// Near a dead centre a torque is no cylinder force, and a pose can have no modes.
+fn finite(x: f64) -> f64 {
+    if x.is_finite() {
+        x
+    } else {
+        0.0
     }
 }
 

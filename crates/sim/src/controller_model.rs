@@ -4,7 +4,7 @@ use hydrocrane_control::controller_model::{ControllerModel, CylinderModel};
 use hydrocrane_plant::hydraulic_axis::FrictionLaw;
 use hydrocrane_plant::{Crane, Hydraulics, Plant, StateSpace};
 
-/// The crane as a controller models it: exact, but without the bristles of friction and without the ground.
+/// The crane as a controller models it: exact, but without the damping of bristles and without the ground.
 pub fn controller_model<const N: usize>(crane: &Crane<N>) -> ControllerModel<N> {
     let Plant { mechanics, actuations, fluid, supply_pressures, .. } = *crane.plant();
     ControllerModel {
@@ -25,11 +25,16 @@ pub(crate) fn cylinder_model<const N: usize>(crane: &Crane<N>, c: usize) -> Cyli
     let stop = &unit.end_stop;
     let (FrictionLaw::Static { map, .. } | FrictionLaw::Printed { map, .. } | FrictionLaw::LuGre { map, .. }) =
         unit.friction;
+    let bristle_stiffness = match unit.friction {
+        FrictionLaw::LuGre { bristle, .. } => Some(bristle.stiffness),
+        _ => None,
+    };
     CylinderModel {
         chambers: unit.chambers,
         valve: unit.valve,
         leakage: unit.leakage,
         friction: map,
+        bristle_stiffness,
         stroke: crane.spool_strokes()[c],
         delay: valve.delay + valve.command.delay + 2.0 * unit.spool.damping_ratio / unit.spool.natural_frequency,
         free: [stop.lower + stop.zone, stop.upper - stop.zone],

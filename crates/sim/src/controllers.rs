@@ -59,7 +59,7 @@ pub const TIP_GAINS: [(&str, f64); 14] = [
     ("damping-ratio", 0.25),
     ("quiet-speed", 7e-4),
     ("observer-bandwidth", 5.0),
-    ("pressure-bandwidth", 15.0),
+    ("pressure-bandwidth", 85.0),
     ("reserve", 0.95),
     ("rest-band", 2e-4),
     ("lag-limit", 0.03),

@@ -131,7 +131,7 @@ fn full_stroke_speed(n: &ControllerModel<3>, direction: [f64; 2]) -> f64 {
     let mut fastest = f64::INFINITY;
     for _ in 0..(LENGTH / STEP) as usize {
         let posture = n.posture(&q);
-        let load = n.cylinder_force(&q, &[0.0; 3]);
+        let load = n.cylinder_force(&q, &[0.0; 3], n.payload);
         let speed = |i: usize, sense: f64| {
             let force = load[i] + n.cylinders[i].steady_friction(sense * 0.01);
             steady_speed(&n.cylinders[i], &supply_pressures, force, sense)
