@@ -25,6 +25,8 @@ COLUMNS = (
     ("end\nmm", "end_error", 1e3),
     ("speed\nerr %", "speed_error", 1e2),
     ("time\ns", "time", 1.0),
+    ("settle\ns", "settling", 1.0),
+    ("shake\nmm/s", "vibration", 1e3),
     ("pump\nkJ", "energy", 1e-3),
     ("stops\nhit", "end_stop_hits", 1),
     ("spool\n%", "spool_rms", 1e2),
@@ -41,7 +43,7 @@ def _group() -> None:
 
 @control.command(name="benchmark", epilog="Example:  hydrocrane control benchmark --quick -o results")
 def run_benchmark(
-    controllers: Annotated[list[str], typer.Argument(help="Names of controllers; tip and heinze-pid by default.")] = [],  # noqa: B006
+    controllers: Annotated[list[str], typer.Argument(help="Names; tip, pi and heinze-pid by default.")] = [],  # noqa: B006
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for table and picture.")] = Path("results"),
     machine: Annotated[str, typer.Option(help="Bundled machine or path of a machine file.")] = "rottne-f9-lab",
     settings: Annotated[list[str], typer.Option("--set", help="Override a machine key: KEY=VALUE.")] = [],  # noqa: B006
@@ -59,8 +61,10 @@ def run_benchmark(
     loaded = load_machine(machine, overrides(settings))
     # A folder that cannot be made shall not cost the runs.
     output.mkdir(parents=True, exist_ok=True)
-    whole = not quick and fitted_tasks.fits_the_benchmark(loaded)
-    cases = benchmark.all_cases() if whole else fitted_tasks.tuning_cases(loaded)
+    if not quick and fitted_tasks.fits_the_benchmark(loaded):
+        cases = benchmark.all_cases(loaded)
+    else:
+        cases = fitted_tasks.tuning_cases(loaded) + ([] if quick else benchmark.drawn_cases(loaded))
     with bar("running the benchmark") as progress:
         found = benchmark.benchmark(
             controllers or benchmark.CONTROLLERS, cases, machine=loaded, seed=seed, progress=progress
@@ -77,12 +81,13 @@ def run_benchmark(
 @control.command(name="tune", epilog="Example:  hydrocrane control tune rottne-f9-lab --trials 20 -o gains.toml")
 def run_tune(
     machine: Annotated[str, typer.Argument(help="Bundled machine or path of a machine file.")] = "rottne-f9-lab",
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="File for the [control.tip] block.")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="File for the block of gains.")] = None,
+    controller: Annotated[str, typer.Option(help="tip, or pi, which the benchmark compares with.")] = "tip",
     settings: Annotated[list[str], typer.Option("--set", help="Override a machine key: KEY=VALUE.")] = [],  # noqa: B006
     trials: Annotated[int, typer.Option(help="Most sets of gains to simulate.")] = 60,
     seed: Annotated[int, typer.Option(help="Draws the errors of the sensors.")] = 0,
 ) -> None:
-    """Search the gains of the controller `tip` by simulation, and report them before and after."""
+    """Search the gains of a controller by simulation, and report them before and after."""
     from hydrocrane.app.options import overrides
     from hydrocrane.benchmark import tuning
     from hydrocrane.files.whole_file import write_text
@@ -90,8 +95,8 @@ def run_tune(
 
     loaded = load_machine(machine, overrides(settings))
     with bar("tuning") as progress:
-        found = tuning.tune(loaded, trials=trials, seed=seed, progress=progress)
-    lines = [f"{key:20} {found.before[key]:8.4g} -> {found.after[key]:8.4g} {tuning.UNITS[key]}" for key in found.after]
+        found = tuning.tune(loaded, controller=controller, trials=trials, seed=seed, progress=progress)
+    lines = [f"{key:20} {found.before[key]:8.4g} -> {found.after[key]:8.4g} {found.units[key]}" for key in found.after]
     say(
         *lines,
         f"cost {found.cost_before * 1e3:.3f} mm -> {found.cost_after * 1e3:.3f} mm, {found.trials} sets simulated",

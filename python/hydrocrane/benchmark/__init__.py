@@ -2,7 +2,6 @@
 
 from hydrocrane.benchmark.cases import (
     CONTROLLERS,
-    FRICTION_KEYS,
     LOGS,
     MACHINE,
     SHORT,
@@ -10,16 +9,17 @@ from hydrocrane.benchmark.cases import (
     START,
     Benchmark,
     Case,
-    Condition,
     Result,
     all_cases,
     benchmark,
-    friction_overrides,
+    drawn_cases,
     motion_of,
     quick_cases,
     run_case,
     scenario_of,
 )
+from hydrocrane.benchmark.conditions import FRICTION_KEYS, VARIANTS, Condition, friction_overrides
+from hydrocrane.benchmark.random_tasks import random_lines
 
 __all__ = [
     "CONTROLLERS",
@@ -29,15 +29,18 @@ __all__ = [
     "SHORT",
     "STANDING",
     "START",
+    "VARIANTS",
     "Benchmark",
     "Case",
     "Condition",
     "Result",
     "all_cases",
+    "drawn_cases",
     "benchmark",
     "friction_overrides",
     "motion_of",
     "quick_cases",
+    "random_lines",
     "run_case",
     "scenario_of",
 ]

@@ -1,9 +1,9 @@
 """Benchmark of crane-tip control: the same tasks for every controller, under the same conditions.
 
-Each case is one run of :func:`hydrocrane.simulate`: a task of :mod:`hydrocrane.benchmark.tasks` under a
-:class:`Condition`. The tip starts at rest in ``START``. Payload and changed friction are unknown to the controller,
-whose controller model is the machine of the file. The errors of the sensors depend on the seed,
-everything else is the same in every run.
+Each case is one run of :func:`hydrocrane.simulate`: a task of :mod:`hydrocrane.benchmark.tasks` or a random line of
+:mod:`hydrocrane.benchmark.random_tasks` under a :class:`Condition`. Payload, changed friction and most variants of the
+machine are unknown to the controller, whose controller model is the machine of the file. The errors of the sensors
+depend on the seed, everything else is the same in every run.
 """
 
 from __future__ import annotations
@@ -19,14 +19,15 @@ import numpy as np
 
 from hydrocrane.arrays import Array, seed_number
 from hydrocrane.benchmark import tasks
+from hydrocrane.benchmark.conditions import VARIANTS, Condition
 from hydrocrane.benchmark.metrics import Metrics, Motion, metrics
+from hydrocrane.benchmark.piston_pi import PistonPi
 from hydrocrane.benchmark.tasks import Task
-from hydrocrane.control.controllers import AnyController, check_controller
+from hydrocrane.control.controllers import NAMES, AnyController, OwnController, check_controller
 from hydrocrane.control.joystick import Joystick
-from hydrocrane.errors import HydrocraneError, InputError
+from hydrocrane.errors import HydrocraneError, InputError, unknown
 from hydrocrane.files.whole_file import write_text
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
-from hydrocrane.machine.overrides import Override
 from hydrocrane.results.outcome import Outcome
 from hydrocrane.results.run import Run
 from hydrocrane.scenario.scenario import Scenario
@@ -34,41 +35,16 @@ from hydrocrane.simulation.running import simulate
 
 MACHINE = "rottne-f9-lab"
 START = {"boom": np.radians(100.0), "jib": np.radians(100.0), "extension": 0.0}
-CONTROLLERS = ("tip", "heinze-pid")
+# Changes with every change of tasks, conditions or figures that moves a result.
+VERSION = 2
+CONTROLLERS = ("tip", "pi", "heinze-pid")
+# Controllers of the benchmark's own, made anew for each run.
+OWN: dict[str, Callable[[], OwnController]] = {"pi": PistonPi}
+# Random lines of the whole benchmark, and the seed that draws them.
+RANDOM_LINES, RANDOM_SEED = 20, 1
 LOGS = (100.0, 200.0)
 # Shares of the path below which a tip counts as standing still, and as stopping short of the end.
 STANDING, SHORT = 0.05, 0.9
-FRICTION_KEYS = ("coulomb", "breakaway", "viscous")
-
-
-@dataclass(frozen=True)
-class Condition:
-    """Under what a task is run; the defaults are the reference.
-
-    Attributes
-    ----------
-    payload : float
-        At the tip, kg; a task that takes a load up and lets it go does so with this one.
-    sensors : {"ideal", "data-sheet"}
-    period : float or None
-        Between samples, s; ``None``: the controller's own.
-    friction : float
-        Share of the machine's seal friction: Coulomb, break-away and viscous.
-    """
-
-    payload: float = 0.0
-    sensors: str = "ideal"
-    period: float | None = None
-    friction: float = 1.0
-
-    def __str__(self) -> str:
-        parts = [
-            f"{self.payload:g} kg" if self.payload else "",
-            self.sensors if self.sensors != "ideal" else "",
-            f"{self.period * 1e3:g} ms" if self.period else "",
-            f"friction x {self.friction:g}" if self.friction != 1.0 else "",
-        ]
-        return ", ".join(part for part in parts if part) or "reference"
 
 
 @dataclass(frozen=True)
@@ -171,22 +147,32 @@ class Benchmark:
         writer = csv.DictWriter(table, list(rows[0]))
         writer.writeheader()
         writer.writerows(rows)
-        content = {"hydrocrane": __version__, "machine": self.machine, "seed": self.seed, "results": rows}
+        head = {"benchmark": VERSION, "hydrocrane": __version__, "machine": self.machine, "seed": self.seed}
+        content = head | {"results": rows}
         return [
             write_text(folder / "control-benchmark.csv", table.getvalue()),
             write_text(folder / "control-benchmark.json", json.dumps(content, indent=1, allow_nan=False) + "\n"),
         ]
 
 
-def all_cases() -> list[Case]:
-    """Every task under the reference; one vertical, one horizontal line and the circle under the others; logs.
+def all_cases(machine: Machine) -> list[Case]:
+    """Every task under the reference, two lines and the circle under the others, logs, and random lines.
 
     A log makes no case of the reference: without a load to take up it would be a path like others.
     """
     every = [*tasks.lines(), tasks.square(), tasks.circle(), tasks.reach()]
     chosen = [task for task in every if task.name in ("up 0.1 m/s", "out 0.1 m/s", "circle")]
     logs = [Case(tasks.pick_and_place(), Condition(payload=mass)) for mass in LOGS]
-    return [Case(task) for task in every] + [Case(task, c) for c in _conditions() for task in chosen] + logs
+    fixed = [Case(task) for task in every] + [Case(task, c) for c in _conditions() for task in chosen] + logs
+    return fixed + drawn_cases(machine)
+
+
+def drawn_cases(machine: Machine) -> list[Case]:
+    """Random lines with ideal and with data-sheet sensors."""
+    from hydrocrane.benchmark.random_tasks import random_lines
+
+    conditions = [Condition(), Condition(sensors="data-sheet")] if machine.sensors else [Condition()]
+    return [case for c in conditions for case in random_lines(machine, RANDOM_LINES, seed=RANDOM_SEED, condition=c)]
 
 
 def quick_cases() -> list[Case]:
@@ -205,6 +191,10 @@ def _conditions() -> list[Condition]:
         Condition(friction=0.5),
         Condition(friction=2.0),
         Condition(payload=200.0, sensors="data-sheet", friction=2.0),
+        Condition(period=0.05),
+        Condition(period=0.1),
+        Condition(drop_out=0.05),
+        *(Condition(variant=name) for name in VARIANTS),
     ]
 
 
@@ -221,7 +211,7 @@ def benchmark(
     Parameters
     ----------
     controllers : iterable
-        Names, or controllers of one's own as in :class:`hydrocrane.Scenario`.
+        Names, ``pi`` among them, or controllers of one's own as in :class:`hydrocrane.Scenario`.
     cases : sequence of Case, optional
         Default is :func:`all_cases`.
     machine : Machine, str or path
@@ -231,14 +221,16 @@ def benchmark(
     progress : callable, optional
         Called with (runs done, runs in all) before each run.
     """
-    cases = all_cases() if cases is None else list(cases)
+    machine = as_machine(machine)
+    cases = all_cases(machine) if cases is None else list(cases)
     drivers = list(controllers)
     for controller in drivers:
-        check_controller(controller)
+        if isinstance(controller, str) and controller not in (*NAMES, *OWN):
+            raise unknown("controller", controller, (*NAMES, *OWN))
+        check_controller(_made(controller))
     if not drivers or not cases:
         raise InputError("a benchmark needs one controller and one case or more")
     seed = seed_number(seed)
-    machine = as_machine(machine)
     if set(machine.joint_names) != set(START) and any(case.start is None for case in cases):
         fit = f"the benchmark's tasks fit a crane with the joints {', '.join(START)}"
         raise InputError(f"{fit}; {machine.name} has {', '.join(machine.joint_names)}")
@@ -255,7 +247,7 @@ def run_case(machine: Machine, controller: AnyController, case: Case, *, seed: i
     """Run one case; what the controller refuses or fails at is part of the result."""
     name = controller if isinstance(controller, str) else getattr(controller, "__name__", type(controller).__name__)
     try:
-        run = simulate(scenario_of(machine, controller, case, seed=seed), ledger=False, on_error="stop")
+        run = simulate(scenario_of(machine, _made(controller), case, seed=seed), ledger=False, on_error="stop")
     except HydrocraneError as error:
         return Result(name, case, Outcome("refused", 0.0, str(error)))
     if run.data.sizes["time"] < 2:
@@ -264,9 +256,15 @@ def run_case(machine: Machine, controller: AnyController, case: Case, *, seed: i
     return Result(name, case, run.outcome, metrics(motion), motion.tip, motion.asked)
 
 
+def _made(controller: AnyController) -> AnyController:
+    """The controller behind a name of the benchmark's own; others as they are."""
+    return OWN[controller]() if isinstance(controller, str) and controller in OWN else controller
+
+
 def scenario_of(machine: Machine, controller: AnyController, case: Case, *, seed: int = 0) -> Scenario:
     """The scenario of a case."""
     task, condition = case.task, case.condition
+    known = condition.known(machine)
     stick = Joystick(task.time, task.deflections, interpolation="linear", full_speed=task.speed)
     return Scenario(
         machine=machine.source,
@@ -274,14 +272,15 @@ def scenario_of(machine: Machine, controller: AnyController, case: Case, *, seed
         duration=task.duration,
         payload=0.0 if task.carries else condition.payload,
         payload_changes=dict(zip(task.carries, (condition.payload, 0.0), strict=True)) if task.carries else {},
-        overrides={**machine.overrides, **friction_overrides(machine, condition.friction)},
+        overrides={**machine.overrides, **condition.overrides(machine)},
         name=task.name,
         seed=seed,
         controller=controller,
         joystick=stick,
         period=condition.period,
         sensors=condition.sensors,
-        believed=machine,
+        sensor_faults=condition.sensor_faults(machine, 0.5 * task.moving_time),
+        believed=known,
     )
 
 
@@ -307,16 +306,6 @@ def motion_of(run: Run, task: Task) -> Motion:
         power=data["supply.power"].values,
         end_stops=data["energy.end_stops"].values,
     )
-
-
-def friction_overrides(machine: Machine, share: float) -> dict[str, Override]:
-    """Overrides that scale the forces of every seal friction in a machine's file by `share`."""
-    if share == 1.0:
-        return {}
-    stated = [key for key in machine.keys if key.startswith("friction.") and key.rsplit(".", 1)[1] in FRICTION_KEYS]
-    if not stated:
-        raise InputError(f"{machine.name} has no friction that could be scaled")
-    return {key: (share * np.asarray(machine.value(key).si)).tolist() for key in stated}
 
 
 def _plain(value: float) -> float | None:

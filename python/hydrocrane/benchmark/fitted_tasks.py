@@ -14,7 +14,8 @@ import numpy as np
 
 from hydrocrane import _core
 from hydrocrane.arrays import Array
-from hydrocrane.benchmark.cases import START, Case, Condition, quick_cases
+from hydrocrane.benchmark.cases import START, Case, quick_cases
+from hydrocrane.benchmark.conditions import Condition
 from hydrocrane.benchmark.tasks import LINE, SENSES, SPEEDS, straight
 from hydrocrane.errors import InputError
 from hydrocrane.machine.machine import Machine
@@ -98,11 +99,24 @@ def fastest_rates(
 
 
 def rate_bounds(machine: Machine, q: Array, limit_rate: float) -> Array:
-    """Lowest and highest joint rates (n, 2) in pose `q` (n,), of the pistons and of the slow-down before limits."""
-    slow_down = limit_rate * np.clip(
-        machine.joint_limits - q[:, np.newaxis], *np.array([[-np.inf, 0.0], [0.0, np.inf]])
-    )
-    return np.clip(_piston_rates(machine, q), slow_down[:, :1], slow_down[:, 1:])
+    """Lowest and highest joint rates (n, 2) in pose `q` (n,), of the pistons and of the slow-down before limits.
+
+    Limits are those of the joints, and of the pistons where an end stop begins to act.
+    """
+    slow_down = limit_rate * _room(q, machine.joint_limits)
+    pistons = limit_rate * _room(machine.strokes(q), free_strokes(machine))
+    return np.clip(_piston_rates(machine, q, pistons), slow_down[:, :1], slow_down[:, 1:])
+
+
+def free_strokes(machine: Machine) -> Array:
+    """Piston positions (n_cyl, 2), m, between which no end stop acts."""
+    zones = [float(machine.value(f"cylinder.{c}.end-stop.zone").si) for c in machine.cylinder_names]
+    return machine.stroke_limits + np.outer(zones, (1.0, -1.0))
+
+
+def _room(x: Array, limits: Array) -> Array:
+    """How far each of `x` (n,) may go down, as a negative number, and up (n, 2); zero beyond a limit."""
+    return np.clip(limits - x[:, np.newaxis], *np.array([[-np.inf, 0.0], [0.0, np.inf]]))
 
 
 def rate_weights(machine: Machine, q: Array) -> Array:
@@ -110,10 +124,14 @@ def rate_weights(machine: Machine, q: Array) -> Array:
     return np.clip(np.ptp(_piston_rates(machine, q), axis=1), 1e-9, 1e9) ** -2.0
 
 
-def _piston_rates(machine: Machine, q: Array) -> Array:
+def _piston_rates(machine: Machine, q: Array, bounds: Array | None = None) -> Array:
+    """Joint rates (n, 2) of pistons at full speed in pose `q` (n,); `bounds` (n_cyl, 2), m/s: no faster than this."""
+    speeds = machine.piston_speeds(q)
+    if bounds is not None:
+        speeds = np.clip(speeds, bounds[:, :1], bounds[:, 1:])
     # A piston at its dead centre does not bound its joint; the joint's own limits do.
     gain = np.diagonal(machine.stroke_jacobian(q))[:, np.newaxis]
-    return np.sort(machine.piston_speeds(q) / np.where(gain == 0.0, np.finfo(float).tiny, gain), axis=1)
+    return np.sort(speeds / np.where(gain == 0.0, np.finfo(float).tiny, gain), axis=1)
 
 
 def start_pose(machine: Machine) -> Array:

@@ -14,6 +14,8 @@ from hydrocrane.arrays import Array
 
 # Slower than this the tip counts as at rest, m/s.
 AT_REST = 5e-3
+# Time at the end of a run over which vibration is judged, s.
+LAST = 0.5
 # Energy in the springs of the end stops above which a piston has hit one, J.
 HIT = 0.1
 # RMS deviation that halves the score, m.
@@ -74,6 +76,10 @@ class Metrics:
         RMS of the tip's speed less the commanded one while the stick is deflected, as a share of the largest.
     time : float
         When the tip comes to rest for good, s; NaN where it does not.
+    settling : float
+        From the centred stick to that time, s; zero where the tip rests earlier.
+    vibration : float
+        RMS speed of the tip over the last ``LAST`` s of the run, m/s.
     energy : float
         Drawn from the pump, J.
     end_stop_hits : int
@@ -95,6 +101,8 @@ class Metrics:
     end_error: float
     speed_error: float
     time: float
+    settling: float
+    vibration: float
     energy: float
     end_stop_hits: int
     spool_rms: float
@@ -116,7 +124,9 @@ def metrics(motion: Motion) -> Metrics:
         path_rms=path_rms,
         end_error=float(error[-1]),
         speed_error=_speed_error(motion, fastest),
-        time=_rest_from(motion),
+        time=(rest := _rest_from(motion)),
+        settling=float(np.maximum(rest - _centred_from(motion), 0.0)),
+        vibration=_rms(_length(motion.tip_velocity[motion.time >= motion.time[-1] - LAST])),
         energy=float(0.5 * (motion.power[1:] + motion.power[:-1]) @ np.diff(motion.time)),
         end_stop_hits=int(np.count_nonzero(np.diff((motion.end_stops > HIT).astype(int)) == 1)),
         spool_rms=_rms(motion.command),
@@ -197,6 +207,12 @@ def _rest_from(motion: Motion) -> float:
     if not fast.size:
         return float(motion.time[0])
     return float(motion.time[fast[-1] + 1]) if fast[-1] + 1 < motion.time.size else float("nan")
+
+
+def _centred_from(motion: Motion) -> float:
+    """When the stick comes to its centre for good, s."""
+    asked = np.flatnonzero(_length(motion.asked_velocity) > 0.0)
+    return float(motion.time[min(asked[-1] + 1, motion.time.size - 1)]) if asked.size else float(motion.time[0])
 
 
 def _own_rho(motion: Motion) -> float:

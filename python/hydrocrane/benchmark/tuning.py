@@ -1,4 +1,4 @@
-"""Tuning of the controller ``tip`` by simulation.
+"""Tuning of a controller by simulation: ``tip``, or the PI that it is compared with.
 
 A pattern search over the logarithms of a few gains: each in turn is tried larger and smaller by a factor, an
 improvement is kept, and the factor shrinks once no gain improves. Every trial runs the same cases with the same seed.
@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from hydrocrane import _core
 from hydrocrane.benchmark.cases import Case, Result, run_case
 from hydrocrane.benchmark.fitted_tasks import tuning_cases
+from hydrocrane.benchmark.piston_pi import PistonPi
 from hydrocrane.control.controllers import DEFAULT_PERIOD
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
@@ -20,6 +21,9 @@ from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 # The gains that shape how a piston follows; the others are limits and shares, and not for a search.
 TUNED = ("position-gain", "damping-ratio", "observer-bandwidth", "pressure-bandwidth")
 UNITS = {key: unit for key, unit, _ in _core.tip_gain_info()}
+# Those of the PI.
+PI_UNITS = {"proportional": "1/s", "integral": "1/s^2", "pressure": "m/(s Pa)", "corner": "rad/s"}
+CONTROLLERS = ("tip", "pi")
 # A rate above one per sample is as good as infinite.
 LARGEST = 1.0 / DEFAULT_PERIOD
 # Metres of root-mean-square deviation that one full spool stroke of travel per second is worth: noise on the valves
@@ -40,7 +44,7 @@ class Tuning:
         Mean over the cases of the root-mean-square path deviation and the priced spool travel, m.
     trials : int
         Sets of gains simulated.
-    machine : str
+    machine, controller : str
     allowed : int
         Most sets of gains that might have been simulated.
     seed : int
@@ -52,11 +56,19 @@ class Tuning:
     cost_after: float
     trials: int
     machine: str
+    controller: str
     allowed: int
     seed: int
 
+    @property
+    def units(self) -> dict[str, str]:
+        """By key."""
+        return UNITS if self.controller == "tip" else PI_UNITS
+
     def toml(self) -> str:
-        """The block for a machine file."""
+        """The block for a machine file; for the PI, which no file holds, the arguments of its class."""
+        if self.controller == "pi":
+            return f"PistonPi({', '.join(f'{key}={value:.4g}' for key, value in self.after.items())})\n"
         start = ", ".join(f"{value:.4g}" for value in self.before.values())
         source = f"hydrocrane control tune {self.machine} --trials {self.allowed} --seed {self.seed}, from {start}"
         lines = ["[control.tip]", 'class = "fitted"', f'source = "{source}"']
@@ -72,19 +84,22 @@ def _written(value: float, unit: str) -> str:
 def tune(
     machine: MachineLike,
     *,
-    gains: Sequence[str] = TUNED,
+    controller: str = "tip",
+    gains: Sequence[str] | None = None,
     cases: Sequence[Case] | None = None,
     trials: int = 60,
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
 ) -> Tuning:
-    """Search the gains of ``tip`` for a machine whose tip can go up, down, out and in.
+    """Search the gains of a controller for a machine whose tip can go up, down, out and in.
 
     Parameters
     ----------
     machine : Machine, str or path
-    gains : sequence of str
-        Keys among ``TUNED``.
+    controller : {"tip", "pi"}
+        ``pi``: :class:`hydrocrane.benchmark.piston_pi.PistonPi`, with the same search and the same cases.
+    gains : sequence of str, optional
+        Keys among ``TUNED``, or attributes of the PI; all of them by default.
     cases : sequence of Case, optional
         What is simulated; by default those of :func:`hydrocrane.benchmark.fitted_tasks.tuning_cases`.
     trials : int
@@ -93,23 +108,31 @@ def tune(
         Called with the trials done and their largest number.
     """
     machine = as_machine(machine)
+    if controller not in CONTROLLERS:
+        raise unknown("controller to tune", controller, CONTROLLERS)
+    known = TUNED if controller == "tip" else tuple(PI_UNITS)
+    gains = known if gains is None else gains
     for name in gains:
-        if name not in TUNED:
-            raise unknown("gain to tune", name, TUNED)
+        if name not in known:
+            raise unknown("gain to tune", name, known)
     if trials < 1:
         raise InputError(f"trials must be at least 1, got {trials}")
     chosen = list(tuning_cases(machine) if cases is None else cases)
-    before = {name: machine.tip_gains[name] for name in gains}
+    before = {name: machine.tip_gains[name] if controller == "tip" else getattr(PistonPi(), name) for name in gains}
     count = 0
+
+    def run(values: dict[str, float], case: Case) -> Result:
+        if controller == "pi":
+            return run_case(machine, PistonPi(**values), case, seed=seed)
+        changed = machine.changed({f"control.tip.{name}": value for name, value in values.items()})
+        return run_case(changed, "tip", case, seed=seed)
 
     def cost(values: dict[str, float]) -> float:
         nonlocal count
         count += 1
         if progress is not None:
             progress(count - 1, trials)
-        own = {f"control.tip.{name}": value for name, value in values.items()}
-        changed = machine.changed(own)
-        results = [run_case(changed, "tip", case, seed=seed) for case in chosen]
+        results = [run(values, case) for case in chosen]
         if count == 1:
             _check_start(machine, results)
         return sum(_price(result) for result in results) / len(chosen)
@@ -131,7 +154,7 @@ def tune(
                     break
         if not improved:
             factor = math.sqrt(factor)
-    return Tuning(before, best, cost_before, least, count, machine.name, trials, seed)
+    return Tuning(before, best, cost_before, least, count, machine.name, controller, trials, seed)
 
 
 def _check_start(machine: Machine, results: Sequence[Result]) -> None:

@@ -16,18 +16,20 @@ from hydrocrane.app.cli import main
 from hydrocrane.benchmark import tasks
 from hydrocrane.benchmark.cases import (
     MACHINE,
+    RANDOM_LINES,
     Benchmark,
     Case,
-    Condition,
     Result,
     all_cases,
     benchmark,
-    friction_overrides,
     quick_cases,
     run_case,
     scenario_of,
 )
+from hydrocrane.benchmark.conditions import VARIANTS, Condition, friction_overrides
+from hydrocrane.benchmark.fitted_tasks import walk
 from hydrocrane.benchmark.metrics import Motion, metrics, nearest_on_path, significant
+from hydrocrane.benchmark.random_tasks import random_lines
 from hydrocrane.plots.benchmark import control_benchmark
 
 pytestmark = pytest.mark.evidence
@@ -312,13 +314,88 @@ def test_friction_is_scaled_at_every_speed(source, tmp_path, monkeypatch):
     assert friction_overrides(one, 1.0) == {}
 
 
-def test_every_condition_of_the_benchmark_is_there():
-    conditions = {case.condition for case in all_cases()}
+def test_every_condition_of_the_benchmark_is_there(crane):
+    cases = all_cases(crane)
+    conditions = {case.condition for case in cases}
     assert {c.payload for c in conditions} == {0.0, 100.0, 200.0}
     assert {c.friction for c in conditions} == {0.5, 1.0, 2.0}
     assert {c.sensors for c in conditions} == {"ideal", "data-sheet"}
-    assert {c.period for c in conditions} == {None, 0.01, 0.02}
-    assert {case.task.name for case in all_cases()} == {task.name for task in EVERY_TASK}
+    assert {c.period for c in conditions} == {None, 0.01, 0.02, 0.05, 0.1}
+    assert {c.variant for c in conditions} == {"", *VARIANTS} and {c.drop_out for c in conditions} == {0.0, 0.05}
+    drawn = [case for case in cases if case.task.name.startswith("random")]
+    names = {case.task.name for case in cases} - {case.task.name for case in drawn}
+    assert names == {task.name for task in EVERY_TASK}
+    assert len(drawn) == 2 * RANDOM_LINES and {c.condition.sensors for c in drawn} == {"ideal", "data-sheet"}
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_a_variant_changes_the_crane_and_the_controller_model_only_where_it_is_known(crane, variant):
+    condition = Condition(variant=variant)
+    plan = scenario_of(crane, "tip", Case(tasks.lines()[1], condition))
+    changed = condition.overrides(crane)
+    assert changed
+    for key, value in changed.items():
+        assert plan.load_machine().value(key).si == pytest.approx(value)
+        own = plan.believed.value(key).si if key in plan.believed.keys else None
+        assert (own == pytest.approx(value)) == VARIANTS[variant].known
+
+
+def test_a_drop_out_takes_every_joint_sensor_in_the_middle_of_the_motion(crane):
+    task = tasks.lines()[1]
+    plan = scenario_of(crane, "tip", Case(task, Condition(drop_out=0.05)))
+    assert {fault.signal for fault in plan.sensor_faults} == {f"joint.{joint}.q" for joint in crane.joint_names}
+    assert all(fault.until - fault.time == pytest.approx(0.05) for fault in plan.sensor_faults)
+    assert all(0.0 < fault.time < task.moving_time for fault in plan.sensor_faults)
+
+
+def test_a_condition_that_is_none_is_told():
+    with pytest.raises(hc.InputError, match="dead band 5 %"):
+        Condition(variant="dead band 5")
+    with pytest.raises(hc.InputError, match="drop-out"):
+        Condition(drop_out=-1.0)
+
+
+# --- random lines and the simple controller -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", [MACHINE, "hiab-xs031"])
+def test_random_lines_repeat_and_are_feasible(name):
+    machine = hc.load_machine(name)
+    lines, again, others = (random_lines(machine, 6, seed=seed) for seed in (4, 4, 5))
+    assert [c.start for c in lines] == [c.start for c in again] != [c.start for c in others]
+    for case in lines:
+        found = walk(machine, case.start, case.task.displacement[-1] / np.linalg.norm(case.task.displacement[-1]))
+        assert case.task.speed < found.feasible_speed + 1e-9
+        assert machine.piston_speeds(np.array(case.start)).all()
+    with pytest.raises(hc.InputError, match="at least 1"):
+        random_lines(machine, 0)
+
+
+def test_a_machine_without_lines_has_no_random_ones():
+    with pytest.raises(hc.InputError, match="few straight lines"):
+        random_lines(hc.load_machine("single-cylinder"), 3)
+
+
+@pytest.mark.parametrize(("name", "most"), [(MACHINE, 1e-3), ("hiab-xs031", 1e-2)])
+def test_random_lines_are_followed(name, most):
+    machine = hc.load_machine(name)
+    worst = [run_case(machine, "tip", case).metrics.path_max for case in random_lines(machine, 30, seed=3)]
+    assert np.median(worst) < 0.2 * most and np.percentile(worst, 95) < most and max(worst) < 2.0 * most
+
+
+def test_the_simple_controller_goes_the_way_and_is_no_match(crane):
+    found = benchmark(["pi", "tip"], quick_cases()[:1], machine=crane)
+    simple, tip = (result.metrics for result in found.results)
+    assert found.results[0].controller == "pi" and found.results[0].outcome.completed
+    assert simple.reached > 0.99 and 5e-4 < simple.path_max < 2e-2 and tip.path_max < 0.5 * simple.path_max
+    assert simple.vibration < 1e-3
+
+
+def test_settling_counts_from_the_centred_stick():
+    motion = followed(tasks.lines()[4], late=0.3)
+    found = metrics(motion)
+    assert found.settling == pytest.approx(0.3, abs=0.02) and found.vibration == 0.0
+    assert metrics(replace(motion, tip_velocity=motion.tip_velocity + 0.01)).vibration > 0.01
 
 
 # --- output ---------------------------------------------------------------------------------------------------------
@@ -372,3 +449,11 @@ def test_wrong_input_is_one_message(tmp_path, monkeypatch, capsys):
         benchmark(["tip"], quick_cases(), seed=-1)
     with pytest.raises(hc.InputError, match="one controller"):
         benchmark([], quick_cases())
+
+
+def test_slow_sampling_and_slow_spools_cost_little(crane):
+    """A correction of the path that is more than whole in a period made 113 mm at 100 ms."""
+    line = next(task for task in tasks.lines() if task.name == "out 0.1 m/s")
+    for condition in (Condition(period=0.1), Condition(variant="spools of 8 Hz"), Condition(variant="dead time 50 ms")):
+        found = run_case(crane, "tip", Case(line, condition)).metrics
+        assert found.reached > 0.99 and found.path_max < 2e-3, condition

@@ -1,0 +1,75 @@
+"""Random stops: how the tip settles after the stick is let go at speed, how quiet it is then, and whether it stays.
+
+A stop begins in a random pose and goes in a random direction at ``SPEED`` for ``MOVED`` s. A seed says which.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrocrane.arrays import seed_number
+from hydrocrane.benchmark.fitted_tasks import INNER
+from hydrocrane.benchmark.metrics import AT_REST
+from hydrocrane.control.joystick import Joystick
+from hydrocrane.errors import HydrocraneError
+from hydrocrane.machine.machine import Machine
+from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.simulation.running import simulate
+
+# m/s, and the times at which the stick is let go, rest begins, and the run ends, s.
+SPEED, MOVED, REST, END = 0.3, 1.0, 6.0, 16.0
+
+
+@dataclass(frozen=True)
+class Stop:
+    """What came of a stop.
+
+    Attributes
+    ----------
+    settling : float
+        Time from the centred stick until the tip stays below 5 mm/s, s.
+    quiet : float
+        RMS speed of the tip from ``REST`` to ``END``, m/s.
+    drift : float
+        Farthest that the tip goes from its place at ``REST``, m.
+    """
+
+    settling: float
+    quiet: float
+    drift: float
+
+
+def random_stop(machine: Machine, seed: int, *, payload: float = 0.0, sensors: str = "ideal") -> Stop | None:
+    """A stop of `machine` with `payload` (kg) under ``tip``; ``None`` where it cannot hold or lift the load there."""
+    rng = np.random.default_rng(seed_number(seed))
+    low, high = machine.joint_limits.T
+    q = low + (high - low) * rng.uniform(*INNER, len(low))
+    angle = rng.uniform(0.0, 2.0 * np.pi)
+    axes = {"x": [np.cos(angle), 0.0], "z": [np.sin(angle), 0.0]}
+    plan = Scenario(
+        machine=machine.source,
+        overrides=machine.overrides,
+        joints=dict(zip(machine.joint_names, q.tolist(), strict=True)),
+        payload=payload,
+        duration=END,
+        record_interval=5e-3,
+        joystick=Joystick([0.0, MOVED], axes, full_speed=SPEED),
+        sensors=sensors,
+        seed=seed,
+    )
+    try:
+        run = simulate(plan, ledger=False)
+    except HydrocraneError:
+        return None
+    if run.events or run.warnings:
+        return None
+    time = run.data["time"].values
+    tip = np.column_stack([run.data["tip.x"].values, run.data["tip.z"].values])
+    speed = np.hypot(*np.gradient(tip, time, axis=0).T)
+    fast = time[(time > MOVED) & (speed > AT_REST)]
+    rest = time > REST
+    away = np.hypot(*(tip[rest] - tip[rest][0]).T)
+    settling = float(fast.max() - MOVED) if fast.size else 0.0
+    return Stop(settling, float(np.sqrt(np.mean(speed[rest] ** 2))), float(away.max()))
