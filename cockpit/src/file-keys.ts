@@ -175,6 +175,7 @@ export type MachineKey =
   | "control.plausibility.stroke-margin"
   | "control.plausibility.pressure-limit"
   | "control.plausibility.recovery-time"
+  | "control.plausibility.ride-through"
   | "errata.gravity-sign"
   | "errata.inertia-about"
   | "errata.orifice-law"

@@ -154,6 +154,11 @@ impl Drive {
         self.observer.position
     }
 
+    /// Piston position that the next sample should find, m.
+    pub fn foreseen(&self) -> f64 {
+        self.observer.foreseen(self.expected, &self.observing)
+    }
+
     /// Whether the supply pressure can move the load towards `sense` (+1 or -1).
     pub fn able(&self, sense: f64) -> bool {
         self.steady_speed(sense) > 0.0

@@ -20,6 +20,7 @@ pub mod readings;
 pub mod redundancy;
 pub mod safe_state;
 pub mod set_point;
+pub mod signal;
 pub mod slow_down;
 pub mod standstill;
 pub mod tip;

@@ -40,10 +40,15 @@ impl Observer {
         Observer { position, disturbance: 0.0 }
     }
 
+    /// Position after a period at `speed`, m.
+    pub fn foreseen(&self, speed: f64, gains: &Gains) -> f64 {
+        self.position + gains.period * (speed + self.disturbance)
+    }
+
     /// `speed`: expected over the period that ends with the measurement; `learning`: share of the gain of d^ to learn with;
     /// `count`: resolution of the reading, which tells nothing of a position within half of it, m.
     pub fn update(&mut self, measured: f64, speed: f64, gains: &Gains, learning: f64, count: f64) {
-        let predicted = self.position + gains.period * (speed + self.disturbance);
+        let predicted = self.foreseen(speed, gains);
         let difference = measured - predicted;
         let innovation = difference - difference.clamp(-0.25 * count, 0.25 * count);
         self.position = predicted + gains.position * innovation;

@@ -124,6 +124,10 @@ const THRESHOLDS: &[Key] = &[
     gain("recovery-time", &[TIME])
         .defaults(&["0.5 s"])
         .means("Time for which a sensor must read plausibly before it is used again."),
+    gain("ride-through", &[TIME])
+        .defaults(&["50 ms"])
+        .means("Time for which control goes on without a sensor.")
+        .source("theory/control/plausibility.md"),
 ];
 
 const fn erratum(name: &'static str) -> Key {
