@@ -3,7 +3,7 @@
 //!
 //! v_c = v_ref + k_p (x_ref - x^) - d^ + F'_ref/k_oil + v_d
 //!
-//! and the spool that gives the speed v_c at the measured pressures. F' winds the oil spring for the load that comes; v_d
+//! and the command that brings the spool to where it gives the speed v_c at the measured pressures. F' winds the oil spring for the load that comes; v_d
 //! damps the modes of the crane on its oil ([`crate::damping`]).
 //!
 //! At rest the piston is held where it has stopped: v_c = k_h (x_ref - x^) beyond a band, zero inside. Zero speed needs an opening
@@ -65,6 +65,8 @@ pub struct Drive {
     /// Shares by which the low-passes of the pressures and of the load go on in a period.
     pressure_share: f64,
     load_share: f64,
+    /// Openings that commands reach, retracting and extending, as shares of the whole.
+    reach: [f64; 2],
     /// Friction at the start of a motion, retracting and extending, N.
     starting_friction: [f64; 2],
     /// Low-passed pressures with the measured position, and what they allow.
@@ -116,6 +118,7 @@ impl Drive {
             observing: observer::Gains::new(gains.observer, period),
             pressure_share: share(gains.pressure),
             load_share: share(LOAD_BANDWIDTH),
+            reach: [-1.0, 1.0].map(|sense| cylinder.reach(sense)),
             starting_friction: [-FRICTION_SPEED, FRICTION_SPEED].map(|v| cylinder.steady_friction(v)),
             moment,
             capacity: cylinder.capacity(&fluid, &supply_pressures, &moment),
@@ -169,7 +172,7 @@ impl Drive {
         [-1.0, 1.0].map(|s| {
             // More than the steady speed would not last, and what the valve was seen to lack is not there either.
             let steady = self.steady_speed(s);
-            let lasting = (s * self.full_speed(s, steady)).min(steady);
+            let lasting = (s * self.full_speed(s, steady)).min(steady) * self.reach[usize::from(s > 0.0)];
             s * (self.gains.reserve * lasting + (s * self.observer.disturbance).min(0.0)).max(0.0)
         })
     }
@@ -214,9 +217,10 @@ impl Drive {
         };
         // Where the supply pressure cannot move the load, wanting to go there would only keep the damping from the other side.
         let motion = if self.able(motion.signum()) { motion } else { 0.0 };
-        let spool = self.spool_for(motion + spring);
-        self.expected = self.cylinder.momentary_speed(&self.capacity, spool) - spring;
-        spool
+        let chain = &self.cylinder.chain;
+        let command = chain.command(self.spool_for(motion + spring)).clamp(-self.cylinder.stroke, self.cylinder.stroke);
+        self.expected = self.cylinder.momentary_speed(&self.capacity, chain.spool(command)) - spring;
+        command
     }
 
     fn spool_for(&self, speed: f64) -> f64 {
@@ -229,7 +233,7 @@ impl Drive {
         if steady <= 0.0 || sense * gained <= 0.0 || speed == closed {
             return 0.0;
         }
-        let share = ((speed - closed) / gained).min(1.0);
+        let share = ((speed - closed) / gained).min(self.reach[usize::from(sense > 0.0)]);
         sense * (c.valve.overlap + share * (c.stroke - c.valve.overlap))
     }
 }

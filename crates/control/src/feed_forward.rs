@@ -99,6 +99,13 @@ impl CylinderModel {
         Capacity { stiffness, closed: speed(self.valve.closed(&ports)), full: [at(-self.stroke), at(self.stroke)] }
     }
 
+    /// Opening that commands reach towards `sense` (+1 or -1), as a share of the whole.
+    pub fn reach(&self, sense: f64) -> f64 {
+        let [low, high] = self.chain.reach(self.stroke);
+        let spool = if sense > 0.0 { high } else { -low };
+        ((spool - self.valve.overlap) / (self.stroke - self.valve.overlap)).clamp(0.0, 1.0)
+    }
+
     /// Piston speed (m/s) with the spool held at `spool` (m): the flow through an edge is proportional to its opening.
     pub fn momentary_speed(&self, at: &Capacity, spool: f64) -> f64 {
         let share = (spool.abs() - self.valve.overlap).max(0.0) / (self.stroke - self.valve.overlap);

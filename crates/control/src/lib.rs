@@ -21,6 +21,7 @@ pub mod redundancy;
 pub mod safe_state;
 pub mod set_point;
 pub mod signal;
+pub mod signal_chain;
 pub mod slow_down;
 pub mod standstill;
 pub mod tip;

@@ -21,6 +21,8 @@ pub struct SafeState<const N: usize> {
     inner: Box<dyn Controller>,
     monitor: Monitor<N>,
     spool_of: SpoolOf,
+    /// Commands at which the spools are centred, m.
+    neutral: [f64; N],
     /// Names of joints and cylinders, and whether a joint turns.
     names: Names,
     phase: Phase,
@@ -59,11 +61,18 @@ pub struct Names {
 }
 
 impl<const N: usize> SafeState<N> {
-    pub fn new(inner: Box<dyn Controller>, monitor: Monitor<N>, spool_of: SpoolOf, names: Names) -> Self {
+    pub fn new(
+        inner: Box<dyn Controller>,
+        monitor: Monitor<N>,
+        spool_of: SpoolOf,
+        neutral: [f64; N],
+        names: Names,
+    ) -> Self {
         SafeState {
             inner,
             monitor,
             spool_of,
+            neutral,
             names,
             phase: Phase::Driving,
             missed: [[0.0; 3]; N],
@@ -140,7 +149,7 @@ impl<const N: usize> SafeState<N> {
         // What is left falls by the same share of the first command at each sample.
         let left = (since + CLOSING - t).max(0.0);
         let before = left + self.inner.period();
-        let command = self.command.map(|u| u * left / before);
+        let command = std::array::from_fn(|c| self.neutral[c] + (self.command[c] - self.neutral[c]) * left / before);
         spool.iter_mut().zip(command).for_each(|(out, u)| *out = u);
         self.note(t, command);
     }

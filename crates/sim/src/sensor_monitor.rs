@@ -38,7 +38,8 @@ pub(crate) fn with_sensor_monitor<const N: usize>(
         let (chain, stroke) = &valves[c];
         apply_signal_chain(chain, u.clamp(-stroke, *stroke)).clamp(-stroke, *stroke)
     };
-    Box::new(SafeState::new(controller, monitor, Box::new(spool_of), names))
+    let neutral = controller_model(crane).cylinders.map(|c| c.chain.command(0.0));
+    Box::new(SafeState::new(controller, monitor, Box::new(spool_of), neutral, names))
 }
 
 /// What messages call things; `revolute`: whether a joint turns.
