@@ -157,6 +157,7 @@ export type MachineKey =
   | "control.tip.pressure-bandwidth"
   | "control.tip.reserve"
   | "control.tip.rest-band"
+  | "control.tip.learning-time"
   | "control.tip.lag-limit"
   | "control.tip.settling-time"
   | "control.heinze-pid.full-speed"

@@ -3,6 +3,7 @@
 //! A controller knows the crane's geometry and the parameters of its model, never the plant's state.
 
 use crate::signal::Signal;
+use crate::valve_learning::LearntValve;
 
 /// Measurements at one sample, as the sensors deliver them. SI units; pressures gauge.
 #[derive(Debug, Clone, Copy)]
@@ -64,6 +65,10 @@ pub trait Controller: Send {
     }
     /// The set-point of the tip (x, z) after the last step, m, where the controller has one.
     fn set_point(&self) -> Option<[f64; 2]>;
+    /// What it has learnt of each valve; nothing where it does not learn.
+    fn learnt(&self) -> Vec<LearntValve> {
+        Vec::new()
+    }
     /// What has happened since the last call that whoever runs the machine should know.
     fn notices(&mut self) -> Vec<String> {
         Vec::new()

@@ -18,6 +18,7 @@ use crate::controller_model::CylinderModel;
 use crate::feed_forward::{Capacity, Moment, Steady, SupplyPressures};
 use crate::holding::{Hold, Oil};
 use crate::observer::{self, Observer};
+use crate::valve_learning::{Learning, LearntValve, Sample, ValveFit, NOMINAL};
 use hydrocrane_num::portable;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 
@@ -34,6 +35,8 @@ pub struct DriveGains {
     pub reserve: f64,
     /// Piston error that is left alone at rest, m.
     pub rest_band: f64,
+    /// Time of motion over which is remembered what was learnt of the valve, s; zero: nothing is learnt.
+    pub learning: f64,
 }
 
 /// What the piston shall do over the coming period.
@@ -62,6 +65,12 @@ pub struct Drive {
     period: f64,
     observer: Observer,
     observing: observer::Gains,
+    learning: Learning,
+    /// What the valve is taken to do beyond its model at this sample.
+    fit: ValveFit,
+    resting: bool,
+    /// What the last command asked for, if anything can be learnt of it.
+    sample: Option<Sample>,
     /// Shares by which the low-passes of the pressures and of the load go on in a period.
     pressure_share: f64,
     load_share: f64,
@@ -116,6 +125,10 @@ impl Drive {
             period,
             observer: Observer::at(moment.stroke),
             observing: observer::Gains::new(gains.observer, period),
+            learning: Learning::new(gains.learning, observer::Gains::new(gains.observer, period).lag_share, period),
+            fit: NOMINAL,
+            resting: false,
+            sample: None,
             pressure_share: share(gains.pressure),
             load_share: share(LOAD_BANDWIDTH),
             reach: [-1.0, 1.0].map(|sense| cylinder.reach(sense)),
@@ -131,8 +144,8 @@ impl Drive {
         }
     }
 
-    /// Takes in a sample whose position has the resolution `count`, m.
-    pub fn measure(&mut self, now: &Moment, count: f64) {
+    /// Takes in a sample whose position has the resolution `count`, m; `seen`: it was measured.
+    pub fn measure(&mut self, now: &Moment, count: f64, seen: bool) {
         self.force = self.cylinder.chambers.force(now.p[0], now.p[1]);
         for (slow, p) in self.moment.p.iter_mut().zip(now.p) {
             *slow += self.pressure_share * (p - *slow);
@@ -140,6 +153,12 @@ impl Drive {
         self.moment.stroke = now.stroke;
         self.capacity = self.cylinder.capacity(&self.fluid, &self.supply_pressures, &self.moment);
         self.observer.update(now.stroke, self.expected, &self.observing, self.bearable, count);
+        if let Some(sample) = &mut self.sample {
+            let [low, high] = self.cylinder.free;
+            sample.usable &= seen && (low..=high).contains(&now.stroke);
+            let explained = self.learning.learn(sample, self.observer.disturbance);
+            self.observer.explain(explained);
+        }
     }
 
     /// Cylinder force as measured, N.
@@ -172,7 +191,7 @@ impl Drive {
         [-1.0, 1.0].map(|s| {
             // More than the steady speed would not last, and what the valve was seen to lack is not there either.
             let steady = self.steady_speed(s);
-            let lasting = (s * self.full_speed(s, steady)).min(steady) * self.reach[usize::from(s > 0.0)];
+            let lasting = (s * self.full_speed(s, steady)).min(steady) * self.widest(s);
             s * (self.gains.reserve * lasting + (s * self.observer.disturbance).min(0.0)).max(0.0)
         })
     }
@@ -217,24 +236,53 @@ impl Drive {
         };
         // Where the supply pressure cannot move the load, wanting to go there would only keep the damping from the other side.
         let motion = if self.able(motion.signum()) { motion } else { 0.0 };
-        let chain = &self.cylinder.chain;
-        let command = chain.command(self.spool_for(motion + spring)).clamp(-self.cylinder.stroke, self.cylinder.stroke);
-        self.expected = self.cylinder.momentary_speed(&self.capacity, chain.spool(command)) - spring;
+        let c = &self.cylinder;
+        // At rest a wrong guess would kick the oil or have the piston creep; in motion it is found soon.
+        let fit = if d.rest { self.learning.certain } else { self.learning.fit };
+        if let Some(sample) = self.sample.filter(|_| d.rest != self.resting) {
+            let explained = fit.speed(&sample) - self.fit.speed(&sample);
+            self.learning.explain(explained);
+            self.observer.explain(explained);
+        }
+        (self.fit, self.resting) = (fit, d.rest);
+        let asked = self.fit.asked(self.opening_for(motion + spring));
+        let command = c.chain.command(c.spool(asked)).clamp(-c.stroke, c.stroke);
+        let asked = c.opening(c.chain.spool(command));
+        let opening = self.fit.opening(asked);
+        let Capacity { closed, full, .. } = self.capacity;
+        let reach = full[usize::from(opening > 0.0)] - closed;
+        // While chambers fill or a load cannot be moved, the steady law tells nothing of the valve.
+        let usable = !d.rest && self.bearable == 1.0 && self.able(opening.signum()) && opening * reach > 0.0;
+        let sample = Sample { asked, closed, reach, full: 0.5 * (full[1] - full[0]), expected: 0.0, usable };
+        let expected = self.fit.speed(&sample);
+        self.expected = expected - spring;
+        self.sample = Some(Sample { expected, ..sample });
         command
     }
 
-    fn spool_for(&self, speed: f64) -> f64 {
-        let c = &self.cylinder;
-        let closed = self.capacity.closed;
+    /// What was learnt of the valve.
+    pub fn learnt(&self) -> LearntValve {
+        let (fit, c) = (&self.learning.fit, &self.cylinder);
+        LearntValve { chain: fit.chain(&c.chain, c.valve.overlap, c.stroke), leakage: fit.leakage }
+    }
+
+    /// Largest opening towards `sense` (+1 or -1), as a share of the whole.
+    fn widest(&self, sense: f64) -> f64 {
+        let widest = sense * self.fit.opening(sense * self.reach[usize::from(sense > 0.0)]);
+        widest.clamp(0.0, 1.0)
+    }
+
+    /// Opening that gives `speed` (m/s), as a signed share of the whole.
+    fn opening_for(&self, speed: f64) -> f64 {
+        let closed = self.fit.leakage * self.capacity.closed;
         let sense = if speed < closed { -1.0 } else { 1.0 };
         let steady = self.steady_speed(sense);
-        let gained = self.full_speed(sense, steady) - closed;
+        let gained = self.full_speed(sense, steady) - self.capacity.closed;
         // The valve may be opened to fill a chamber, never where the load would push the piston back in the end.
         if steady <= 0.0 || sense * gained <= 0.0 || speed == closed {
             return 0.0;
         }
-        let share = ((speed - closed) / gained).min(self.reach[usize::from(sense > 0.0)]);
-        sense * (c.valve.overlap + share * (c.stroke - c.valve.overlap))
+        sense * ((speed - closed) / gained).min(self.widest(sense))
     }
 }
 

@@ -25,4 +25,5 @@ pub mod signal_chain;
 pub mod slow_down;
 pub mod standstill;
 pub mod tip;
+pub mod valve_learning;
 pub mod working_area;

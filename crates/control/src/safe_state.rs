@@ -7,6 +7,7 @@
 use crate::controller::{Controller, Fault, Measurement, Stick};
 use crate::plausibility::{Kind, Monitor, Returned};
 use crate::signal::Signal;
+use crate::valve_learning::LearntValve;
 
 /// Spool position (m) that a command (m) to the valve of a cylinder asks for.
 pub type SpoolOf = Box<dyn Fn(usize, f64) -> f64 + Send>;
@@ -231,6 +232,10 @@ impl<const N: usize> Controller for SafeState<N> {
 
     fn set_point(&self) -> Option<[f64; 2]> {
         self.inner.set_point()
+    }
+
+    fn learnt(&self) -> Vec<LearntValve> {
+        self.inner.learnt()
     }
 
     fn notices(&mut self) -> Vec<String> {

@@ -15,6 +15,7 @@ use crate::set_point::{Means, Reference, Shape};
 use crate::signal::Signal;
 use crate::slow_down::{checked, checked_stick};
 use crate::standstill::{runaway, Cause, Standstill};
+use crate::valve_learning::LearntValve;
 use hydrocrane_num::Vec2;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -231,7 +232,7 @@ impl<const N: usize> State<N> {
             let readings = &mut self.readings[c];
             let resolution = if missing { readings.known() } else { readings.resolution(q[c]) };
             let count = resolution * measured.lever_arm[c].abs();
-            self.drives[c].measure(&Moment { stroke: measured.stroke[c], p: p[c] }, count);
+            self.drives[c].measure(&Moment { stroke: measured.stroke[c], p: p[c] }, count, !missing);
         }
         let oil = self.drives.map(|drive| drive.oil());
         let holding = model.holding(q, &oil);
@@ -339,6 +340,11 @@ impl<const N: usize> Controller for Tip<N> {
 
     fn set_point(&self) -> Option<[f64; 2]> {
         self.state.as_ref().map(|s| s.reference.set_point)
+    }
+
+    fn learnt(&self) -> Vec<LearntValve> {
+        let drives = self.state.as_ref().filter(|_| self.settings.drive.learning > 0.0).map(|state| &state.drives);
+        drives.map_or(Vec::new(), |drives| drives.iter().map(|drive| drive.learnt()).collect())
     }
 
     fn notices(&mut self) -> Vec<String> {
