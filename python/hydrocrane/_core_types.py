@@ -35,6 +35,8 @@ class Samples(TypedDict):
     sticks: Array
     set_points: Array
     commands: Array
+    learnt: Array
+    valves: list[str]
     signals: list[str]
 
 

@@ -2,6 +2,9 @@
 //!
 //! A controller knows the crane's geometry and the parameters of its model, never the plant's state.
 
+use crate::signal::Signal;
+use crate::valve_learning::LearntValve;
+
 /// Measurements at one sample, as the sensors deliver them. SI units; pressures gauge.
 #[derive(Debug, Clone, Copy)]
 pub struct Measurement<'a> {
@@ -46,8 +49,26 @@ pub trait Controller: Send {
     fn reset(&mut self, first: &Measurement);
     /// Writes one spool command per cylinder, m, positive extends.
     fn step(&mut self, measured: &Measurement, stick: Stick, spool: &mut [f64]) -> Result<(), Fault>;
+    /// As [`Controller::step`], with the last usable readings in the place of those of `gaps`, which are missing.
+    fn step_without(
+        &mut self,
+        measured: &Measurement,
+        _gaps: &[Signal],
+        stick: Stick,
+        spool: &mut [f64],
+    ) -> Result<(), Fault> {
+        self.step(measured, stick, spool)
+    }
+    /// Whether there is nothing left to do for it after the stick was released.
+    fn stands(&self) -> bool {
+        true
+    }
     /// The set-point of the tip (x, z) after the last step, m, where the controller has one.
     fn set_point(&self) -> Option<[f64; 2]>;
+    /// What it has learnt of each valve; nothing where it does not learn.
+    fn learnt(&self) -> Vec<LearntValve> {
+        Vec::new()
+    }
     /// What has happened since the last call that whoever runs the machine should know.
     fn notices(&mut self) -> Vec<String> {
         Vec::new()

@@ -1,6 +1,7 @@
 //! The controller model: geometry, masses and cylinder parameters with which a controller computes, never a state.
 
 use crate::bristles;
+use crate::signal_chain::SignalChain;
 use hydrocrane_num::Real;
 use hydrocrane_physics::dynamics::Mechanics;
 use hydrocrane_physics::friction::StaticParameters;
@@ -19,8 +20,10 @@ pub struct CylinderModel {
     pub friction: StaticParameters<f64>,
     /// sigma_0, N/m; `None` for a seal without bristles.
     pub bristle_stiffness: Option<f64>,
-    /// Largest spool displacement, m.
+    /// Largest spool displacement and command, m.
     pub stroke: f64,
+    /// From the command to the spool.
+    pub chain: SignalChain,
     /// From a command to the middle of the spool's answer, s.
     pub delay: f64,
     /// Piston positions between which no end stop acts, m.

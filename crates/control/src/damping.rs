@@ -82,24 +82,25 @@ impl<const N: usize> Damping<N> {
         }
     }
 
-    /// Takes in a sample of the torques' `excess` over the planned ones; joint rates that the valves shall give on top.
-    pub fn step(&mut self, modes: &OilModes<N>, posture: &Posture<N>, excess: &[f64; N]) -> [f64; N] {
+    /// Takes in a sample of the torques' `excess` over the planned ones, if they were measured; joint rates that the valves shall
+    /// give on top.
+    pub fn step(&mut self, modes: &OilModes<N>, posture: &Posture<N>, excess: Option<&[f64; N]>) -> [f64; N] {
         let g = self.gains;
         let (deflection, rate) = (modes.of_motion(&self.deflection), modes.of_motion(&self.rate));
         let (given, offset) = (modes.of_motion(&self.given), modes.of_torque(&self.offset));
-        let (torque, reach) = (modes.of_torque(excess), modes.reach(&posture.jacobian));
+        let (torque, reach) = (excess.map(|excess| modes.of_torque(excess)), modes.reach(&posture.jacobian));
         let (mut s, mut r, mut b, mut w) = ([0.0; N], [0.0; N], [0.0; N], [0.0; N]);
         for m in 0..N {
             let omega = modes.frequency[m];
             let angle = omega * g.period;
             // A mode without a spring, and one that samples cannot tell.
             if !(angle > 0.0 && angle < FAST) {
-                b[m] = torque[m];
+                b[m] = torque.map_or(offset[m], |torque| torque[m]);
                 continue;
             }
             let square = omega * omega;
             let seen = Seen { state: Complex::new(deflection[m], -rate[m] / omega), offset: -offset[m] / square };
-            let (seen, innovation) = seen.next(angle, given[m] / omega, -torque[m] / square);
+            let (seen, innovation) = seen.next(angle, given[m] / omega, torque.map(|torque| -torque[m] / square));
             let ahead = turn(omega * g.delay).re_of_product(seen.state);
             let speed = reach[m] * omega * (seen.state.re.powi(2) + seen.state.im.powi(2)).sqrt();
             let quiet = self.noise[m].follow(reach[m] * omega * innovation.abs(), g);
@@ -121,14 +122,14 @@ struct Seen {
 }
 
 impl Seen {
-    /// After a period in which the mode turned by `angle` (rad), `pushed` by the valves (w/omega), with a measurement of y; and
-    /// by how much that differs from what was predicted.
-    fn next(self, angle: f64, pushed: f64, measured: f64) -> (Seen, f64) {
+    /// After a period in which the mode turned by `angle` (rad), `pushed` by the valves (w/omega), with a measurement of y if there is
+    /// one; and by how much that differs from what was predicted.
+    fn next(self, angle: f64, pushed: f64, measured: Option<f64>) -> (Seen, f64) {
         let turned = turn(angle);
         // Under constant w the mode turns about s = 0, r = w.
         let middle = Complex::new(0.0, -pushed);
         let predicted = turned * (self.state - middle) + middle;
-        let innovation = measured - predicted.re - self.offset;
+        let innovation = measured.map_or(0.0, |measured| measured - predicted.re - self.offset);
         let [fast, slow] = poles(angle);
         let (from_fast, from_slow, one) = (turned - fast, turned - slow, turned - 1.0);
         // By the residues of the characteristic polynomial.
@@ -161,7 +162,7 @@ mod tests {
         let mut state = Complex::new(1.0, -0.5);
         for _ in 0..samples {
             state = turn(angle) * state;
-            (seen, _) = seen.next(angle, 0.0, state.re + offset);
+            (seen, _) = seen.next(angle, 0.0, Some(state.re + offset));
         }
         (seen, state)
     }
@@ -198,7 +199,7 @@ mod tests {
             (s, r) = (s + 1e-7 * (r - w), r - 1e-7 * omega * omega * s);
         }
         let seen = Seen { state: Complex::new(1.0, -3.0 / omega), offset: 0.0 };
-        let (next, _) = seen.next(omega * 0.01, w / omega, s);
+        let (next, _) = seen.next(omega * 0.01, w / omega, Some(s));
         assert!((next.state.re - s).abs() < 1e-4 && (next.state.im + r / omega).abs() < 1e-4, "{next:?} {s} {r}");
     }
 }

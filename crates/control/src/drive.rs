@@ -3,7 +3,7 @@
 //!
 //! v_c = v_ref + k_p (x_ref - x^) - d^ + F'_ref/k_oil + v_d
 //!
-//! and the spool that gives the speed v_c at the measured pressures. F' winds the oil spring for the load that comes; v_d
+//! and the command that brings the spool to where it gives the speed v_c at the measured pressures. F' winds the oil spring for the load that comes; v_d
 //! damps the modes of the crane on its oil ([`crate::damping`]).
 //!
 //! At rest the piston is held where it has stopped: v_c = k_h (x_ref - x^) beyond a band, zero inside. Zero speed needs an opening
@@ -18,6 +18,7 @@ use crate::controller_model::CylinderModel;
 use crate::feed_forward::{Capacity, Moment, Steady, SupplyPressures};
 use crate::holding::Hold;
 use crate::observer::{self, Observer};
+use crate::valve_learning::{Learning, LearntValve, Sample, ValveFit, NOMINAL};
 use hydrocrane_num::portable;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 
@@ -34,6 +35,8 @@ pub struct DriveGains {
     pub reserve: f64,
     /// Piston error that is left alone at rest, m.
     pub rest_band: f64,
+    /// Time of motion over which is remembered what was learnt of the valve, s; zero: nothing is learnt.
+    pub learning: f64,
 }
 
 /// What the piston shall do over the coming period.
@@ -62,9 +65,18 @@ pub struct Drive {
     gains: DriveGains,
     period: f64,
     observer: Observer,
+    observing: observer::Gains,
+    learning: Learning,
+    /// What the valve is taken to do beyond its model at this sample.
+    fit: ValveFit,
+    resting: bool,
+    /// What the last command asked for, if anything can be learnt of it.
+    sample: Option<Sample>,
     /// Shares by which the low-passes of the pressures and of the load go on in a period.
     pressure_share: f64,
     load_share: f64,
+    /// Openings that commands reach, retracting and extending, as shares of the whole.
+    reach: [f64; 2],
     /// Friction at the start of a motion, retracting and extending, N.
     starting_friction: [f64; 2],
     /// Low-passed pressures with the measured position, and what they allow.
@@ -139,8 +151,14 @@ impl Drive {
             gains,
             period,
             observer: Observer::at(moment.stroke),
+            observing: observer::Gains::new(gains.observer, period),
+            learning: Learning::new(gains.learning, period),
+            fit: NOMINAL,
+            resting: false,
+            sample: None,
             pressure_share: share(gains.pressure),
             load_share: share(LOAD_BANDWIDTH),
+            reach: [-1.0, 1.0].map(|sense| cylinder.reach(sense)),
             starting_friction: [-FRICTION_SPEED, FRICTION_SPEED].map(|v| cylinder.steady_friction(v)),
             moment,
             capacity: cylinder.capacity(&fluid, &supply_pressures, &moment),
@@ -156,9 +174,9 @@ impl Drive {
         drive
     }
 
-    /// Takes in a sample whose position has the resolution `count`, m; `slowest`: lowest natural frequency of the crane on its oil
-    /// at the last sample, rad/s.
-    pub fn measure(&mut self, now: &Moment, count: f64, slowest: f64) {
+    /// Takes in a sample whose position has the resolution `count`, m; `seen`: it was measured; `slowest`: lowest natural frequency
+    /// of the crane on its oil at the last sample, rad/s.
+    pub fn measure(&mut self, now: &Moment, count: f64, seen: bool, slowest: f64) {
         self.force = self.cylinder.chambers.force(now.p[0], now.p[1]);
         for (slow, p) in self.moment.p.iter_mut().zip(now.p) {
             *slow += self.pressure_share * (p - *slow);
@@ -166,10 +184,16 @@ impl Drive {
         self.moment.stroke = now.stroke;
         self.capacity = self.cylinder.capacity(&self.fluid, &self.supply_pressures, &self.moment);
         let before = self.observer.position;
-        let observing = observer::Gains::new(self.gains.observer.min(OBSERVER_PER_MODE * slowest), self.period);
-        self.observer.update(now.stroke, self.expected, &observing, self.bearable, count);
+        self.observing = observer::Gains::new(self.gains.observer.min(OBSERVER_PER_MODE * slowest), self.period);
+        self.observer.update(now.stroke, self.expected, &self.observing, self.bearable, count);
         self.speed = (self.observer.position - before) / self.period;
         self.seal = self.cylinder.dry_friction(self.speed, self.seal, self.period);
+        if let Some(sample) = &mut self.sample {
+            let [low, high] = self.cylinder.free;
+            sample.usable &= seen && (low..=high).contains(&now.stroke);
+            let explained = self.learning.learn(sample, self.observer.disturbance, self.observing.lag_share);
+            self.observer.explain(explained);
+        }
         // What comes back after a shortage comes back slowly: other joints have taken over.
         let (now, before) = (self.range_now(), self.range);
         self.range = std::array::from_fn(|s| {
@@ -206,6 +230,11 @@ impl Drive {
         self.observer.position
     }
 
+    /// Piston position that the next sample should find, m.
+    pub fn foreseen(&self) -> f64 {
+        self.observer.foreseen(self.expected, &self.observing)
+    }
+
     /// Whether the supply pressure can move the load towards `sense` (+1 or -1).
     pub fn able(&self, sense: f64) -> bool {
         self.steady_speed(sense) > 0.0
@@ -220,7 +249,8 @@ impl Drive {
         [-1.0, 1.0].map(|s| {
             // More than the steady speed would not last, and what the valve was seen to lack is not there either.
             let steady = self.steady_speed(s);
-            let lasting = (s * self.full_speed(s, steady)).min(s * self.speed_under(s * self.spare, s));
+            let lasting =
+                (s * self.full_speed(s, steady)).min(s * self.speed_under(s * self.spare, s)) * self.widest(s);
             let possible = self.gains.reserve * lasting + (s * self.observer.disturbance).min(0.0);
             // A range that vanished from one sample to the next would stop a moving piston at once.
             s * possible.max((1.0 - self.range_share) * s * self.asked).max(0.0)
@@ -274,23 +304,53 @@ impl Drive {
         };
         // Where the supply pressure cannot move the load, wanting to go there would only keep the damping from the other side.
         let motion = if self.able(motion.signum()) { motion } else { 0.0 };
-        let spool = self.spool_for(motion + spring);
-        self.expected = self.cylinder.momentary_speed(&self.capacity, spool) - spring;
-        spool
+        let c = &self.cylinder;
+        // At rest a wrong guess would kick the oil or have the piston creep; in motion it is found soon.
+        let fit = if d.rest { self.learning.certain } else { self.learning.fit };
+        if let Some(sample) = self.sample.filter(|_| d.rest != self.resting) {
+            let explained = fit.speed(&sample) - self.fit.speed(&sample);
+            self.learning.explain(explained);
+            self.observer.explain(explained);
+        }
+        (self.fit, self.resting) = (fit, d.rest);
+        let asked = self.fit.asked(self.opening_for(motion + spring));
+        let command = c.chain.command(c.spool(asked)).clamp(-c.stroke, c.stroke);
+        let asked = c.opening(c.chain.spool(command));
+        let opening = self.fit.opening(asked);
+        let Capacity { closed, full, .. } = self.capacity;
+        let reach = full[usize::from(opening > 0.0)] - closed;
+        // While chambers fill or a load cannot be moved, the steady law tells nothing of the valve.
+        let usable = !d.rest && self.bearable == 1.0 && self.able(opening.signum()) && opening * reach > 0.0;
+        let sample = Sample { asked, closed, reach, full: 0.5 * (full[1] - full[0]), expected: 0.0, usable };
+        let expected = self.fit.speed(&sample);
+        self.expected = expected - spring;
+        self.sample = Some(Sample { expected, ..sample });
+        command
     }
 
-    fn spool_for(&self, speed: f64) -> f64 {
-        let c = &self.cylinder;
-        let closed = self.capacity.closed;
+    /// What was learnt of the valve.
+    pub fn learnt(&self) -> LearntValve {
+        let (fit, c) = (&self.learning.fit, &self.cylinder);
+        LearntValve { chain: fit.chain(&c.chain, c.valve.overlap, c.stroke), leakage: fit.leakage }
+    }
+
+    /// Largest opening towards `sense` (+1 or -1), as a share of the whole.
+    fn widest(&self, sense: f64) -> f64 {
+        let widest = sense * self.fit.opening(sense * self.reach[usize::from(sense > 0.0)]);
+        widest.clamp(0.0, 1.0)
+    }
+
+    /// Opening that gives `speed` (m/s), as a signed share of the whole.
+    fn opening_for(&self, speed: f64) -> f64 {
+        let closed = self.fit.leakage * self.capacity.closed;
         let sense = if speed < closed { -1.0 } else { 1.0 };
         let steady = self.steady_speed(sense);
-        let gained = self.full_speed(sense, steady) - closed;
+        let gained = self.full_speed(sense, steady) - self.capacity.closed;
         // The valve may be opened to fill a chamber, never where the load would push the piston back in the end.
         if steady <= 0.0 || sense * gained <= 0.0 || speed == closed {
             return 0.0;
         }
-        let share = ((speed - closed) / gained).min(1.0);
-        sense * (c.valve.overlap + share * (c.stroke - c.valve.overlap))
+        sense * ((speed - closed) / gained).min(self.widest(sense))
     }
 }
 

@@ -104,9 +104,22 @@ impl CylinderModel {
         Capacity { stiffness, closed: speed(self.valve.closed(&ports)), full: [at(-self.stroke), at(self.stroke)] }
     }
 
-    /// Piston speed (m/s) with the spool held at `spool` (m): the flow through an edge is proportional to its opening.
-    pub fn momentary_speed(&self, at: &Capacity, spool: f64) -> f64 {
+    /// Opening that commands reach towards `sense` (+1 or -1), as a share of the whole.
+    pub fn reach(&self, sense: f64) -> f64 {
+        let [low, high] = self.chain.reach(self.stroke);
+        let spool = if sense > 0.0 { high } else { -low };
+        ((spool - self.valve.overlap) / (self.stroke - self.valve.overlap)).clamp(0.0, 1.0)
+    }
+
+    /// Opening with the spool at `spool` (m), as a signed share of the whole; flow and speed are proportional to it.
+    pub fn opening(&self, spool: f64) -> f64 {
         let share = (spool.abs() - self.valve.overlap).max(0.0) / (self.stroke - self.valve.overlap);
-        at.closed + share * (at.full[usize::from(spool > 0.0)] - at.closed)
+        share.copysign(spool)
+    }
+
+    /// Spool position (m) of an opening; the middle of the overlap where it is closed.
+    pub fn spool(&self, opening: f64) -> f64 {
+        let overlap = if opening == 0.0 { 0.0 } else { self.valve.overlap };
+        (overlap + opening.abs() * (self.stroke - self.valve.overlap)).copysign(opening)
     }
 }

@@ -22,6 +22,8 @@ pub struct Observer {
 pub struct Gains {
     /// s
     period: f64,
+    /// Share by which either of the two lags goes on in a period behind which the disturbance is found.
+    pub lag_share: f64,
     position: f64,
     /// 1/s
     disturbance: f64,
@@ -31,19 +33,29 @@ impl Gains {
     /// The discrete gains of a double real pole at exp(-w T): stable for every `bandwidth` w (rad/s).
     pub fn new(bandwidth: f64, period: f64) -> Self {
         let pole = portable::exp(-bandwidth * period);
-        Gains { period, position: 1.0 - pole * pole, disturbance: (1.0 - pole).powi(2) / period }
+        Gains { period, lag_share: 1.0 - pole, position: 1.0 - pole * pole, disturbance: (1.0 - pole).powi(2) / period }
     }
 }
 
 impl Observer {
+    /// Has its model explain `speed` (m/s) of what was missing.
+    pub fn explain(&mut self, speed: f64) {
+        self.disturbance -= speed;
+    }
+
     pub fn at(position: f64) -> Self {
         Observer { position, disturbance: 0.0 }
+    }
+
+    /// Position after a period at `speed`, m.
+    pub fn foreseen(&self, speed: f64, gains: &Gains) -> f64 {
+        self.position + gains.period * (speed + self.disturbance)
     }
 
     /// `speed`: expected over the period that ends with the measurement; `learning`: share of the gain of d^ to learn with;
     /// `count`: resolution of the reading, which tells nothing of a position within half of it, m.
     pub fn update(&mut self, measured: f64, speed: f64, gains: &Gains, learning: f64, count: f64) {
-        let predicted = self.position + gains.period * (speed + self.disturbance);
+        let predicted = self.foreseen(speed, gains);
         let difference = measured - predicted;
         let innovation = difference - difference.clamp(-0.25 * count, 0.25 * count);
         self.position = predicted + gains.position * innovation;

@@ -8,22 +8,8 @@ use crate::controller::Measurement;
 use crate::controller_model::ControllerModel;
 use crate::feed_forward::{Moment, SupplyPressures};
 use crate::oil_displacement::{oil_displacements, Interval, OilDisplacement, Trust};
+use crate::signal::Signal;
 use std::collections::VecDeque;
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Signal {
-    Joint(usize),
-    /// Cylinder, and 0 for its piston side or 1 for its rod side.
-    Pressure(usize, usize),
-}
-
-impl Signal {
-    fn cylinder(self) -> usize {
-        match self {
-            Signal::Joint(c) | Signal::Pressure(c, _) => c,
-        }
-    }
-}
 
 /// What is wrong with a reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,6 +31,10 @@ pub struct Settings<const N: usize> {
     pub frozen: f64,
     /// Measured piston displacement over which no pressure stays the same to the last digit, m.
     pub frozen_pressure: f64,
+    /// Change of a pressure that its reading need not show, Pa.
+    pub resolution: [[f64; 2]; N],
+    /// Time for which control goes on without a reading, s.
+    pub ride_through: f64,
     /// Time for which suspect sensors must read plausibly before they are trusted again, s.
     pub recovery_time: f64,
     /// Joint coordinates (rad or m) and piston positions (m) between which a reading must lie.
@@ -64,6 +54,8 @@ pub struct Settings<const N: usize> {
 struct Suspect {
     signal: Signal,
     kind: Kind,
+    /// s
+    from: f64,
     /// Expected piston position (m), or the pressure that does not change (Pa).
     expected: f64,
     /// Since when it reads plausibly again, s.
@@ -75,11 +67,31 @@ struct Suspect {
 struct Track {
     t: f64,
     moment: Moment,
+    /// Force of the planned load, N.
+    load: f64,
     reading: f64,
     /// Displacement by the oil while the position reading stayed the same.
     missed: [OilDisplacement; 2],
-    /// Piston position where each pressure last changed, m.
-    changed: [f64; 2],
+    /// The cylinder where each pressure reading last changed.
+    changed: [Standing; 2],
+    /// Piston position since which it ought to have changed, m.
+    unexplained: [f64; 2],
+}
+
+/// What a cylinder was like: piston position (m), pressures (Pa), and force of the planned load (N; not a number if unknown).
+#[derive(Debug, Clone, Copy)]
+struct Standing {
+    moment: Moment,
+    load: f64,
+}
+
+/// A sensor that reads plausibly again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Returned {
+    pub signal: Signal,
+    pub kind: Kind,
+    /// Since when its readings were not used, s.
+    pub from: f64,
 }
 
 /// One cylinder between two samples.
@@ -90,10 +102,17 @@ struct Passage {
     /// Displacements by the position sensor and by the oil of the chambers, m.
     measured: Interval,
     oil: [Interval; 2],
+    /// By the oil since the position reading last changed or was there, m.
+    total: [Interval; 2],
 }
 
 /// Least time between two samples that are compared, s: faster ones would drown in scatter.
 const INTERVAL: f64 = 0.01;
+
+/// Slow and fast motion of a piston, by which its friction is judged, m/s.
+const SPEEDS: [f64; 2] = [0.01, 0.1];
+/// Share of the load that accelerations may add.
+const DYNAMIC: f64 = 0.25;
 
 pub struct Monitor<const N: usize> {
     model: ControllerModel<N>,
@@ -111,6 +130,11 @@ impl<const N: usize> Monitor<N> {
 
     pub fn recovery_time(&self) -> f64 {
         self.settings.recovery_time
+    }
+
+    /// Time for which control goes on without a sensor, s.
+    pub fn ride_through(&self) -> f64 {
+        self.settings.ride_through
     }
 
     /// Forgets everything.
@@ -140,21 +164,52 @@ impl<const N: usize> Monitor<N> {
         !self.suspects.iter().all(restored)
     }
 
+    /// Sensors that must not be used now.
+    pub fn gaps(&self) -> impl Iterator<Item = (Signal, Kind)> + '_ {
+        self.suspects.iter().filter(|s| s.plausible.is_none()).map(|s| (s.signal, s.kind))
+    }
+
+    /// Trusts the sensors again that read plausibly, and gives them.
+    pub fn trust_again(&mut self) -> Vec<Returned> {
+        let (back, still): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.suspects).into_iter().partition(|s| s.plausible.is_some());
+        self.suspects = still;
+        for suspect in &back {
+            // What its reading did meanwhile tells nothing of the others.
+            if let Some(track) = &mut self.tracks[suspect.signal.cylinder()] {
+                track.changed = [Standing { moment: track.moment, load: track.load }; 2];
+                track.unexplained = [track.moment.stroke; 2];
+            }
+        }
+        back.iter().map(|s| Returned { signal: s.signal, kind: s.kind, from: s.from }).collect()
+    }
+
     /// Checks a sample; gives the sensors that become suspect.
     pub fn check(&mut self, m: &Measurement) -> Vec<(Signal, Kind)> {
         let q: [f64; N] = std::array::from_fn(|i| m.q.get(i).copied().unwrap_or(f64::NAN));
         // One unreadable joint must not hide the strokes of the others.
         let strokes = self.model.strokes(&q.map(|q| if q.is_finite() { q } else { 0.0 }));
+        // Only a coarse reading is explained by the load.
+        let coarse = self.settings.resolution.iter().flatten().any(|step| *step > 0.0);
+        let load = if coarse { self.model.cylinder_force(&q, &[0.0; N], self.model.payload) } else { [f64::NAN; N] };
         let mut found = Vec::new();
         for c in 0..N {
             let (stroke, lever_arm) = strokes[c];
             let moment = Moment { stroke, p: m.p.get(c).copied().unwrap_or([f64::NAN; 2]) };
             let scatter = self.settings.scatter[c] * lever_arm.abs();
             let mut wrong = self.beyond(c, q[c], &moment);
-            let passage = if wrong.is_empty() { self.advance(m.t, c, q[c], moment, scatter) } else { None };
-            if !wrong.is_empty() {
-                self.tracks[c] = None;
-            }
+            let passage = match (&wrong[..], self.tracks[c]) {
+                ([], _) => self.advance(m.t, c, q[c], Standing { moment, load: load[c] }, scatter),
+                // Without a reading of the joint the oil counts on from the last one.
+                ([(Signal::Joint(_), _)], Some(before)) => {
+                    let moment = Moment { stroke: before.moment.stroke, ..moment };
+                    self.advance(m.t, c, before.reading, Standing { moment, load: load[c] }, scatter)
+                }
+                _ => {
+                    self.tracks[c] = None;
+                    None
+                }
+            };
             self.reconsider(m.t, c, &moment, &wrong, passage.as_ref(), scatter);
             // A vote takes three sound estimates.
             if !self.suspects.iter().any(|s| s.signal.cylinder() == c) {
@@ -165,6 +220,7 @@ impl<const N: usize> Monitor<N> {
                     self.suspects.push(Suspect {
                         signal,
                         kind,
+                        from: m.t,
                         expected: expected(kind, signal, &moment, passage.as_ref()),
                         plausible: None,
                     });
@@ -191,8 +247,17 @@ impl<const N: usize> Monitor<N> {
     }
 
     /// Advances to a sample; `None` where it is the first or follows too soon.
-    fn advance(&mut self, t: f64, c: usize, reading: f64, moment: Moment, scatter: f64) -> Option<Passage> {
-        let first = Track { t, moment, reading, missed: [OilDisplacement::NOTHING; 2], changed: [moment.stroke; 2] };
+    fn advance(&mut self, t: f64, c: usize, reading: f64, now: Standing, scatter: f64) -> Option<Passage> {
+        let Standing { moment, load } = now;
+        let first = Track {
+            t,
+            moment,
+            load,
+            reading,
+            missed: [OilDisplacement::NOTHING; 2],
+            changed: [now; 2],
+            unexplained: [moment.stroke; 2],
+        };
         let before = *self.tracks[c].get_or_insert(first);
         if t - before.t < INTERVAL * (1.0 - 1e-6) {
             return None;
@@ -210,18 +275,19 @@ impl<const N: usize> Monitor<N> {
             spool,
             &self.settings.trust[c],
         );
+        let missed = [0, 1].map(|i| before.missed[i].then(estimates[i]));
+        let stands = [0, 1].map(|i| moment.p[i] == before.moment.p[i]);
+        let explained = |i: usize| self.explained(c, i, &now, &before.changed[i]);
         let now = Track {
-            missed: if reading == before.reading {
-                [0, 1].map(|i| before.missed[i].then(estimates[i]))
-            } else {
-                first.missed
-            },
-            changed: [0, 1].map(|i| if moment.p[i] == before.moment.p[i] { before.changed[i] } else { moment.stroke }),
+            missed: if reading == before.reading { missed } else { first.missed },
+            changed: [0, 1].map(|i| if stands[i] { before.changed[i] } else { now }),
+            unexplained: [0, 1].map(|i| if stands[i] && !explained(i) { before.unexplained[i] } else { moment.stroke }),
             ..first
         };
         self.tracks[c] = Some(now);
         let measured = Interval::around(moment.stroke - before.moment.stroke, scatter);
-        Some(Passage { before, now, measured, oil: estimates.map(|estimate| estimate.displacement()) })
+        let oil = estimates.map(|estimate| estimate.displacement());
+        Some(Passage { before, now, measured, oil, total: missed.map(|missed| missed.displacement()) })
     }
 
     /// All positions that a spool can have had since `from`.
@@ -271,11 +337,30 @@ impl<const N: usize> Monitor<N> {
     }
 
     fn frozen_pressure(&self, c: usize, side: usize, now: &Track, scatter: f64) -> Option<(Signal, Kind)> {
-        let travel = (now.moment.stroke - now.changed[side]).abs();
+        let travel = (now.moment.stroke - now.unexplained[side]).abs();
         // A vacuum reads zero for as long as it lasts.
         let vacuum = now.moment.p[side].abs() <= self.settings.trust[c].pressure[side];
         let frozen = !vacuum && travel > self.settings.frozen_pressure + scatter;
         frozen.then_some((Signal::Pressure(c, side), Kind::Frozen(travel)))
+    }
+
+    /// Whether the load, friction and the other chamber leave a pressure within the resolution of its sensor since `then`.
+    fn explained(&self, c: usize, side: usize, now: &Standing, then: &Standing) -> bool {
+        let resolution = self.settings.resolution[c][side];
+        if resolution == 0.0 {
+            return false;
+        }
+        let cylinder = &self.model.cylinders[c];
+        let chambers = &cylinder.chambers;
+        let areas = [chambers.area_1, -chambers.area_2];
+        let other = areas[1 - side] * (now.moment.p[1 - side] - then.moment.p[1 - side]);
+        let needed = (now.load - then.load - other) / areas[side];
+        // Friction turns round with the motion, and the crane swings.
+        let most = |sense: f64| SPEEDS.iter().fold(0.0f64, |f, v| f.max(cylinder.steady_friction(sense * v).abs()));
+        let unknown = most(1.0) + most(-1.0) + DYNAMIC * now.load.abs();
+        // An unknown load explains everything.
+        needed.is_nan()
+            || needed.abs() <= resolution + self.settings.trust[c].pressure[side] + unknown / areas[side].abs()
     }
 
     /// Which suspects of cylinder `c` read plausibly again.
@@ -289,12 +374,24 @@ impl<const N: usize> Monitor<N> {
         scatter: f64,
     ) {
         let near = scatter + self.settings.jump.min(0.5 * self.settings.frozen);
+        let first = self.tracks[c].is_some_and(|track| track.t == t);
         for suspect in &mut self.suspects {
             if suspect.signal.cylinder() != c {
                 continue;
             }
             let readable = !wrong.iter().any(|(signal, _)| *signal == suspect.signal);
+            let short = t - suspect.from <= self.settings.ride_through + INTERVAL;
             let fits = match (suspect.kind, suspect.signal) {
+                // After a short gap the piston cannot be but where the oil says.
+                (Kind::NoReading | Kind::OutOfRange, Signal::Joint(_)) if readable && short => match passage {
+                    Some(p) if p.contradicted(self.settings.jump) => {
+                        suspect.kind = Kind::Jump(p.now.reading - p.before.reading);
+                        suspect.expected = p.before.moment.stroke + p.total[0].between(&p.total[1]).middle();
+                        false
+                    }
+                    Some(_) => true,
+                    None => first,
+                },
                 (Kind::NoReading | Kind::OutOfRange, _) => true,
                 (Kind::Jump(_) | Kind::Frozen(_), Signal::Joint(_)) => {
                     suspect.expected += passage.map_or(0.0, |p| narrow(&p.oil, near));
@@ -308,6 +405,14 @@ impl<const N: usize> Monitor<N> {
             };
             suspect.plausible = if readable && fits { suspect.plausible.or(Some(t)) } else { None };
         }
+    }
+}
+
+impl Passage {
+    /// Whether both chambers agree that the piston is not where it reads, since its reading last changed or was there.
+    fn contradicted(&self, jump: f64) -> bool {
+        let [one, two] = &self.total;
+        one.gap(two) <= jump && one.between(two).gap(&self.measured) > jump
     }
 }
 

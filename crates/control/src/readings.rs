@@ -22,6 +22,11 @@ impl Readings {
         if change > 0.0 {
             self.least = self.least.min(change);
         }
+        self.known()
+    }
+
+    /// The resolution so far.
+    pub fn known(&self) -> f64 {
         if self.least.is_finite() {
             self.least
         } else {

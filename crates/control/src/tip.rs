@@ -13,8 +13,10 @@ use crate::oil_modes::OilModes;
 use crate::readings::Readings;
 use crate::safe_state::Names;
 use crate::set_point::{Means, Reference, Shape};
+use crate::signal::Signal;
 use crate::slow_down::{checked, checked_stick};
 use crate::standstill::{runaway, Cause, Standstill};
+use crate::valve_learning::LearntValve;
 use hydrocrane_num::Vec2;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -51,6 +53,8 @@ struct State<const N: usize> {
     payload: f64,
     /// Lowest natural frequency of the crane on its oil, rad/s.
     slowest: f64,
+    /// Whether every pressure was measured at this sample.
+    weighed: bool,
     /// Since the set-point stopped, s.
     still: f64,
     standstill: Standstill,
@@ -66,6 +70,9 @@ struct State<const N: usize> {
 const BLOCKED: f64 = 0.1;
 /// Time after which a tip counts as held, s: longer than half a swing of a boom on its oil.
 const LED_BACK: f64 = 1.5;
+
+/// Steps that find a missing joint coordinate.
+const NEWTON: usize = 2;
 
 /// Time over which the payload is weighed, s: longer than a swing.
 const WEIGHING: f64 = 1.0;
@@ -96,6 +103,7 @@ impl<const N: usize> State<N> {
             settled: [0.0; N],
             payload: n.payload_of(&q, &reference.posture.lever_arm, &force).unwrap_or(n.payload),
             slowest: f64::INFINITY,
+            weighed: true,
             still: s.settling,
             standstill: Standstill::default(),
             unheld: [false; N],
@@ -195,22 +203,46 @@ impl<const N: usize> State<N> {
         (0..N).filter(|&i| obstacles[i] != 0.0).partition(overloaded)
     }
 
+    /// Joint coordinates with those foreseen in the place of missing ones.
+    fn filled(&self, model: &ControllerModel<N>, q: &[f64; N], gaps: &[Signal]) -> [f64; N] {
+        let mut filled = *q;
+        for c in (0..N).filter(|c| gaps.contains(&Signal::Joint(*c))) {
+            let joint = &model.mechanics.joints[c];
+            // The last coordinate is near: few steps of Newton's method find the one that belongs to the piston.
+            for _ in 0..NEWTON {
+                let (stroke, lever_arm) = model.actuations[c].stroke(&joint.pose(filled[c]));
+                let turned = (self.drives[c].foreseen() - stroke) / lever_arm;
+                let [low, high] = model.joint_limits[c];
+                let bounded = turned.clamp(-0.1 * (high - low), 0.1 * (high - low));
+                filled[c] += if bounded.is_finite() { bounded } else { 0.0 };
+            }
+        }
+        filled
+    }
+
     fn step(
         &mut self,
         model: &ControllerModel<N>,
         s: &Settings<N>,
         q: &[f64; N],
         p: &[[f64; 2]; N],
+        gaps: &[Signal],
         wish: [f64; 2],
     ) -> [f64; N] {
+        let q = &self.filled(model, q, gaps);
         let measured = model.posture(q);
         for c in 0..N {
-            let count = self.readings[c].resolution(q[c]) * measured.lever_arm[c].abs();
-            self.drives[c].measure(&Moment { stroke: measured.stroke[c], p: p[c] }, count, self.slowest);
+            let missing = gaps.contains(&Signal::Joint(c));
+            let readings = &mut self.readings[c];
+            let resolution = if missing { readings.known() } else { readings.resolution(q[c]) };
+            let count = resolution * measured.lever_arm[c].abs();
+            self.drives[c].measure(&Moment { stroke: measured.stroke[c], p: p[c] }, count, !missing, self.slowest);
         }
         let stiffness = self.drives.map(|drive| drive.stiffness());
         let force = self.drives.map(|drive| drive.carrying());
-        if let Some(payload) = model.payload_of(q, &measured.lever_arm, &force) {
+        self.weighed = !gaps.iter().any(|gap| matches!(gap, Signal::Pressure(..)));
+        let payload = if self.weighed { model.payload_of(q, &measured.lever_arm, &force) } else { None };
+        if let Some(payload) = payload {
             self.payload += (s.period / WEIGHING).min(1.0) * (payload - self.payload);
         }
         let modes = model.oil_modes(q, &measured.lever_arm, self.payload, &stiffness);
@@ -257,7 +289,7 @@ impl<const N: usize> State<N> {
         let force = self.drives.map(|drive| drive.force());
         let excess: [f64; N] =
             std::array::from_fn(|c| measured.lever_arm[c] * (force[c] - self.drives[c].planned(&demands[c])));
-        let rates = self.damping.step(modes, measured, &excess);
+        let rates = self.damping.step(modes, measured, self.weighed.then_some(&excess));
         if rates.iter().any(|rate| !rate.is_finite()) {
             // Near a dead centre a pose can have no modes.
             self.damping = Damping::at(s.damping, &excess);
@@ -288,10 +320,20 @@ impl<const N: usize> Controller for Tip<N> {
     }
 
     fn step(&mut self, measured: &Measurement, stick: Stick, spool: &mut [f64]) -> Result<(), Fault> {
+        self.step_without(measured, &[], stick, spool)
+    }
+
+    fn step_without(
+        &mut self,
+        measured: &Measurement,
+        gaps: &[Signal],
+        stick: Stick,
+        spool: &mut [f64],
+    ) -> Result<(), Fault> {
         let (q, p) = checked::<N>(measured)?;
         let wish = checked_stick(stick)?.map(|s| s * self.settings.full_speed);
         let state = self.state.get_or_insert_with(|| State::at(&self.model, &self.settings, q, &p));
-        let command = state.step(&self.model, &self.settings, &q, &p, wish);
+        let command = state.step(&self.model, &self.settings, &q, &p, gaps, wish);
         if command.iter().any(|u| !u.is_finite()) {
             self.state = None;
             return Err(Fault::Failed("the spool command is not a finite number; tip control starts anew".to_string()));
@@ -302,8 +344,17 @@ impl<const N: usize> Controller for Tip<N> {
         Ok(())
     }
 
+    fn stands(&self) -> bool {
+        self.state.as_ref().is_none_or(|state| state.still >= self.settings.settling)
+    }
+
     fn set_point(&self) -> Option<[f64; 2]> {
         self.state.as_ref().map(|s| s.reference.set_point)
+    }
+
+    fn learnt(&self) -> Vec<LearntValve> {
+        let drives = self.state.as_ref().filter(|_| self.settings.drive.learning > 0.0).map(|state| &state.drives);
+        drives.map_or(Vec::new(), |drives| drives.iter().map(|drive| drive.learnt()).collect())
     }
 
     fn notices(&mut self) -> Vec<String> {

@@ -196,6 +196,10 @@ fn samples_of<'py>(py: Python<'py>, rows: Samples, stage: &AssembledStage) -> Py
     samples.set_item("sticks", matrix(py, rows.sticks, axes)?)?;
     samples.set_item("set_points", matrix(py, rows.set_points.concat(), 2)?)?;
     samples.set_item("commands", matrix(py, rows.commands, stage.model.layout().joints())?)?;
+    let learnt = rows.learnt.iter().flat_map(|v| [v.chain.offset, v.chain.gain, v.chain.dead_band, v.leakage]);
+    samples.set_item("learnt", matrix(py, learnt.collect(), 4)?)?;
+    let valves = stage.model.machine().cylinders.iter().map(|c| c.valve.name.clone());
+    samples.set_item("valves", valves.collect::<Vec<_>>())?;
     samples.set_item("signals", signals)?;
     Ok(samples)
 }

@@ -1,6 +1,7 @@
 //! The controller model of a crane.
 
 use hydrocrane_control::controller_model::{ControllerModel, CylinderModel};
+use hydrocrane_control::signal_chain::SignalChain;
 use hydrocrane_plant::hydraulic_axis::FrictionLaw;
 use hydrocrane_plant::{Crane, Hydraulics, Plant, StateSpace};
 
@@ -29,13 +30,20 @@ pub(crate) fn cylinder_model<const N: usize>(crane: &Crane<N>, c: usize) -> Cyli
         FrictionLaw::LuGre { bristle, .. } => Some(bristle.stiffness),
         _ => None,
     };
+    let (stroke, command) = (crane.spool_strokes()[c], &valve.command);
     CylinderModel {
         chambers: unit.chambers,
         valve: unit.valve,
         leakage: unit.leakage,
         friction: map,
         bristle_stiffness,
-        stroke: crane.spool_strokes()[c],
+        stroke,
+        chain: SignalChain {
+            offset: command.offset,
+            gain: command.gain,
+            dead_band: command.dead_band,
+            limits: [command.low.max(-stroke), command.high.min(stroke)],
+        },
         delay: valve.delay + valve.command.delay + 2.0 * unit.spool.damping_ratio / unit.spool.natural_frequency,
         free: [stop.lower + stop.zone, stop.upper - stop.zone],
     }

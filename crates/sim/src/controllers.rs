@@ -49,7 +49,7 @@ pub(crate) fn build<const N: usize>(crane: &Crane<N>, name: &str) -> Result<Box<
 const KEEP_OUT_MARGIN: f64 = 0.05;
 
 /// Gains of `tip` where the machine file gives none, SI: found on the laboratory crane.
-pub const TIP_GAINS: [(&str, f64); 14] = [
+pub const TIP_GAINS: [(&str, f64); 15] = [
     ("stick-bandwidth", 15.0),
     ("path-rate", 30.0),
     ("limit-rate", 2.0),
@@ -62,6 +62,7 @@ pub const TIP_GAINS: [(&str, f64); 14] = [
     ("pressure-bandwidth", 85.0),
     ("reserve", 0.95),
     ("rest-band", 2e-4),
+    ("learning-time", 10.0),
     ("lag-limit", 0.03),
     ("settling-time", 0.5),
 ];
@@ -103,6 +104,7 @@ pub fn tip_settings<const N: usize>(machine: &Machine, controller_model: &Contro
             pressure: gain("pressure-bandwidth"),
             reserve: gain("reserve"),
             rest_band: gain("rest-band"),
+            learning: gain("learning-time"),
         },
         damping: DampingGains {
             ratio: gain("damping-ratio"),

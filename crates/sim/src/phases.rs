@@ -84,7 +84,7 @@ pub fn simulate_phases<'a>(
                 let state = begin(&mut sampled, &going, &mut driven, plan);
                 let mut sampling = Sampling { state, controller: *controller };
                 let outcome = going.run(&mut driven, &mut sampling, &mut recorder, until, options, keep_going);
-                samples.push(std::mem::take(&mut state.samples));
+                samples.push(Samples { learnt: controller.learnt(), ..std::mem::take(&mut state.samples) });
                 events.append(&mut state.events);
                 outcome
             }

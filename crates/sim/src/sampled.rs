@@ -11,6 +11,7 @@ use crate::outcome::{Outcome, OutcomeKind};
 use crate::sensing::Sensors;
 use crate::stick::{Hand, Sticks, ROUNDING};
 use hydrocrane_control::controller::{Controller, Fault};
+use hydrocrane_control::valve_learning::LearntValve;
 use hydrocrane_ode::Stepper;
 
 /// Samples without a usable command after which a run ends.
@@ -45,6 +46,8 @@ pub struct Samples {
     pub set_points: Vec<[f64; 2]>,
     /// Row-major, spool commands (m) as the controller gave them, zero where it gave none that can be used.
     pub commands: Vec<f64>,
+    /// What the controller has learnt of each valve in the end.
+    pub learnt: Vec<LearntValve>,
 }
 
 impl Samples {
@@ -55,6 +58,7 @@ impl Samples {
         self.sticks.clear();
         self.set_points.clear();
         self.commands.clear();
+        self.learnt.clear();
     }
 }
 

@@ -12,7 +12,7 @@ use hydrocrane_num::portable;
 use hydrocrane_plant::{Crane, Kinematics, StateSpace};
 
 /// Thresholds where the machine file gives none, SI.
-pub const PLAUSIBILITY: [(&str, f64); 8] = [
+pub const PLAUSIBILITY: [(&str, f64); 9] = [
     ("jump", 0.5e-3),
     ("frozen", 1e-3),
     ("frozen-pressure", 10e-3),
@@ -21,6 +21,7 @@ pub const PLAUSIBILITY: [(&str, f64); 8] = [
     ("stroke-margin", 0.05),
     ("pressure-limit", 2.0),
     ("recovery-time", 0.5),
+    ("ride-through", 0.05),
 ];
 
 /// `controller` behind a monitor of the machine's sensors; its commands leave `delay` (s) after each sample.
@@ -37,7 +38,8 @@ pub(crate) fn with_sensor_monitor<const N: usize>(
         let (chain, stroke) = &valves[c];
         apply_signal_chain(chain, u.clamp(-stroke, *stroke)).clamp(-stroke, *stroke)
     };
-    Box::new(SafeState::new(controller, monitor, Box::new(spool_of), names))
+    let neutral = controller_model(crane).cylinders.map(|c| c.chain.command(0.0));
+    Box::new(SafeState::new(controller, monitor, Box::new(spool_of), neutral, names))
 }
 
 /// What messages call things; `revolute`: whether a joint turns.
@@ -95,6 +97,8 @@ fn settings<const N: usize>(crane: &Crane<N>, delay: f64) -> Settings<N> {
         jump: value("jump"),
         frozen: value("frozen"),
         frozen_pressure: value("frozen-pressure"),
+        resolution: std::array::from_fn(|c| [0, 1].map(|side| pressure(c, side).map_or(0.0, coarseness))),
+        ride_through: value("ride-through"),
         recovery_time: value("recovery-time"),
         joints: std::array::from_fn(joints),
         strokes: std::array::from_fn(strokes),
@@ -122,6 +126,21 @@ fn scatter(sensor: &Sensor) -> f64 {
     let share = 2.0 * property("repeatability").unwrap_or(0.0) + NOISE * property("noise").unwrap_or(0.0) + code;
     share * range(sensor)
 }
+
+/// Change of the truth that a reading without noise does not show; zero where noise changes the reading at every sample.
+fn coarseness(sensor: &Sensor) -> f64 {
+    let property = |key: &str| sensor.properties.iter().find(|(name, _)| name == key).map_or(0.0, |(_, value)| *value);
+    let step = property("bits").max(0.0);
+    let step = if step > 0.0 { range(sensor) / (portable::pow(2.0, step) - 1.0) } else { 0.0 };
+    if step > LEAST_DITHER * property("noise") * range(sensor) {
+        step
+    } else {
+        0.0
+    }
+}
+
+/// Steps of a converter, in standard deviations of noise, up to which a reading hardly ever stays the same.
+const LEAST_DITHER: f64 = 2.0;
 
 /// Largest error of what it reads on average.
 fn accuracy(sensor: &Sensor) -> f64 {

@@ -70,6 +70,10 @@ def run_dataset(machine: Machine, plan: Scenario, run: Recording, *, payload: fl
         driver = plan.driver
         attrs["controller"] = driver if isinstance(driver, str) else getattr(driver, "__name__", type(driver).__name__)
         attrs["sensors"] = plan.sensors
+        if run.samples and len(run.samples[-1]["learnt"]):
+            attrs["learnt"] = json.dumps(
+                dict(zip(run.samples[-1]["valves"], run.samples[-1]["learnt"].tolist(), strict=True))
+            )
         # What the controller took the crane for, where that was not the truth.
         if plan.believed is not None:
             believed = run.stages[0].believed

@@ -13,6 +13,7 @@ from hydrocrane.files.columns import Attributes, Columns
 from hydrocrane.machine.machine import Machine, load_machine
 from hydrocrane.result_warning import ResultWarning, from_json
 from hydrocrane.results.dataset import RunDataset
+from hydrocrane.results.learnt import LearntValve, LearntValves
 from hydrocrane.results.outcome import Outcome, Verification
 from hydrocrane.scenario.payload import PayloadChange
 
@@ -104,6 +105,12 @@ class Record:
     def warnings(self) -> tuple[ResultWarning, ...]:
         """Why the run may be wrong, in order of time, with cause and cure; see docs/reference/warnings.md."""
         return from_json(str(self._attrs.get("warnings", "[]")))
+
+    @property
+    def learnt(self) -> LearntValves:
+        """What the controller learnt of each valve, by the valve's name; empty where it does not learn."""
+        found = json.loads(str(self._attrs.get("learnt", "{}")))
+        return LearntValves({name: LearntValve(*values) for name, values in found.items()})
 
     @property
     def verification(self) -> Verification | None:

@@ -1,4 +1,4 @@
-"""Sensors that fail in a scenario, and the monitor that closes the valves."""
+"""Sensors that fail in a scenario, and the monitor that goes on without them or stops the crane."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def test_a_file_makes_a_sensor_fail_and_control_returns(tmp_path):
     for event in run.events:
         assert f"{event.time:.3f} s: {event.text}" in run.summary()
     data = run.data
-    held = data["controller.lift"].sel(time=slice(frozen.time + 0.01, back.time - 0.01))
+    held = data["controller.lift"].sel(time=slice(frozen.time + 0.12, back.time - 0.01))
     assert (held == 0).all()
     assert float(data["tip.z"][-1] - data["tip.z"].sel(time=4.0, method="nearest")) > 0.1, "it moves again"
 
@@ -83,12 +83,29 @@ def test_a_wrong_fault_in_a_file_is_one_clear_error(tmp_path, changed, into, sai
     assert caught.value.line and caught.value.key.startswith("sensor-fault.boom")
 
 
-def test_a_drop_out_holds_the_crane_and_the_run_goes_to_its_end():
+def test_a_drop_out_that_lasts_stops_the_crane_and_the_run_goes_to_its_end():
     fault = hc.SensorFault("cylinder.lift.p1", "drop-out", time=1.0)
     run = hc.simulate(plan(sensor_faults=[fault]))
     assert run.outcome.completed and len(run.events) == 1
     tip = run.data["tip.z"].sel(time=slice(1.0, None))
-    assert float(abs(tip - tip[0]).max()) < 4e-3
+    assert float(abs(tip - tip[0]).max()) < 40e-3
+    assert (run.data["controller.lift"].sel(time=slice(2.7, None)) == 0).all()
+
+
+def test_control_goes_on_through_a_short_drop_out_and_the_run_says_so():
+    fault = hc.SensorFault("joint.jib.q", "drop-out", time=1.0, until=1.05)
+    whole, torn = hc.simulate(plan()), hc.simulate(plan(sensor_faults=[fault]))
+    (event,) = torn.events
+    assert "`joint.jib.q` gives no reading" in event.text and "for 50 ms from 1.000 s" in event.text
+    assert event.text in torn.summary()
+    off = [float(abs(torn.data[name] - whole.data[name]).max()) for name in ("tip.x", "tip.z")]
+    assert max(off) < 1e-3
+
+
+def test_the_file_says_for_how_long_control_goes_on():
+    fault = hc.SensorFault("joint.jib.q", "drop-out", time=1.0, until=1.05)
+    run = hc.simulate(plan(sensor_faults=[fault], overrides={"control.plausibility.ride-through": "0 ms"}))
+    assert run.events[0].time == pytest.approx(1.0) and "the crane stops" in run.events[0].text
 
 
 def test_without_the_monitor_it_ends_the_run():
@@ -112,7 +129,7 @@ def test_a_controller_of_ones_own_is_watched_on_request():
     unwatched, watched = Lift(), Lift()
     assert hc.simulate(plan(controller=unwatched, sensor_faults=[fault])).events == ()
     run = hc.simulate(plan(controller=watched, sensor_faults=[fault], monitor=True))
-    assert [round(event.time, 2) for event in run.events] == [1.0, 2.2]
+    assert [round(event.time, 2) for event in run.events] == [1.05, 2.2]
     assert (unwatched.starts, watched.starts) == (1, 2)
 
 

@@ -72,6 +72,12 @@ const TIP: &[Key] = &[
     gain("rest-band", &[LENGTH])
         .defaults(&["0.2 mm"])
         .means("Position error of a piston that is not corrected at rest."),
+    gain("learning-time", &[TIME])
+        .defaults(&["10 s"])
+        .means(
+            "Time of motion over which tip control remembers what it learns of each valve; zero switches learning off.",
+        )
+        .source("theory/control/valve_learning.md"),
     gain("lag-limit", &[LENGTH]).defaults(&["30 mm"]).means("Lag of the tip at which the set-point waits."),
     gain("settling-time", &[TIME])
         .defaults(&["0.5 s"])
@@ -124,6 +130,10 @@ const THRESHOLDS: &[Key] = &[
     gain("recovery-time", &[TIME])
         .defaults(&["0.5 s"])
         .means("Time for which a sensor must read plausibly before it is used again."),
+    gain("ride-through", &[TIME])
+        .defaults(&["50 ms"])
+        .means("Time for which control goes on without a sensor.")
+        .source("theory/control/plausibility.md"),
 ];
 
 const fn erratum(name: &'static str) -> Key {

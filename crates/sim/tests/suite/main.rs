@@ -12,6 +12,7 @@ mod parity;
 mod payload;
 mod phases;
 mod plausibility;
+mod ride_through;
 mod sampled_loop;
 mod tip_control;
 

@@ -1,6 +1,6 @@
 //! The monitor of the sensors: silent on every machine in order, quick when a sensor fails.
 
-use hydrocrane_machine::{load, OverrideValue};
+use hydrocrane_machine::{load, parse, OverrideValue};
 use hydrocrane_num::RandomStream;
 use hydrocrane_ode::{StepControl, Tolerances};
 use hydrocrane_sim::{
@@ -10,24 +10,34 @@ use hydrocrane_sim::{
 use std::sync::Arc;
 
 /// A machine in a pose from which `tip` can drive it anywhere, with changes by key.
-struct Case {
+pub struct Case {
     machine: &'static str,
     pose: &'static [f64],
     changes: Vec<(String, OverrideValue)>,
+    /// Sections that its file has besides.
+    pub besides: String,
     payload: f64,
     mode: SensorMode,
     delay: f64,
 }
 
-const LAB: (&str, &[f64]) = ("rottne-f9-lab", &[1.745, 1.745, 0.0]);
-const LOADER: (&str, &[f64]) = ("hiab-xs031", &[0.35, -1.22, 0.3]);
+pub const LAB: (&str, &[f64]) = ("rottne-f9-lab", &[1.745, 1.745, 0.0]);
+pub const LOADER: (&str, &[f64]) = ("hiab-xs031", &[0.35, -1.22, 0.3]);
 
 impl Case {
-    fn of((machine, pose): (&'static str, &'static [f64])) -> Self {
-        Case { machine, pose, changes: Vec::new(), payload: 0.0, mode: SensorMode::DataSheet, delay: 0.002 }
+    pub fn of((machine, pose): (&'static str, &'static [f64])) -> Self {
+        Case {
+            machine,
+            pose,
+            changes: Vec::new(),
+            besides: String::new(),
+            payload: 0.0,
+            mode: SensorMode::DataSheet,
+            delay: 0.002,
+        }
     }
 
-    fn with(mut self, key: &str, value: f64) -> Self {
+    pub fn with(mut self, key: &str, value: f64) -> Self {
         self.changes.push((key.to_string(), OverrideValue::Number(value)));
         self
     }
@@ -46,16 +56,21 @@ impl Case {
         self
     }
 
-    fn model(&self) -> Arc<dyn Model> {
-        build(&load(self.machine, &self.changes).expect("a valid machine")).expect("a machine that can be built")
+    pub fn model(&self) -> Arc<dyn Model> {
+        self.built(&self.changes)
+    }
+
+    fn built(&self, changes: &[(String, OverrideValue)]) -> Arc<dyn Model> {
+        let text = format!("extends = \"{}\"\n[machine]\nclass = \"setting\"\n{}", self.machine, self.besides);
+        build(&parse(&text, "own.toml", changes).expect("a valid machine")).expect("a machine that can be built")
     }
 
     /// The controller model is the machine of the file, but for the sampling.
-    fn run(&self, name: &str, sticks: Sticks, seed: u64, end: f64, faults: &[SensorFault]) -> SampledRun {
+    pub fn run(&self, name: &str, sticks: Sticks, seed: u64, end: f64, faults: &[SensorFault]) -> SampledRun {
         let model = self.model();
         let model = model.as_ref();
         let sampling: Vec<_> = self.changes.iter().filter(|(key, _)| key.starts_with("control")).cloned().collect();
-        let known = build(&load(self.machine, &sampling).expect("a bundled machine")).expect("it can be built");
+        let known = self.built(&sampling);
         let mut controller = known.with_sensor_monitor(known.controller(name).expect("a controller"), self.delay);
         let x0 = model.equilibrium(self.pose, EquilibriumMode::Hold, self.payload).expect("a pose to rest in");
         let sensors = Sensors::new(model, self.mode, seed, faults).expect("known signals");
@@ -93,7 +108,7 @@ fn random_sticks(seed: u64, end: f64) -> Sticks {
     sticks
 }
 
-fn assert_silent(what: &str, case: &Case, name: &str, seeds: std::ops::Range<u64>, end: f64) {
+pub fn assert_silent(what: &str, case: &Case, name: &str, seeds: std::ops::Range<u64>, end: f64) {
     for seed in seeds {
         let done = case.run(name, random_sticks(seed, end), seed, end, &[]);
         assert_eq!(done.run.outcome.kind, OutcomeKind::Completed, "{what}, seed {seed}: {}", done.run.outcome.message);
@@ -150,7 +165,7 @@ fn valves_and_pumps_within_the_tolerances_raise_no_alarm() {
 }
 
 /// The stick pushed from 0.5 s until `release`.
-fn pushed(direction: [f64; 2], release: f64) -> Sticks {
+pub fn pushed(direction: [f64; 2], release: f64) -> Sticks {
     let deflections = [direction, [0.0; 2]].concat();
     Sticks { times: vec![0.5, release], deflections, ..Sticks::centred(StickKind::Tip, 0) }
 }
@@ -159,9 +174,9 @@ fn fault(signal: &str, kind: FaultKind, until: f64) -> SensorFault {
     SensorFault { signal: signal.into(), kind, from: 1.5, until: until.is_finite().then_some(until) }
 }
 
-const FOR_EVER: f64 = f64::INFINITY;
-const UP: [f64; 2] = [0.0, 1.0];
-const OUT: [f64; 2] = [1.0, 0.0];
+pub const FOR_EVER: f64 = f64::INFINITY;
+pub const UP: [f64; 2] = [0.0, 1.0];
+pub const OUT: [f64; 2] = [1.0, 0.0];
 
 /// A run of the laboratory crane at 0.2 m/s for 5 s, the stick released at 3 s.
 fn failing(direction: [f64; 2], fault: SensorFault) -> (Arc<dyn Model>, SampledRun) {
@@ -187,7 +202,7 @@ fn largest(way: &[[f64; 2]], axis: usize) -> f64 {
 const JOINTS: [&str; 3] = ["joint.boom.q", "joint.jib.q", "joint.extension.q"];
 
 #[test]
-fn a_reading_that_is_missing_impossible_or_jumps_never_reaches_the_controller() {
+fn a_reading_that_stays_missing_impossible_or_astray_stops_the_crane() {
     let pressures = ["lift", "jib", "extension"].map(|c| [1, 2].map(|side| format!("cylinder.{c}.p{side}"))).concat();
     let mut faults: Vec<(&str, FaultKind, &str)> = Vec::new();
     for signal in JOINTS {
@@ -201,16 +216,17 @@ fn a_reading_that_is_missing_impossible_or_jumps_never_reaches_the_controller() 
         for direction in [UP, OUT] {
             let (model, done) = failing(direction, fault(signal, kind, FOR_EVER));
             let [event] = &done.events[..] else { panic!("{signal} {kind:?}: {:?}", done.events) };
-            assert!((event.time - 1.5).abs() < 1e-9, "{signal} {kind:?}: {event:?}");
+            assert!((event.time - 1.55).abs() < 1e-9, "{signal} {kind:?}: {event:?}");
             assert!(event.text.contains(signal) && event.text.contains("neutral"), "{event:?}");
             assert!(
                 event.text.contains(words) || words == "jumped" && event.text.contains("out of range"),
                 "{event:?}"
             );
-            assert!(done.samples.commands[3 * 150..].iter().all(|u| *u == 0.0), "{signal} {kind:?}: not held");
+            assert!(done.samples.commands[3 * 320..].iter().all(|u| *u == 0.0), "{signal} {kind:?}: not held");
             let way = way(model.as_ref(), &done, direction);
-            // What a crane with its valves closing runs on at 0.2 m/s.
-            assert!(largest(&way, 0).max(largest(&way, 1)) < 4e-3, "{signal} {kind:?}: {}", largest(&way, 0));
+            // At 0.2 m/s: 10 mm ridden through and 27 mm by the lags of the stick.
+            let (on, aside) = (largest(&way, 0), largest(&way, 1));
+            assert!(on < 40e-3 && aside < 4e-3, "{signal} {kind:?}: {on} on, {aside} aside");
         }
     }
 }
@@ -261,8 +277,12 @@ fn control_returns_when_the_sensor_does_and_the_stick_is_released() {
         // Half a second after the sensor is back at 2.5 s, but not with the stick pushed.
         let expected = release.max(3.0);
         assert!((back.time - expected).abs() < 0.02, "{kind:?}, released at {release}: {back:?}");
-        let held = 3 * (done.events[0].time / 0.01).round() as usize..3 * (100.0 * expected) as usize;
-        assert!(done.samples.commands[held].iter().all(|u| *u == 0.0), "{kind:?}: not held");
+        // A crane that stops by itself takes 1.7 s at most until its valves are closed.
+        let stopped = done.events[0].time + if kind == FaultKind::Freeze { 0.12 } else { 1.7 };
+        let held = (stopped / 0.01).round() as usize..(100.0 * expected) as usize;
+        for u in held.flat_map(|k| &done.samples.commands[3 * k..3 * k + 3]) {
+            assert_eq!(*u, 0.0, "{kind:?}: not held");
+        }
         let moving = &done.samples.commands[3 * 420..3 * 450];
         assert!(moving.iter().any(|u| u.abs() > 1e-3), "{kind:?}: the crane does not move again");
     }
