@@ -11,6 +11,7 @@
 //! and a drive must correct the more gently the slower the joint swings.
 
 use crate::controller_model::ControllerModel;
+use hydrocrane_physics::geometry::chain::ChainPose;
 
 /// The oil of one cylinder.
 #[derive(Debug, Clone, Copy)]
@@ -53,30 +54,64 @@ impl Hold {
     }
 }
 
+/// Stiffness of a joint, N m or N/m.
+#[derive(Debug, Clone, Copy)]
+struct Stiffness {
+    /// k g^2, of the oil.
+    oil: f64,
+    /// d tau/d q - F dg/dq, of the load.
+    load: f64,
+}
+
+impl Stiffness {
+    /// h
+    fn share(&self) -> f64 {
+        let share = 1.0 + self.load / self.oil;
+        // At the dead centre itself nothing holds.
+        if share.is_finite() {
+            share
+        } else {
+            f64::NEG_INFINITY
+        }
+    }
+}
+
 impl<const N: usize> ControllerModel<N> {
     /// How closed valves hold each joint.
     pub fn holding(&self, q: &[f64; N], oil: &[Oil; N]) -> [Hold; N] {
-        let load = self.cylinder_force(q, &[0.0; N]);
-        let mass = self.mechanics.mass_matrix(&self.mechanics.pose(q), self.payload);
+        let pose = self.mechanics.pose(q);
+        let mass = self.mechanics.mass_matrix(&pose, self.payload);
+        let stiffness = self.stiffness(&pose, q, oil);
+        std::array::from_fn(|i| Hold {
+            share: stiffness[i].share(),
+            frequency: (stiffness[i].oil + stiffness[i].load) / (mass[i][i] * oil[i].excess),
+        })
+    }
+
+    fn stiffness(&self, pose: &ChainPose<f64, N>, q: &[f64; N], oil: &[Oil; N]) -> [Stiffness; N] {
+        let torque = |pose: &ChainPose<f64, N>| self.mechanics.inverse_dynamics(pose, &[0.0; N], None, self.payload);
+        let load = torque(pose);
         std::array::from_fn(|i| {
-            let lever_arm = |q: &[f64; N]| self.actuations[i].stroke(&self.mechanics.joints[i].pose(q[i])).1;
-            let mut beside = *q;
-            beside[i] += STEP;
-            let slope = (self.cylinder_force(&beside, &[0.0; N])[i] - load[i]) * lever_arm(&beside) / STEP;
-            let (spring, excess) = (oil[i].stiffness * lever_arm(q).powi(2), oil[i].excess * slope);
-            let share = 1.0 + excess / spring;
-            Hold {
-                // At the dead centre itself nothing holds.
-                share: if share.is_finite() { share } else { f64::NEG_INFINITY },
-                frequency: (spring + excess) / (mass[i][i] * oil[i].excess),
-            }
+            // One joint moves: the others stand as they do.
+            let mut joints = pose.joints;
+            joints[i] = self.mechanics.joints[i].pose(q[i] + STEP);
+            let beside = ChainPose::of(joints);
+            let (here, there) = (self.lever_arm(pose, i), self.lever_arm(&beside, i));
+            let slope = (torque(&beside)[i] / there - load[i] / here) * there / STEP;
+            Stiffness { oil: oil[i].stiffness * here.powi(2), load: oil[i].excess * slope }
         })
     }
 
     /// For a step of the reference from `q` to `next`.
     pub fn leave(&self, q: &[f64; N], next: &[f64; N], oil: &[Oil; N]) -> Leave {
-        let [here, there] = [q, next].map(|q| self.holding(q, oil).map(|hold| hold.share));
         let mut least = Leave { share: 1.0, joint: 0 };
+        let shares = |q: &[f64; N]| self.stiffness(&self.mechanics.pose(q), q, oil).map(|stiffness| stiffness.share());
+        let here = shares(q);
+        // Far from all dead centres nothing slows the step, wherever it leads.
+        if here.iter().all(|&share| share >= SLOWING) {
+            return least;
+        }
+        let there = shares(next);
         for joint in (0..N).filter(|&i| there[i] < here[i]) {
             let share = ((here[joint] - STANDING) / (SLOWING - STANDING)).clamp(0.0, 1.0);
             if share < least.share {

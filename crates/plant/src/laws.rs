@@ -1,6 +1,7 @@
 //! The laws of a crane, with its cylinders in lanes where the processor has registers for them. The bits are the same either way.
 
 use crate::layout::Layout;
+use crate::outputs::Evaluated;
 use crate::plant::Plant;
 use crate::rhs::Evaluator;
 #[cfg(target_arch = "x86_64")]
@@ -73,6 +74,15 @@ impl<const N: usize> Laws<N> {
         }
     }
 
+    /// Positions and laws at the state `x`.
+    pub fn evaluated<'a>(&self, layout: &'a Layout, x: &'a [f64], payload: f64) -> Evaluated<'a, f64, N> {
+        match self {
+            Laws::Simd(evaluator) => evaluated(evaluator, layout, x, payload),
+            #[cfg(target_arch = "x86_64")]
+            Laws::Single(evaluator) => evaluated(evaluator, layout, x, payload),
+        }
+    }
+
     /// Writes the powers of the ledger at the state `x`.
     pub fn powers(&self, layout: &Layout, oil: &OilTables, x: &[f64], payload: f64, out: &mut [f64]) {
         match self {
@@ -113,6 +123,18 @@ fn update_input<L: Pack<f64>, const N: usize>(
         #[inline(always)]
         || evaluator.update_input(x, u, dx, jacobian),
     );
+}
+
+fn evaluated<'a, L: Pack<f64>, const N: usize>(
+    evaluator: &Evaluator<f64, L, N>,
+    layout: &'a Layout,
+    x: &'a [f64],
+    payload: f64,
+) -> Evaluated<'a, f64, N> {
+    L::outlined(
+        #[inline(always)]
+        || evaluator.evaluated(layout, x, payload),
+    )
 }
 
 fn powers<L: Pack<f64>, const N: usize>(

@@ -4,6 +4,7 @@ use crate::axis_group::{AxisGroup, Member};
 use crate::hydraulic_axis::{LocalRates, LocalState};
 use crate::layout::Layout;
 use crate::ledger::LEDGER_PER_CYLINDER;
+use crate::outputs::Evaluated;
 use crate::plant::Plant;
 use hydrocrane_num::small::Spd;
 use hydrocrane_num::{Dual, Pack, Real};
@@ -144,6 +145,24 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         }
         let Accelerated { qdd, .. } = self.plant.accelerate(&placed, &forces, payload);
         write_joints(layout, &placed.rates, &qdd, dx);
+    }
+
+    /// Positions and laws at a state.
+    #[inline(always)]
+    pub fn evaluated<'a>(&self, layout: &'a Layout, x: &'a [T], payload: T) -> Evaluated<'a, T, N> {
+        let placed = self.place(layout, x);
+        let mut rates = [LocalRates::default(); N];
+        for group in &self.groups {
+            let of_group = group.rates(&group.local(&placed.positions, &placed.velocities, x));
+            for lane in 0..L::WIDTH {
+                let Some(Member { cylinder, .. }) = group.member(lane) else { break };
+                rates[*cylinder] = of_group.map(
+                    #[inline(always)]
+                    |number| number.lane(lane),
+                );
+            }
+        }
+        Evaluated { layout, x, placed, rates, payload }
     }
 
     /// Writes the powers of the ledger (W), cylinder by cylinder, then that of the ground.
