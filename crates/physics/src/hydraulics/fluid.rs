@@ -135,7 +135,7 @@ impl Branch {
         if spacing < 0.0 {
             knots.reverse();
         }
-        let table = |i: usize| QuinticTable::new(start, TABLE_SPACING, knots.iter().map(|k| k[i]).collect());
+        let table = |i: usize| QuinticTable::new(start, TABLE_SPACING, &knots.iter().map(|k| k[i]).collect::<Vec<_>>());
         Branch { ln_density_ratio: table(0), energy: table(1) }
     }
 }
