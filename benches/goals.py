@@ -93,6 +93,8 @@ def goals(results: Results) -> str:
         shares = [[share for _, share in thread_shares(batches, s)] for s in good]
         called = {r["cranes"]: r["seconds"] for r in batches.get("calls", ())}
         few = max(called.values()) / called[1] if called else None
-        row("one call of a batch with eight cranes in the time of one with one crane", MANY_IN_ONE, few, "", least=False)
+        row(
+            "one call of a batch with eight cranes in the time of one with one crane", MANY_IN_ONE, few, "", least=False
+        )
         row("batch, two threads: share of what two threads give", 0.9, max(map(min, shares), default=None), "")
     return table(["goal", "wanted", "found", "met"], rows)

@@ -167,7 +167,7 @@ def calls(crane: hc.Machine) -> list[dict[str, Any]]:
     start, commands = manoeuvres(crane, 1)
     simulators = {n: batch(crane, n, tolerance=USUAL, threads=1) for n in FEW}
     least = dict.fromkeys(FEW, float("inf"))
-    # By turns, so that a slow moment of the computer meets them all; the same manoeuvre, so that all take the same steps.
+    # By turns, so that a slow moment of the computer meets them all. All take the same steps of the same manoeuvre.
     for _ in range(CALLS):
         for n, simulator in simulators.items():
             simulator.reset(state=np.repeat(start, n, axis=0))
