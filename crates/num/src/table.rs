@@ -33,7 +33,7 @@ impl QuinticTable {
             |p| {
                 let i = (p as usize).min(last);
                 let [a0, a1, a2, a3, a4, a5] = self.intervals[i];
-                [i as f64, self.edges[usize::from(!(p <= 0.0))], a0, a1, a2, a3, a4, a5]
+                [i as f64, self.edges[usize::from(p > 0.0)], a0, a1, a2, a3, a4, a5]
             },
         );
         let s = inside - i;

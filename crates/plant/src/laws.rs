@@ -1,9 +1,8 @@
 //! The laws of a crane, with its cylinders in lanes where the processor has registers for them. The bits are the same either way.
 
 use crate::layout::Layout;
-use crate::outputs::Evaluated;
 use crate::plant::Plant;
-use crate::rhs::Evaluator;
+use crate::rhs::{Evaluated, Evaluator};
 #[cfg(target_arch = "x86_64")]
 use hydrocrane_num::register::Register;
 use hydrocrane_num::{native::NativeSimd, Lanes, Pack};

@@ -1,9 +1,8 @@
 //! What a run records besides its states.
 
-use crate::hydraulic_axis::{FrictionLaw, LocalRates, LocalState};
-use crate::layout::Layout;
+use crate::hydraulic_axis::{FrictionLaw, LocalState};
 use crate::plant::Plant;
-use crate::rhs::Placed;
+use crate::rhs::Evaluated;
 use hydrocrane_machine::Machine;
 use hydrocrane_num::Real;
 
@@ -63,28 +62,6 @@ pub fn info(machine: &Machine) -> Vec<OutputInfo> {
         }
     }
     all
-}
-
-/// A state with positions and laws evaluated.
-pub struct Evaluated<'a, T, const N: usize> {
-    pub layout: &'a Layout,
-    pub x: &'a [T],
-    pub placed: Placed<T, N>,
-    /// By cylinder.
-    pub rates: [LocalRates<T>; N],
-    /// At the tip, kg.
-    pub payload: T,
-}
-
-impl<'a, T: Real, const N: usize> Evaluated<'a, T, N> {
-    /// With one cylinder after the other.
-    pub fn new(plant: &Plant<T, N>, layout: &'a Layout, x: &'a [T], payload: T) -> Self {
-        let placed = plant.place(layout, x);
-        let rates = std::array::from_fn(|c| {
-            plant.cylinders[c].rates(&plant.fluid, &plant.supply_pressures, &placed.local(layout, x, c))
-        });
-        Evaluated { layout, x, placed, rates, payload }
-    }
 }
 
 /// Writes the outputs at one state; `energy_density` is that of the oil (Pa) as a function of pressure, `None` leaves NaN.

@@ -4,7 +4,6 @@ use crate::axis_group::{AxisGroup, Member};
 use crate::hydraulic_axis::{LocalRates, LocalState};
 use crate::layout::Layout;
 use crate::ledger::LEDGER_PER_CYLINDER;
-use crate::outputs::Evaluated;
 use crate::plant::Plant;
 use hydrocrane_num::small::Spd;
 use hydrocrane_num::{Dual, Pack, Real};
@@ -43,6 +42,28 @@ impl<T: Real, const N: usize> Placed<T, N> {
         let AxisStates { p1, p2, xs, z, .. } = layout.own(c);
         let z = z.map_or(T::c(0.0), |z| x[z]);
         LocalState { x: self.positions[c], v: self.velocities[c], p1: x[p1], p2: x[p2], spool: x[xs], z }
+    }
+}
+
+/// A state with positions and laws evaluated.
+pub struct Evaluated<'a, T, const N: usize> {
+    pub layout: &'a Layout,
+    pub x: &'a [T],
+    pub placed: Placed<T, N>,
+    /// By cylinder.
+    pub rates: [LocalRates<T>; N],
+    /// At the tip, kg.
+    pub payload: T,
+}
+
+impl<'a, T: Real, const N: usize> Evaluated<'a, T, N> {
+    /// With one cylinder after the other.
+    pub fn new(plant: &Plant<T, N>, layout: &'a Layout, x: &'a [T], payload: T) -> Self {
+        let placed = plant.place(layout, x);
+        let rates = std::array::from_fn(|c| {
+            plant.cylinders[c].rates(&plant.fluid, &plant.supply_pressures, &placed.local(layout, x, c))
+        });
+        Evaluated { layout, x, placed, rates, payload }
     }
 }
 

@@ -22,7 +22,8 @@ use hydrocrane_ode::{method, Effort, Stepper};
 use hydrocrane_plant::equilibrium::EquilibriumMode;
 use hydrocrane_plant::errors::BuildError;
 use hydrocrane_plant::layout::Layout;
-use hydrocrane_plant::outputs::{self, Evaluated, OutputInfo, OIL_ENERGY};
+use hydrocrane_plant::outputs::{self, OutputInfo, OIL_ENERGY};
+use hydrocrane_plant::rhs::Evaluated;
 
 type Result<T> = std::result::Result<T, SensitivityError>;
 
