@@ -9,7 +9,6 @@ use hydrocrane_ode::Stepper;
 use hydrocrane_physics::sensor::analogue::Quality;
 use hydrocrane_physics::sensor::pressure_transmitter::{Decay, Scale};
 use hydrocrane_physics::sensor::{Encoder, LoadCell, PressureTransmitter, WirePotentiometer};
-use hydrocrane_plant::outputs::OIL_ENERGY;
 
 #[derive(Debug, Clone)]
 enum Device {
@@ -46,7 +45,6 @@ pub struct Sensors {
     /// Room for the model's outputs where a sensor reads one of them.
     outputs: Vec<f64>,
     reads_outputs: bool,
-    reads_oil: bool,
     /// States that sensors with a memory of the way between two samples follow, by increasing index.
     lagged: Vec<usize>,
     /// Room for a state between two samples.
@@ -115,8 +113,6 @@ impl Sensors {
             Some(Channel { truth, device: device(&signal), signal, faults: Vec::new() })
         };
         let channels: Vec<Channel> = signals.into_iter().filter_map(channel).collect();
-        let reads =
-            |output: &dyn Fn(usize) -> bool| channels.iter().any(|c| matches!(c.truth, Truth::Output(i) if output(i)));
         let follows = |i: &usize| {
             let followed = |c: &Channel| matches!(c.device, Device::Pressure(_)) && c.truth == Truth::State(*i);
             channels.iter().any(followed)
@@ -126,8 +122,7 @@ impl Sensors {
             joints: machine.joints.len(),
             pressures: vec![[0.0; 2]; machine.cylinders.len()],
             outputs: vec![0.0; model.output_info().len()],
-            reads_outputs: reads(&|_| true),
-            reads_oil: reads(&|i| model.output_info()[i].name == OIL_ENERGY),
+            reads_outputs: channels.iter().any(|c| matches!(c.truth, Truth::Output(_))),
             lagged: (0..model.layout().len()).filter(follows).collect(),
             between: vec![0.0; model.layout().len()],
             channels,
@@ -204,10 +199,9 @@ impl Sensors {
 
     /// Takes a reading of state `x` at time `t`.
     pub fn read(&mut self, model: &dyn Model, t: f64, x: &[f64], payload: f64) {
-        match (self.reads_outputs, self.reads_oil) {
-            (false, _) => {}
-            (true, false) => model.outputs_without_oil(x, payload, &mut self.outputs),
-            (true, true) => model.outputs(x, payload, &mut self.outputs),
+        if self.reads_outputs {
+            // No sensor reads energies.
+            model.outputs_without_oil(x, payload, &mut self.outputs);
         }
         for (channel, reading) in self.channels.iter_mut().zip(&mut self.readings) {
             let truth = match channel.truth {

@@ -130,6 +130,17 @@ mod tests {
     }
 
     #[test]
+    fn transmitters_in_a_row_follow_as_each_does_alone() {
+        let (mut decay, rises) = (Decay::default(), [4e-3, 4e-3, 1e-3, 4e-3]);
+        for rise in rises {
+            let (mut alone, mut in_a_row) = (exact(rise), exact(rise));
+            alone.follow(1e-3, 50e5);
+            in_a_row.follow_with(1e-3, 50e5, &mut decay);
+            assert_eq!(alone, in_a_row);
+        }
+    }
+
+    #[test]
     fn a_ramp_is_followed_exactly_whatever_the_steps() {
         let tau = 4e-3 / 9f64.ln();
         for steps in [1, 7] {
