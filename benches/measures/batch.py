@@ -32,6 +32,9 @@ IN_CACHE = 512
 WORK = 10_000.0
 SAMPLES = (round(HOLD / SAMPLE), round(DURATION / SAMPLE))
 ROUNDS = 3
+# Cranes of a call that is timed by itself: one, and as many as have lanes in the widest registers.
+FEW = (1, 8)
+CALLS = 300
 
 
 def batch(crane: hc.Machine, n: int, **options: Any) -> Any:
@@ -159,6 +162,22 @@ def by_instruction_set(crane: hc.Machine, tolerance: float, n: int) -> list[dict
     return rows
 
 
+def calls(crane: hc.Machine) -> list[dict[str, Any]]:
+    """CPU time of one call that steps few cranes on one thread: no work is done crane by crane in Python."""
+    start, commands = manoeuvres(crane, 1)
+    simulators = {n: batch(crane, n, tolerance=USUAL, threads=1) for n in FEW}
+    least = dict.fromkeys(FEW, float("inf"))
+    # By turns, so that a slow moment of the computer meets them all. All take the same steps of the same manoeuvre.
+    for _ in range(CALLS):
+        for n, simulator in simulators.items():
+            simulator.reset(state=np.repeat(start, n, axis=0))
+            spools = np.repeat(commands[0], n, axis=0)
+            began = time.process_time()
+            simulator.step(spools)
+            least[n] = min(least[n], time.process_time() - began)
+    return [{"cranes": n, "seconds": seconds} for n, seconds in least.items()]
+
+
 def measure(count: int = MANOEUVRES, sizes: tuple[int, ...] = SIZES) -> dict[str, Any]:
     crane = hc.load_machine(MACHINE)
     batch(crane, 1)
@@ -170,6 +189,7 @@ def measure(count: int = MANOEUVRES, sizes: tuple[int, ...] = SIZES) -> dict[str
         rows.append(found | {"throughput": by_size(crane, tolerance, sizes)})
     return {
         "tolerances": rows,
+        "calls": calls(crane),
         "free_of_memory": free_of_memory(crane, USUAL),
         "instruction_sets": by_instruction_set(crane, USUAL, sizes[0]),
     }

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from hydrocrane._core_types import (
     FaultEntry,
     LoopController,
+    Override,
     Pairs,
     Passivity,
     PayloadEntry,
@@ -47,6 +48,8 @@ __all__ = [
     "run",
     "stages",
     "start_state",
+    "stated_fields",
+    "contradiction",
     "command_table",
     "scenario_text",
     "read_commands",
@@ -240,6 +243,10 @@ def bundled_scenarios() -> list[str]: ...
 def bundled_text(kind: str, name: str) -> str: ...
 def friction_map(parameters: _Array, v: _Array) -> tuple[_Array, _Array, _Array]: ...
 def quantity(text: str) -> tuple[float, str]: ...
+def stated_fields(
+    controller: str | None, payload: float | None, period: float | None, full_speed: float | None
+) -> list[tuple[str, str, float, str]]: ...
+def contradiction(one: Override, unit: str, key: str, other: Override) -> str | None: ...
 def json_schema(kind: str) -> str: ...
 def key_list(kind: str) -> str: ...
 def run(

@@ -5,6 +5,7 @@ use crate::signal_chain::SignalChain;
 use hydrocrane_num::Real;
 use hydrocrane_physics::dynamics::Mechanics;
 use hydrocrane_physics::friction::StaticParameters;
+use hydrocrane_physics::geometry::chain::ChainPose;
 use hydrocrane_physics::geometry::stroke::Actuation;
 use hydrocrane_physics::hydraulics::chamber::Chambers;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
@@ -86,7 +87,12 @@ impl<const N: usize> ControllerModel<N> {
     pub fn cylinder_force(&self, q: &[f64; N], qd: &[f64; N], payload: f64) -> [f64; N] {
         let pose = self.mechanics.pose(q);
         let bias = self.mechanics.inverse_dynamics(&pose, qd, None, payload);
-        std::array::from_fn(|j| bias[j] / self.actuations[j].stroke(&pose.joints[j]).1)
+        std::array::from_fn(|j| bias[j] / self.lever_arm(&pose, j))
+    }
+
+    /// dx/dq of one cylinder.
+    pub fn lever_arm(&self, pose: &ChainPose<f64, N>, cylinder: usize) -> f64 {
+        self.actuations[cylinder].stroke(&pose.joints[cylinder]).1
     }
 }
 

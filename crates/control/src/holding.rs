@@ -11,6 +11,7 @@
 //! and a drive must correct the more gently the slower the joint swings.
 
 use crate::controller_model::ControllerModel;
+use hydrocrane_physics::geometry::chain::ChainPose;
 
 /// How the oil holds a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,31 +44,61 @@ impl Hold {
     }
 }
 
+/// Stiffness of a joint, N m or N/m.
+#[derive(Debug, Clone, Copy)]
+struct Stiffness {
+    /// k g^2, of the oil.
+    oil: f64,
+    /// d tau/d q - F dg/dq, of the load.
+    load: f64,
+}
+
+impl Stiffness {
+    /// h
+    fn share(&self) -> f64 {
+        let share = 1.0 + self.load / self.oil;
+        // At the dead centre itself nothing holds.
+        if share.is_finite() {
+            share
+        } else {
+            f64::NEG_INFINITY
+        }
+    }
+}
+
 impl<const N: usize> ControllerModel<N> {
-    /// How closed valves hold each joint with `payload` (kg) at the tip and oil of this `stiffness` (N/m) at the cylinders.
-    pub fn holding(&self, q: &[f64; N], payload: f64, stiffness: &[f64; N]) -> [Hold; N] {
-        let load = self.cylinder_force(q, &[0.0; N], payload);
-        let mass = self.mechanics.mass_matrix(&self.mechanics.pose(q), payload);
+    /// How closed valves hold each joint with `payload` (kg) at the tip and oil of these stiffnesses (N/m) at the cylinders.
+    pub fn holding(&self, q: &[f64; N], payload: f64, oil: &[f64; N]) -> [Hold; N] {
+        let pose = self.mechanics.pose(q);
+        let mass = self.mechanics.mass_matrix(&pose, payload);
+        let stiffness = self.stiffness(&pose, q, payload, oil);
+        std::array::from_fn(|i| Hold {
+            share: stiffness[i].share(),
+            frequency: (stiffness[i].oil + stiffness[i].load) / mass[i][i],
+        })
+    }
+
+    fn stiffness(&self, pose: &ChainPose<f64, N>, q: &[f64; N], payload: f64, oil: &[f64; N]) -> [Stiffness; N] {
+        let torque = |pose: &ChainPose<f64, N>| self.mechanics.inverse_dynamics(pose, &[0.0; N], None, payload);
+        let load = torque(pose);
         std::array::from_fn(|i| {
-            let lever_arm = |q: &[f64; N]| self.actuations[i].stroke(&self.mechanics.joints[i].pose(q[i])).1;
-            let mut beside = *q;
-            beside[i] += STEP;
-            let slope = (self.cylinder_force(&beside, &[0.0; N], payload)[i] - load[i]) * lever_arm(&beside) / STEP;
-            let spring = stiffness[i] * lever_arm(q).powi(2);
-            let share = 1.0 + slope / spring;
-            Hold {
-                // At the dead centre itself nothing holds.
-                share: if share.is_finite() { share } else { f64::NEG_INFINITY },
-                frequency: (spring + slope) / mass[i][i],
-            }
+            // One joint moves: the others stand as they do.
+            let mut joints = pose.joints;
+            joints[i] = self.mechanics.joints[i].pose(q[i] + STEP);
+            let beside = ChainPose::of(joints);
+            let (here, there) = (self.lever_arm(pose, i), self.lever_arm(&beside, i));
+            let slope = (torque(&beside)[i] / there - load[i] / here) * there / STEP;
+            Stiffness { oil: oil[i] * here.powi(2), load: slope }
         })
     }
 
     /// For a step of the reference from `q` to `next`, on which h may fall by the share `most` of its way to where the reference
     /// stands.
-    pub fn leave(&self, q: &[f64; N], next: &[f64; N], payload: f64, stiffness: &[f64; N], most: f64) -> Leave {
-        let [here, there] = [q, next].map(|q| self.holding(q, payload, stiffness).map(|hold| hold.share));
+    pub fn leave(&self, q: &[f64; N], next: &[f64; N], payload: f64, oil: &[f64; N], most: f64) -> Leave {
         let mut least = Leave { share: 1.0, joint: 0 };
+        let shares =
+            |q: &[f64; N]| self.stiffness(&self.mechanics.pose(q), q, payload, oil).map(|stiffness| stiffness.share());
+        let [here, there] = [q, next].map(shares);
         for joint in (0..N).filter(|&i| there[i] < here[i]) {
             let share = most * (here[joint] - STANDING).max(0.0) / (here[joint] - there[joint]);
             if share < least.share {

@@ -32,7 +32,10 @@ pub fn load(source: &str, overrides: &[(String, OverrideValue)]) -> Result<Machi
 
 /// As [`load`], for overrides written in a file.
 pub fn load_with(source: &str, overrides: &[Override]) -> Result<Machine> {
-    build(named_tree(source)?, overrides)
+    match bundled(source) {
+        Some(kept) if overrides.is_empty() => kept?.machine().cloned(),
+        _ => build(named_tree(source)?, overrides),
+    }
 }
 
 /// Overrides by a caller.
@@ -66,17 +69,39 @@ fn named_tree(source: &str) -> Result<Cow<'static, Node>> {
     }
 }
 
-/// The tree of a bundled machine; read once, since what is compiled in cannot change as a file can. `None`: no such name.
-fn bundled_tree(name: &str) -> Option<Result<&'static Node>> {
-    static TREES: LazyLock<Vec<OnceLock<Node>>> =
+/// A bundled machine, read and checked once, since what is compiled in cannot change as a file can.
+#[derive(Debug)]
+struct Bundled {
+    tree: Node,
+    checked: OnceLock<Machine>,
+}
+
+impl Bundled {
+    /// The machine as the file describes it.
+    fn machine(&self) -> Result<&Machine> {
+        match self.checked.get() {
+            Some(machine) => Ok(machine),
+            None => sections::machine(&self.tree, &[]).map(|machine| self.checked.get_or_init(|| machine)),
+        }
+    }
+}
+
+/// `None`: no such name.
+fn bundled(name: &str) -> Option<Result<&'static Bundled>> {
+    static READ: LazyLock<Vec<OnceLock<Bundled>>> =
         LazyLock::new(|| bundled_machines().iter().map(|_| OnceLock::new()).collect());
     let index = bundled_machines().iter().position(|(known, _)| *known == name)?;
-    Some(match TREES[index].get() {
-        Some(tree) => Ok(tree),
+    Some(match READ[index].get() {
+        Some(read) => Ok(read),
         None => open(name, "machine", bundled_machines())
             .and_then(|source| machine_tree(&source))
-            .map(|tree| TREES[index].get_or_init(|| tree)),
+            .map(|tree| READ[index].get_or_init(|| Bundled { tree, checked: OnceLock::new() })),
     })
+}
+
+/// The tree of a bundled machine. `None`: no such name.
+fn bundled_tree(name: &str) -> Option<Result<&'static Node>> {
+    Some(bundled(name)?.map(|read| &read.tree))
 }
 
 /// The tree of a machine file with all that it extends and includes.
@@ -100,7 +125,9 @@ fn overridden<'a>(mut tree: Cow<'a, Node>, overrides: &[Override]) -> Result<Cow
 
 /// A machine file that is read once and built many times, with other values each time.
 pub struct Template {
-    tree: Node,
+    tree: Cow<'static, Node>,
+    /// Where it is a bundled file as it stands.
+    bundled: Option<&'static Bundled>,
 }
 
 impl Template {
@@ -109,7 +136,9 @@ impl Template {
     /// # Errors
     /// What is wrong with the files or the keys of the overrides; their values are checked when built.
     pub fn open(source: &str, overrides: &[(String, OverrideValue)]) -> Result<Self> {
-        Ok(Self { tree: overridden(named_tree(source)?, &placed(overrides))?.into_owned() })
+        let tree = overridden(named_tree(source)?, &placed(overrides))?;
+        let bundled = if overrides.is_empty() { bundled(source).transpose()? } else { None };
+        Ok(Self { tree, bundled })
     }
 
     /// The machine with `changes` on top.
@@ -117,7 +146,10 @@ impl Template {
     /// # Errors
     /// As [`load`].
     pub fn build(&self, changes: &[(String, OverrideValue)]) -> Result<Machine> {
-        build(Cow::Borrowed(&self.tree), &placed(changes))
+        match self.bundled {
+            Some(bundled) if changes.is_empty() => bundled.machine().cloned(),
+            _ => build(Cow::Borrowed(&self.tree), &placed(changes)),
+        }
     }
 
     /// As [`Self::build`], with the derivatives of all numbers by `variables`, the first of them by the first of these.

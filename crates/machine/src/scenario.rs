@@ -7,6 +7,7 @@ mod log;
 mod phase;
 mod sensor_fault;
 mod stage;
+mod stated;
 mod written;
 
 pub use closed_loop::{ControllerChoice, Joystick, SensorQuality, StickMode};
@@ -15,6 +16,7 @@ pub use initial::{Initial, Pressures};
 pub use phase::Phase;
 pub use sensor_fault::{FaultKind, SensorFault};
 pub use stage::Stage;
+pub use stated::{contradiction, stated, Stated};
 pub use written::Unwritable;
 
 use crate::bundled::{bundled_machines, bundled_scenarios};
@@ -176,9 +178,7 @@ fn build(
     let payload = head.optional_quantity("payload")?;
     let joystick = closed_loop::joystick(&root, &machine, &files)?;
     let controller = closed_loop::controller(&root, joystick.as_ref(), &machine_source, &machine_overrides)?;
-    let stated = Stated { machine: &machine, overrides: &machine_overrides };
-    stated.agree(&head, "payload", payload, "payload.mass")?;
-    stated.agree_loop(&root, controller.as_ref(), joystick.as_ref())?;
+    agree(&root, payload, controller.as_ref(), joystick.as_ref(), &machine_overrides)?;
     let (controller_before, joystick_before) = (controller.clone(), joystick.clone());
     let overrides = plain(machine_overrides.clone());
     let start = Stage { from: 0.0, overrides, controller: controller_before, joystick: joystick_before };
@@ -206,43 +206,24 @@ fn build(
     })
 }
 
-/// Overrides that a file states, and the machine that has them.
-struct Stated<'a> {
-    machine: &'a Machine,
-    overrides: &'a [Override],
-}
-
-impl Stated<'_> {
-    fn has(&self, key: &str) -> bool {
-        self.overrides.iter().any(|change| change.key == key)
-    }
-
-    /// `value` of the scenario's `key` and the override `other` state the same: they must agree.
-    fn agree(&self, table: &Reader, key: &str, value: Option<f64>, other: &str) -> Result<()> {
-        let entry = self.machine.provenance.iter().find(|entry| entry.key == other && self.has(other));
-        match (value, entry.and_then(|entry| entry.value.si.first())) {
-            (Some(value), Some(stated)) if (value - stated).abs() > 1e-12 * value.abs() => {
-                let message = format!("is {value} and the override `{other}` is {stated} (SI): both state the same");
-                Err(table.error(ErrorKind::ConflictingKeys, key, message).help("leave one out"))
-            }
-            _ => Ok(()),
+/// Checks that what tables in `root` state in the machine's place agrees with the `overrides` there.
+fn agree(
+    root: &Reader,
+    payload: Option<f64>,
+    choice: Option<&ControllerChoice>,
+    stick: Option<&Joystick>,
+    overrides: &[Override],
+) -> Result<()> {
+    let (name, period) = (choice.map(|choice| choice.name.as_str()), choice.and_then(|choice| choice.period));
+    for Stated { table, field, value, unit, key } in stated(payload, name, period, stick.and_then(|s| s.full_speed)) {
+        let Some(table) = root.names(table)?.filter(|table| table.has(field)) else { continue };
+        let other = overrides.iter().find(|change| change.key == key);
+        let wrong = other.and_then(|other| contradiction(&OverrideValue::Number(value), unit, &key, &other.value));
+        if let Some(message) = wrong {
+            return Err(table.error(ErrorKind::ConflictingKeys, field, message).help("leave one out"));
         }
     }
-
-    /// As [`Self::agree`], for the controller's period and the speed at full stick where the tables in `root` state them.
-    fn agree_loop(&self, root: &Reader, choice: Option<&ControllerChoice>, stick: Option<&Joystick>) -> Result<()> {
-        let Some(choice) = choice else { return Ok(()) };
-        if let Some(table) = root.names("controller")?.filter(|table| table.has("period")) {
-            self.agree(&table, "period", choice.period, "control.period")?;
-        }
-        match root.names("joystick")?.filter(|table| table.has("full-speed")) {
-            Some(table) => {
-                let speed = stick.and_then(|stick| stick.full_speed);
-                self.agree(&table, "full-speed", speed, &format!("control.{}.full-speed", choice.name))
-            }
-            None => Ok(()),
-        }
-    }
+    Ok(())
 }
 
 /// A path is taken relative to the scenario file.

@@ -184,8 +184,8 @@ impl<S: Real, const N: usize> Field for Dual<S, N> {
 
 impl<S: Real, const N: usize> Real for Dual<S, N> {
     #[inline(always)]
-    fn look_up(self, f: impl Fn(f64) -> f64) -> Self {
-        Self::constant(self.value.look_up(f))
+    fn look_up_row<const K: usize>(self, f: impl Fn(f64) -> [f64; K]) -> [Self; K] {
+        self.value.look_up_row(f).map(Self::constant)
     }
     #[inline(always)]
     fn outlined<O>(f: impl FnMut() -> O) -> O {

@@ -109,8 +109,20 @@ impl<R: Register> Field for Lanes<R> {
 
 impl<R: Register> Real for Lanes<R> {
     #[inline(always)]
-    fn look_up(self, f: impl Fn(f64) -> f64) -> Self {
-        self.one_by_one(f)
+    fn look_up_row<const K: usize>(self, f: impl Fn(f64) -> [f64; K]) -> [Self; K] {
+        let (mut plain, mut rows) = ([0.0; WIDEST], [[0.0; WIDEST]; K]);
+        self.0.store(&mut plain);
+        for lane in 0..R::WIDTH {
+            let row = f(plain[lane]);
+            for k in 0..K {
+                rows[k][lane] = row[k];
+            }
+        }
+        let mut out = [self; K];
+        for k in 0..K {
+            out[k] = Lanes(R::load(&rows[k]));
+        }
+        out
     }
     #[inline(always)]
     fn outlined<O>(f: impl FnMut() -> O) -> O {

@@ -44,8 +44,17 @@ pub trait Field:
 /// There is no ordering and no equality on purpose: a law cannot branch on a value, it computes both sides
 /// and [`select`](Real::select)s. So derivatives and lanes take the same path as plain numbers.
 pub trait Real: Field + Add<f64, Output = Self> + Sub<f64, Output = Self> + Div<f64, Output = Self> {
-    /// The constant that `f` gives for the plain value, lane by lane: what a table says. It has no slope.
-    fn look_up(self, f: impl Fn(f64) -> f64) -> Self;
+    /// The constants that `f` gives for the plain value, lane by lane: what a table says. They have no slope.
+    fn look_up_row<const K: usize>(self, f: impl Fn(f64) -> [f64; K]) -> [Self; K];
+    /// One of them.
+    #[inline(always)]
+    fn look_up(self, f: impl Fn(f64) -> f64) -> Self {
+        let [one] = self.look_up_row(
+            #[inline(always)]
+            |plain| [f(plain)],
+        );
+        one
+    }
 
     /// Runs `f` where its code is not copied into every caller, if that matters for this number type: in lanes a law
     /// becomes long code and must know its instruction set. `f` is to be marked as always inlined.
@@ -114,7 +123,7 @@ impl Real for f64 {
         <f64 as Register>::run(f)
     }
     #[inline(always)]
-    fn look_up(self, f: impl Fn(f64) -> f64) -> f64 {
+    fn look_up_row<const K: usize>(self, f: impl Fn(f64) -> [f64; K]) -> [f64; K] {
         f(self)
     }
     #[inline(always)]

@@ -8,43 +8,53 @@ use crate::Real;
 pub struct QuinticTable {
     start: f64,
     spacing: f64,
-    /// Value, slope, curvature per knot.
-    knots: Vec<[f64; 3]>,
+    /// Coefficients of the polynomial in each interval, by rising power of the share of the interval.
+    intervals: Vec<[f64; 6]>,
+    /// Slopes at both ends.
+    edges: [f64; 2],
 }
 
 impl QuinticTable {
     /// `knots[i]` holds value, slope and curvature at `start + i spacing`; at least two knots.
-    pub fn new(start: f64, spacing: f64, knots: Vec<[f64; 3]>) -> Self {
+    pub fn new(start: f64, spacing: f64, knots: &[[f64; 3]]) -> Self {
         assert!(knots.len() >= 2 && spacing > 0.0, "a table needs two knots and a positive spacing");
-        QuinticTable { start, spacing, knots }
+        let intervals = knots.windows(2).map(|ends| interval(spacing, &ends[0], &ends[1])).collect();
+        QuinticTable { start, spacing, intervals, edges: [knots[0][1], knots[knots.len() - 1][1]] }
     }
 
     #[inline(always)]
     pub fn eval<T: Real>(&self, x: T) -> T {
-        let h = self.spacing;
-        let last = self.knots.len() - 1;
-        let position = (x - self.start) / h;
-        let inside = position.clamp(T::c(0.0), T::c(last as f64));
-        let i = inside.look_up(|p| (p as usize).min(last - 1) as f64);
+        let last = self.intervals.len() - 1;
+        let position = (x - self.start) / self.spacing;
+        let inside = position.clamp(T::c(0.0), T::c(self.intervals.len() as f64));
+        // In one go: each lane reads a row.
+        let [i, edge_slope, a0, a1, a2, a3, a4, a5] = position.look_up_row(
+            #[inline(always)]
+            |p| {
+                let i = (p as usize).min(last);
+                let [a0, a1, a2, a3, a4, a5] = self.intervals[i];
+                [i as f64, self.edges[usize::from(p > 0.0)], a0, a1, a2, a3, a4, a5]
+            },
+        );
         let s = inside - i;
-        // Taylor part at the left knot, then the three terms that fit the right knot.
-        let rise = self.of(i, |a, b| b[0] - a[0] - a[1] * h - 0.5 * (a[2] * h * h));
-        let turn = self.of(i, |a, b| b[1] * h - a[1] * h - a[2] * h * h);
-        let bend = self.of(i, |a, b| b[2] * h * h - a[2] * h * h);
-        let (f0, d0, c0) = (self.of(i, |a, _| a[0]), self.of(i, |a, _| a[1] * h), self.of(i, |a, _| a[2] * h * h));
-        let a3 = rise * 10.0 - turn * 4.0 + bend * 0.5;
-        let a4 = rise * -15.0 + turn * 7.0 - bend;
-        let a5 = rise * 6.0 - turn * 3.0 + bend * 0.5;
-        let polynomial = ((((s * a5 + a4) * s + a3) * s + c0 * 0.5) * s + d0) * s + f0;
-        let edge_slope = position.look_up(|p| if p <= 0.0 { self.knots[0][1] } else { self.knots[last][1] });
-        polynomial + (position - inside) * h * edge_slope
+        let polynomial = ((((s * a5 + a4) * s + a3) * s + a2) * s + a1) * s + a0;
+        polynomial + (position - inside) * self.spacing * edge_slope
     }
+}
 
-    /// What `f` says of the knots to the left and right of interval `i`.
-    #[inline(always)]
-    fn of<T: Real>(&self, i: T, f: impl Fn(&[f64; 3], &[f64; 3]) -> f64) -> T {
-        i.look_up(|i| f(&self.knots[i as usize], &self.knots[i as usize + 1]))
-    }
+/// The Taylor part at the left knot, then the three terms that fit the right knot.
+fn interval(h: f64, left: &[f64; 3], right: &[f64; 3]) -> [f64; 6] {
+    let rise = right[0] - left[0] - left[1] * h - 0.5 * (left[2] * h * h);
+    let turn = right[1] * h - left[1] * h - left[2] * h * h;
+    let bend = right[2] * h * h - left[2] * h * h;
+    [
+        left[0],
+        left[1] * h,
+        left[2] * h * h * 0.5,
+        rise * 10.0 - turn * 4.0 + bend * 0.5,
+        rise * -15.0 + turn * 7.0 - bend,
+        rise * 6.0 - turn * 3.0 + bend * 0.5,
+    ]
 }
 
 #[cfg(test)]
@@ -53,8 +63,8 @@ mod tests {
     use crate::Dual;
 
     fn table() -> QuinticTable {
-        let knots = (0..=20).map(|i| 0.1 * i as f64).map(|x: f64| [x.exp(), x.exp(), x.exp()]).collect();
-        QuinticTable::new(0.0, 0.1, knots)
+        let knots = (0..=20).map(|i| 0.1 * i as f64).map(|x: f64| [x.exp(); 3]).collect::<Vec<_>>();
+        QuinticTable::new(0.0, 0.1, &knots)
     }
 
     #[test]

@@ -12,12 +12,13 @@ mod methods;
 mod poles;
 mod quadratures;
 pub mod rodas5p;
+pub mod rosenbrock;
 pub mod rosenbrock3;
-mod rows;
+pub mod rows;
 mod schur;
 mod stepper;
 mod system;
-mod tableau;
+pub mod tableau;
 pub mod tsit5;
 
 pub use block_arrow::{AxisDerivatives, AxisStates, BlockArrow, Row, ScalarOver, MAX_BORDER};

@@ -17,6 +17,10 @@ pub trait Method: Send + Sync {
     fn attempt(&mut self, system: &dyn System, t: f64, h: f64, x: &[f64], to: &mut Target) -> bool;
     /// The state at the fraction `theta` of the last attempt; valid until the next `begin`.
     fn interpolate(&self, theta: f64, x: &mut [f64]);
+    /// The same for these `states`, by increasing index; others may be written too.
+    fn interpolate_some(&self, theta: f64, _states: &[usize], x: &mut [f64]) {
+        self.interpolate(theta, x);
+    }
     /// Evaluations so far: right-hand sides, Jacobians, factorisations.
     fn effort(&self) -> Effort;
 }

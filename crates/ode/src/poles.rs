@@ -198,6 +198,28 @@ impl<R: Register> Poles<R> {
         &self,
         increments: [&Increments<R>; ROWS],
         weights: [[&Spread<R>; ROWS]; COLUMNS],
+        sums: [&mut [f64]; COLUMNS],
+    ) {
+        self.sums_at(0..self.n, increments, weights, sums);
+    }
+
+    /// The same for these `states`; the others are left as they are.
+    pub fn sums_of<const ROWS: usize, const COLUMNS: usize>(
+        &self,
+        states: &[usize],
+        increments: [&Increments<R>; ROWS],
+        weights: [[&Spread<R>; ROWS]; COLUMNS],
+        sums: [&mut [f64]; COLUMNS],
+    ) {
+        self.sums_at(states.iter().copied(), increments, weights, sums);
+    }
+
+    #[inline(always)]
+    fn sums_at<const ROWS: usize, const COLUMNS: usize>(
+        &self,
+        states: impl Iterator<Item = usize> + Clone,
+        increments: [&Increments<R>; ROWS],
+        weights: [[&Spread<R>; ROWS]; COLUMNS],
         mut sums: [&mut [f64]; COLUMNS],
     ) {
         R::run(
@@ -216,7 +238,7 @@ impl<R: Register> Poles<R> {
                 for row in 0..ROWS {
                     rows[row] = &increments[row].0[..registers * self.n];
                 }
-                for i in 0..self.n {
+                for i in states.clone() {
                     for register in 0..registers {
                         let at = register * self.n + i;
                         for column in 0..COLUMNS {

@@ -13,25 +13,18 @@
 
 use crate::linear::{Factored, Linearisation};
 use crate::method::{Effort, Method, Restart, Target};
-use crate::rows::{add_sum, set_sum, sum, with_avx2, write_with_avx2, Block, Shape};
+use crate::rosenbrock::{stages, Linearised};
+use crate::rows::{add_sum, sum, with_avx2, write_with_avx2, Block, Cell, Shape};
 use crate::system::System;
-use crate::tableau::Tableau;
+use crate::tableau::{arguments, Tableau};
 
 const STAGES: usize = 8;
 const GAMMA: f64 = TABLEAU.gamma;
 
 pub(crate) const TABLEAU: Tableau<STAGES> = Tableau {
     gamma: 0.211_937_563_194_290_14,
-    a: [
-        &[],
-        &[3.0],
-        &[2.849_394_379_747_939, 0.458_422_422_044_639_23],
-        &[-6.954_028_509_809_101, 2.489_845_061_869_568, -10.358_996_098_473_584],
-        &[2.802_998_627_562_896_4, 0.507_246_473_622_820_6, -0.398_831_254_177_052_4, -0.047_211_872_304_046_41],
-        LAST.split_at(5).0,
-        LAST.split_at(6).0,
-        LAST.split_at(7).0,
-    ],
+    a: A,
+    arguments: arguments(A),
     c: [
         &[],
         &[-14.155_112_264_123_755],
@@ -66,6 +59,16 @@ pub(crate) const TABLEAU: Tableau<STAGES> = Tableau {
     weights: LAST,
     error: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
 };
+const A: [&[f64]; STAGES] = [
+    &[],
+    &[3.0],
+    &[2.849_394_379_747_939, 0.458_422_422_044_639_23],
+    &[-6.954_028_509_809_101, 2.489_845_061_869_568, -10.358_996_098_473_584],
+    &[2.802_998_627_562_896_4, 0.507_246_473_622_820_6, -0.398_831_254_177_052_4, -0.047_211_872_304_046_41],
+    LAST.split_at(5).0,
+    LAST.split_at(6).0,
+    LAST.split_at(7).0,
+];
 /// Weights of the increments in the new state; the last three stages begin with them.
 const LAST: [f64; STAGES] = [
     -7.502_846_399_306_121,
@@ -77,8 +80,6 @@ const LAST: [f64; STAGES] = [
     1.0,
     1.0,
 ];
-/// The first stage whose argument is that of the stage before and its increment; so is the new state in the end.
-const CONTINUED: usize = 6;
 
 const NODES: [f64; STAGES] = [
     0.0,
@@ -166,39 +167,37 @@ impl Rodas5p {
             effort: Effort::default(),
         }
     }
+}
 
-    /// Computes increment `I` at its argument, which continues that of the stage before.
+/// The system during a step.
+struct Step<'a> {
+    system: &'a dyn System,
+    linearisation: &'a Linearisation,
+    factored: &'a Factored<f64>,
+    /// df/dt, unless it is zero.
+    time_derivative: Option<&'a [Block]>,
+    shape: Shape,
+    t: f64,
+    h: f64,
+}
+
+impl Linearised<Block> for Step<'_> {
     #[inline(always)]
-    fn stage<const I: usize>(&mut self, system: &dyn System, t: f64, h: f64) {
-        let (done, k) = self.shape.split::<I>(&mut self.k);
-        if I == 0 {
-            self.argument.copy_from_slice(&self.start);
-            self.shape.states_mut(k).copy_from_slice(&self.linearisation.rate);
-        } else {
-            if I < CONTINUED {
-                set_sum(&mut self.argument, &self.start, 1.0, TABLEAU.a[I], done);
-            } else {
-                add_sum(&mut self.argument, 1.0, &[1.0], [done[I - 1]]);
-            }
-            system.derivative(t + NODES[I] * h, self.shape.states(&self.argument), self.shape.states_mut(k));
-        }
-        add_sum(k, 1.0 / h, TABLEAU.c[I], done);
-        if self.driven && D[I] != 0.0 {
-            add_sum(k, h, &[D[I]], [&self.time_derivative]);
-        }
-        self.factored.solve(&self.linearisation, self.shape.states_mut(k));
+    fn rate(&mut self, stage: usize, argument: &[Block], rate: &mut [Block]) {
+        let t = self.t + NODES[stage] * self.h;
+        self.system.derivative(t, self.shape.states(argument), self.shape.states_mut(rate));
     }
 
     #[inline(always)]
-    fn stages(&mut self, system: &dyn System, t: f64, h: f64) {
-        self.stage::<0>(system, t, h);
-        self.stage::<1>(system, t, h);
-        self.stage::<2>(system, t, h);
-        self.stage::<3>(system, t, h);
-        self.stage::<4>(system, t, h);
-        self.stage::<5>(system, t, h);
-        self.stage::<6>(system, t, h);
-        self.stage::<7>(system, t, h);
+    fn drift(&self, stage: usize, k: &mut [Block]) {
+        if let Some(dfdt) = self.time_derivative.filter(|_| D[stage] != 0.0) {
+            add_sum(k, self.h, &[D[stage]], [dfdt]);
+        }
+    }
+
+    #[inline(always)]
+    fn solve(&self, r: &mut [Block]) {
+        self.factored.solve(self.linearisation, self.shape.states_mut(r));
     }
 }
 
@@ -218,13 +217,19 @@ impl Method for Rodas5p {
         if !self.factored.factor(&self.linearisation, 1.0 / (h * GAMMA)) {
             return false;
         }
-        self.shape.states_mut(&mut self.start).copy_from_slice(x);
+        let Rodas5p { shape, linearisation, factored, time_derivative, k, start, argument, .. } = self;
+        shape.states_mut(start).copy_from_slice(x);
+        let (_, first) = shape.split::<0>(k);
+        shape.states_mut(first).copy_from_slice(&linearisation.rate);
+        let time_derivative = self.driven.then_some(&time_derivative[..]);
+        let mut step = Step { system, linearisation, factored, time_derivative, shape: *shape, t, h };
         with_avx2(
             #[inline(always)]
             || {
-                self.stages(system, t, h);
-                let (_, last) = self.shape.split::<{ STAGES - 1 }>(&mut self.k);
-                add_sum(&mut self.argument, 1.0, &[1.0], [last]);
+                stages(&TABLEAU, &mut step, 1.0 / h, start, k, argument);
+                // The new state continues the last stage.
+                let (_, last) = shape.split::<{ STAGES - 1 }>(k);
+                argument.iter_mut().zip(last).for_each(|(argument, k)| *argument = argument.plus(*k));
             },
         );
         self.effort.derivatives += STAGES as u64 - 1;
@@ -256,6 +261,14 @@ impl Method for Rodas5p {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tableau::Argument;
+
+    #[test]
+    fn the_last_two_stages_and_the_new_state_continue_the_stage_before() {
+        let continued = TABLEAU.arguments.map(|argument| argument == Argument::Continued);
+        assert_eq!(continued, [false, false, false, false, false, false, true, true]);
+        assert_eq!((TABLEAU.weights.split_at(7).0, TABLEAU.weights[7]), (TABLEAU.a[7], 1.0));
+    }
 
     #[test]
     fn the_coefficients_satisfy_every_condition_of_order_four_with_and_without_the_last_increment() {

@@ -1,7 +1,8 @@
-//! State vectors in blocks of numbers, and weighted sums of them in one pass.
+//! State vectors in blocks of numbers or in lanes, and weighted sums of them in one pass.
 
 #[cfg(target_arch = "x86_64")]
-use hydrocrane_num::{register::Register, register_x86::Avx2};
+use hydrocrane_num::register_x86::Avx2;
+use hydrocrane_num::{register::Register, Field, Lanes};
 
 /// Numbers of a block.
 const LANES: usize = 4;
@@ -43,17 +44,14 @@ impl Shape {
     /// The first `J` of `rows`, and the next one.
     #[inline(always)]
     pub fn split<'a, const J: usize>(&self, rows: &'a mut [Block]) -> ([&'a [Block]; J], &'a mut [Block]) {
-        let blocks = self.blocks();
-        let (done, rest) = rows.split_at_mut(J * blocks);
-        let done: &[Block] = done;
-        (std::array::from_fn(|j| &done[j * blocks..][..blocks]), &mut rest[..blocks])
+        let (done, rest) = split(rows, self.blocks());
+        (done, &mut rest[..self.blocks()])
     }
 
     /// All of `J` rows.
     #[inline(always)]
     pub fn all<'a, const J: usize>(&self, rows: &'a [Block]) -> [&'a [Block]; J] {
-        let blocks = self.blocks();
-        std::array::from_fn(|j| &rows[j * blocks..][..blocks])
+        all(rows, self.blocks())
     }
 }
 
@@ -74,38 +72,136 @@ pub fn write_with_avx2(x: &mut [f64], of: impl Fn(usize) -> Block) {
     );
 }
 
-/// The sum of block `i` of `rows` with `weights`.
-#[inline(always)]
-pub fn sum<const J: usize>(weights: &[f64], rows: &[&[Block]; J], i: usize) -> Block {
-    let mut sum = [0.0; LANES];
-    for j in 0..J {
-        let term = &rows[j][i];
+/// Numbers that are computed with at once.
+pub trait Cell: Copy {
+    /// What a whole row can be multiplied with.
+    type Factor: Copy;
+    fn zero() -> Self;
+    fn plus(self, other: Self) -> Self;
+    fn times(self, weight: f64) -> Self;
+    fn scaled(self, factor: Self::Factor) -> Self;
+}
+
+impl Cell for Block {
+    type Factor = f64;
+
+    #[inline(always)]
+    fn zero() -> Self {
+        [0.0; LANES]
+    }
+    #[inline(always)]
+    fn plus(mut self, other: Self) -> Self {
         for lane in 0..LANES {
-            sum[lane] += weights[j] * term[lane];
+            self[lane] += other[lane];
         }
+        self
+    }
+    #[inline(always)]
+    fn times(mut self, weight: f64) -> Self {
+        for lane in 0..LANES {
+            self[lane] *= weight;
+        }
+        self
+    }
+    #[inline(always)]
+    fn scaled(self, factor: f64) -> Self {
+        self.times(factor)
+    }
+}
+
+impl Cell for f64 {
+    type Factor = f64;
+
+    #[inline(always)]
+    fn zero() -> Self {
+        0.0
+    }
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        self + other
+    }
+    #[inline(always)]
+    fn times(self, weight: f64) -> Self {
+        self * weight
+    }
+    #[inline(always)]
+    fn scaled(self, factor: Self) -> Self {
+        self * factor
+    }
+}
+
+impl<R: Register> Cell for Lanes<R> {
+    type Factor = Self;
+
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::c(0.0)
+    }
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        self + other
+    }
+    #[inline(always)]
+    fn times(self, weight: f64) -> Self {
+        self * weight
+    }
+    #[inline(always)]
+    fn scaled(self, factor: Self) -> Self {
+        self * factor
+    }
+}
+
+/// The first `J` rows of `cells`, and the rows after them.
+#[inline(always)]
+pub fn split<E, const J: usize>(rows: &mut [E], cells: usize) -> ([&[E]; J], &mut [E]) {
+    let (done, rest) = rows.split_at_mut(J * cells);
+    let done: &[E] = done;
+    (std::array::from_fn(|j| &done[j * cells..][..cells]), rest)
+}
+
+/// All of `J` rows of `cells`.
+#[inline(always)]
+pub fn all<E, const J: usize>(rows: &[E], cells: usize) -> [&[E]; J] {
+    std::array::from_fn(|j| &rows[j * cells..][..cells])
+}
+
+/// The sum of cell `i` of `rows` with `weights`.
+#[inline(always)]
+pub fn sum<E: Cell, const J: usize>(weights: &[f64], rows: &[&[E]; J], i: usize) -> E {
+    let mut sum = E::zero();
+    for j in 0..J {
+        sum = sum.plus(rows[j][i].times(weights[j]));
     }
     sum
 }
 
+/// row = base + sum_j weight_j row_j
+#[inline(always)]
+pub fn set_sum<E: Cell, const J: usize>(row: &mut [E], base: &[E], weights: &[f64], rows: [&[E]; J]) {
+    for (i, (out, base)) in row.iter_mut().zip(base).enumerate() {
+        *out = base.plus(sum(weights, &rows, i));
+    }
+}
+
 /// row = base + scale sum_j weight_j row_j
 #[inline(always)]
-pub fn set_sum<const J: usize>(row: &mut [Block], base: &[Block], scale: f64, weights: &[f64], rows: [&[Block]; J]) {
+pub fn set_scaled_sum<E: Cell, const J: usize>(
+    row: &mut [E],
+    base: &[E],
+    scale: E::Factor,
+    weights: &[f64],
+    rows: [&[E]; J],
+) {
     for (i, (out, base)) in row.iter_mut().zip(base).enumerate() {
-        let sum = sum(weights, &rows, i);
-        for lane in 0..LANES {
-            out[lane] = base[lane] + scale * sum[lane];
-        }
+        *out = base.plus(sum(weights, &rows, i).scaled(scale));
     }
 }
 
 /// row += scale sum_j weight_j row_j
 #[inline(always)]
-pub fn add_sum<const J: usize>(row: &mut [Block], scale: f64, weights: &[f64], rows: [&[Block]; J]) {
+pub fn add_sum<E: Cell, const J: usize>(row: &mut [E], scale: E::Factor, weights: &[f64], rows: [&[E]; J]) {
     for (i, out) in row.iter_mut().enumerate() {
-        let sum = sum(weights, &rows, i);
-        for lane in 0..LANES {
-            out[lane] += scale * sum[lane];
-        }
+        *out = out.plus(sum(weights, &rows, i).scaled(scale));
     }
 }
 

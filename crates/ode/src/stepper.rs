@@ -361,6 +361,15 @@ impl Stepper {
         }
     }
 
+    /// The same for these `states`, by increasing index; others may be written too.
+    pub fn interpolate_some(&self, t: f64, states: &[usize], x: &mut [f64]) {
+        if t >= self.t {
+            x.copy_from_slice(&self.x);
+        } else {
+            self.method.interpolate_some(self.fraction(t), states, x);
+        }
+    }
+
     /// The quadratures at a time inside the last accepted step.
     pub fn interpolate_integrals(&self, t: f64, w: &mut [f64]) {
         if t >= self.t {

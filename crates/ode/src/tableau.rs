@@ -6,11 +6,50 @@
 pub struct Tableau<const S: usize> {
     pub gamma: f64,
     pub a: [&'static [f64]; S],
+    /// How the argument of each stage follows: [`arguments`] of `a`.
+    pub arguments: [Argument; S],
     pub c: [&'static [f64]; S],
     /// m
     pub weights: [f64; S],
     /// e
     pub error: [f64; S],
+}
+
+/// The argument x + sum_j a_ij k_j of a stage.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Argument {
+    /// The start of the step.
+    Start,
+    /// Summed up.
+    Sum,
+    /// That of the stage before and its increment.
+    Continued,
+    /// That of the stage before, which has evaluated f there.
+    Same,
+}
+
+/// How the argument of each stage follows from the rows of `a`.
+pub const fn arguments<const S: usize>(a: [&[f64]; S]) -> [Argument; S] {
+    let mut found = [Argument::Start; S];
+    let mut i = 1;
+    while i < S {
+        let (before, own) = (a[i - 1], a[i]);
+        let (mut equal, mut j) = (own.len() >= before.len(), 0);
+        while equal && j < before.len() {
+            equal = own[j] == before[j];
+            j += 1;
+        }
+        let continued = equal && own.len() == i && before.len() + 1 == i && own[i - 1] == 1.0;
+        found[i] = if continued {
+            Argument::Continued
+        } else if equal && own.len() == before.len() {
+            Argument::Same
+        } else {
+            Argument::Sum
+        };
+        i += 1;
+    }
+    found
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@
 #![allow(clippy::excessive_precision)] // coefficients as published
 
 use crate::method::{Effort, Method, Restart, Target};
-use crate::rows::{set_sum, sum, with_avx2, write, write_with_avx2, Block, Shape};
+use crate::rows::{set_scaled_sum, sum, with_avx2, write, write_with_avx2, Block, Shape};
 use crate::system::System;
 
 const STAGES: usize = 7;
@@ -68,7 +68,7 @@ impl Tsit5 {
     #[inline(always)]
     fn stage<const I: usize>(&mut self, system: &dyn System, t: f64, h: f64) {
         let (done, k) = self.shape.split::<I>(&mut self.k);
-        set_sum(&mut self.argument, &self.start, h, A[I], done);
+        set_scaled_sum(&mut self.argument, &self.start, h, A[I], done);
         system.derivative(t + NODES[I] * h, self.shape.states(&self.argument), self.shape.states_mut(k));
     }
 }

@@ -128,10 +128,13 @@ impl<L: Real> AxisGroup<L> {
     /// Powers of the ledger, W.
     #[inline(always)]
     pub fn powers(&self, oil: &OilTables, s: &LocalState<L>) -> [L; LEDGER_PER_CYLINDER] {
-        let rates = self.rates(s);
+        // In one piece, so that the rates of states, which no power needs, are left out.
         L::outlined(
             #[inline(always)]
-            || powers([oil.energy_density(s.p1), oil.energy_density(s.p2)], s, &rates),
+            || {
+                let rates = self.unit.rates(&self.fluid, &self.supply_pressures, s);
+                powers([oil.energy_density(s.p1), oil.energy_density(s.p2)], s, &rates)
+            },
         )
     }
 }

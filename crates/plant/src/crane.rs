@@ -166,8 +166,8 @@ impl<const N: usize> Crane<N> {
     }
 
     pub(crate) fn write_outputs(&self, oil: Option<&OilTables>, x: &[f64], payload: f64, out: &mut [f64]) {
-        let energy_density = |p| oil.map_or(f64::NAN, |oil| oil.energy_density(p));
-        outputs::evaluate(self.plant(), &self.layout, energy_density, x, payload, out);
+        let energy_density = oil.map(|oil| |p| oil.energy_density(p));
+        outputs::write(self.plant(), energy_density, &self.laws.evaluated(&self.layout, x, payload), out);
     }
 
     /// Lowest and highest coordinate of each joint.

@@ -2,7 +2,7 @@
 
 use crate::layout::Layout;
 use crate::plant::Plant;
-use crate::rhs::Evaluator;
+use crate::rhs::{Evaluated, Evaluator};
 #[cfg(target_arch = "x86_64")]
 use hydrocrane_num::register::Register;
 use hydrocrane_num::{native::NativeSimd, Lanes, Pack};
@@ -73,6 +73,15 @@ impl<const N: usize> Laws<N> {
         }
     }
 
+    /// Positions and laws at the state `x`.
+    pub fn evaluated<'a>(&self, layout: &'a Layout, x: &'a [f64], payload: f64) -> Evaluated<'a, f64, N> {
+        match self {
+            Laws::Simd(evaluator) => evaluated(evaluator, layout, x, payload),
+            #[cfg(target_arch = "x86_64")]
+            Laws::Single(evaluator) => evaluated(evaluator, layout, x, payload),
+        }
+    }
+
     /// Writes the powers of the ledger at the state `x`.
     pub fn powers(&self, layout: &Layout, oil: &OilTables, x: &[f64], payload: f64, out: &mut [f64]) {
         match self {
@@ -113,6 +122,18 @@ fn update_input<L: Pack<f64>, const N: usize>(
         #[inline(always)]
         || evaluator.update_input(x, u, dx, jacobian),
     );
+}
+
+fn evaluated<'a, L: Pack<f64>, const N: usize>(
+    evaluator: &Evaluator<f64, L, N>,
+    layout: &'a Layout,
+    x: &'a [f64],
+    payload: f64,
+) -> Evaluated<'a, f64, N> {
+    L::outlined(
+        #[inline(always)]
+        || evaluator.evaluated(layout, x, payload),
+    )
 }
 
 fn powers<L: Pack<f64>, const N: usize>(

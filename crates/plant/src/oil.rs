@@ -3,7 +3,7 @@
 use hydrocrane_physics::hydraulics::fluid::{Fluid, OilTables};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Oils that are remembered, the last ones asked for: a fifth of a megabyte each.
+/// Oils that are remembered, the last ones asked for: a third of a megabyte each.
 const MOST: usize = 16;
 
 /// What two oils with the same tables have in common, bit for bit.

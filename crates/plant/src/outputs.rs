@@ -1,8 +1,8 @@
 //! What a run records besides its states.
 
-use crate::hydraulic_axis::{FrictionLaw, LocalRates, LocalState};
-use crate::layout::Layout;
+use crate::hydraulic_axis::{FrictionLaw, LocalState};
 use crate::plant::Plant;
+use crate::rhs::Evaluated;
 use hydrocrane_machine::Machine;
 use hydrocrane_num::Real;
 
@@ -23,6 +23,9 @@ const PER_CYLINDER: [(&str, &str, &str); 6] = [
     ("q2", "m^3/s", "flow out of the rod side"),
 ];
 
+/// Elastic energy of the oil, whose tables take longer to build than a run of a few seconds.
+pub const OIL_ENERGY: &str = "energy.oil";
+
 const GLOBAL: [(&str, &str, &str); 9] = [
     ("tip.x", "m", "crane tip, forward"),
     ("tip.z", "m", "crane tip, up"),
@@ -30,7 +33,7 @@ const GLOBAL: [(&str, &str, &str); 9] = [
     ("supply.power", "W", "power drawn from the pump"),
     ("energy.kinetic", "J", "kinetic energy of the links"),
     ("energy.potential", "J", "potential energy of the links"),
-    ("energy.oil", "J", "elastic energy of the oil in the chambers"),
+    (OIL_ENERGY, "J", "elastic energy of the oil in the chambers"),
     ("energy.end_stops", "J", "energy in the springs of the end stops"),
     ("energy.bristles", "J", "energy in the bristles of LuGre friction"),
 ];
@@ -47,7 +50,7 @@ pub fn energies(machine: &Machine) -> std::ops::Range<usize> {
     4..GLOBAL.len() + usize::from(machine.ground.is_some())
 }
 
-/// The outputs of a machine, in the order of [`evaluate`].
+/// The outputs of a machine, in the order of [`write`].
 pub fn info(machine: &Machine) -> Vec<OutputInfo> {
     let owned = |name: String, unit, long_name: String| OutputInfo { name, unit, long_name };
     let of_ground = if machine.ground.is_some() { &OF_GROUND[..] } else { &[] };
@@ -61,26 +64,26 @@ pub fn info(machine: &Machine) -> Vec<OutputInfo> {
     all
 }
 
-/// Writes the outputs at one state; `energy_density` is that of the oil (Pa) as a function of pressure.
-pub fn evaluate<T: Real, const N: usize>(
+/// Writes the outputs at one state; `energy_density` is that of the oil (Pa) as a function of pressure, `None` leaves NaN.
+pub fn write<T: Real, const N: usize>(
     plant: &Plant<T, N>,
-    layout: &Layout,
-    energy_density: impl Fn(T) -> T,
-    x: &[T],
-    payload: T,
+    energy_density: Option<impl Fn(T) -> T>,
+    at: &Evaluated<T, N>,
     out: &mut [T],
 ) {
-    let e = plant.place(layout, x);
-    let local: [LocalState<T>; N] = std::array::from_fn(|c| e.local(layout, x, c));
-    let rates: [LocalRates<T>; N] =
-        std::array::from_fn(|c| plant.cylinders[c].rates(&plant.fluid, &plant.supply_pressures, &local[c]));
+    let Evaluated { placed: e, rates, payload, .. } = at;
+    let payload = *payload;
+    let local: [LocalState<T>; N] = std::array::from_fn(|c| e.local(at.layout, at.x, c));
     let tip = plant.mechanics.tip_position(&e.pose);
     let mut supply = T::c(0.0);
     rates.iter().for_each(|r| supply += r.edges.supply());
     let (mut oil_energy, mut stops, mut bristles) = (T::c(0.0), T::c(0.0), T::c(0.0));
     for (unit, s) in plant.cylinders.iter().zip(&local) {
         let (v1, v2) = unit.chambers.volumes(s.x);
-        oil_energy += v1 * energy_density(s.p1) + v2 * energy_density(s.p2);
+        oil_energy += match &energy_density {
+            Some(energy_density) => v1 * energy_density(s.p1) + v2 * energy_density(s.p2),
+            None => T::c(f64::NAN),
+        };
         stops += unit.end_stop.energy(s.x);
         if let FrictionLaw::LuGre { bristle, .. } = &unit.friction {
             bristles += bristle.energy(s.z);
@@ -105,7 +108,7 @@ pub fn evaluate<T: Real, const N: usize>(
         of_ground.copy_from_slice(&[ground.energy(tip, payload), force.x, force.z]);
         rest = others;
     }
-    for ((s, r), row) in local.iter().zip(&rates).zip(rest.chunks_exact_mut(PER_CYLINDER.len())) {
+    for ((s, r), row) in local.iter().zip(rates).zip(rest.chunks_exact_mut(PER_CYLINDER.len())) {
         row.copy_from_slice(&[s.x, s.v, r.force, r.friction, r.edges.port_a(), r.edges.port_b()]);
     }
 }

@@ -45,6 +45,28 @@ impl<T: Real, const N: usize> Placed<T, N> {
     }
 }
 
+/// A state with positions and laws evaluated.
+pub struct Evaluated<'a, T, const N: usize> {
+    pub layout: &'a Layout,
+    pub x: &'a [T],
+    pub placed: Placed<T, N>,
+    /// By cylinder.
+    pub rates: [LocalRates<T>; N],
+    /// At the tip, kg.
+    pub payload: T,
+}
+
+impl<'a, T: Real, const N: usize> Evaluated<'a, T, N> {
+    /// With one cylinder after the other.
+    pub fn new(plant: &Plant<T, N>, layout: &'a Layout, x: &'a [T], payload: T) -> Self {
+        let placed = plant.place(layout, x);
+        let rates = std::array::from_fn(|c| {
+            plant.cylinders[c].rates(&plant.fluid, &plant.supply_pressures, &placed.local(layout, x, c))
+        });
+        Evaluated { layout, x, placed, rates, payload }
+    }
+}
+
 /// The mass matrix, factored, and the accelerations, rad/s^2 or m/s^2.
 #[derive(Debug, Clone, Copy)]
 pub struct Accelerated<T, const N: usize> {
@@ -144,6 +166,24 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         }
         let Accelerated { qdd, .. } = self.plant.accelerate(&placed, &forces, payload);
         write_joints(layout, &placed.rates, &qdd, dx);
+    }
+
+    /// Positions and laws at a state.
+    #[inline(always)]
+    pub fn evaluated<'a>(&self, layout: &'a Layout, x: &'a [T], payload: T) -> Evaluated<'a, T, N> {
+        let placed = self.place(layout, x);
+        let mut rates = [LocalRates::default(); N];
+        for group in &self.groups {
+            let of_group = group.rates(&group.local(&placed.positions, &placed.velocities, x));
+            for lane in 0..L::WIDTH {
+                let Some(Member { cylinder, .. }) = group.member(lane) else { break };
+                rates[*cylinder] = of_group.map(
+                    #[inline(always)]
+                    |number| number.lane(lane),
+                );
+            }
+        }
+        Evaluated { layout, x, placed, rates, payload }
     }
 
     /// Writes the powers of the ledger (W), cylinder by cylinder, then that of the ground.

@@ -5,7 +5,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyList};
 
-fn value(v: &Bound<'_, PyAny>) -> PyResult<OverrideValue> {
+pub fn value(v: &Bound<'_, PyAny>) -> PyResult<OverrideValue> {
     if v.is_instance_of::<PyBool>() {
         return Ok(OverrideValue::Bool(v.extract()?));
     }

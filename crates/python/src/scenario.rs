@@ -1,15 +1,43 @@
 //! A scenario as Python hands it over.
 
 use crate::arrays::Row;
-use crate::overrides::overrides;
+use crate::overrides::{overrides, value};
 use crate::sensors::{sensor_faults, sensor_mode, FaultEntry};
 use hydrocrane_machine::scenario::{
-    ControllerChoice, Initial, Interpolation, Joystick, Phase, Pressures, Scenario, Solver, SpoolCommand, StickMode,
+    stated, ControllerChoice, Initial, Interpolation, Joystick, Phase, Pressures, Scenario, Solver, SpoolCommand,
+    StickMode,
 };
 use hydrocrane_machine::suggestion;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyList;
+
+/// Key of the machine, field, value and unit of what the fields of a scenario state in the machine's place; `controller` is a name.
+#[pyfunction]
+pub fn stated_fields(
+    controller: Option<&str>,
+    payload: Option<f64>,
+    period: Option<f64>,
+    full_speed: Option<f64>,
+) -> Vec<(String, String, f64, &'static str)> {
+    let in_python = |table: &str, field: &str| match table {
+        "joystick" => format!("joystick.{}", field.replace('-', "_")),
+        _ => field.to_string(),
+    };
+    let found = stated(payload, controller, period, full_speed);
+    found.into_iter().map(|s| (s.key, in_python(s.table, s.field), s.value, s.unit)).collect()
+}
+
+/// Why a value (numbers in `unit`) and the override `other` of `key`, which stand for the same, contradict each other.
+#[pyfunction]
+pub fn contradiction(
+    one: &Bound<'_, PyAny>,
+    unit: &str,
+    key: &str,
+    other: &Bound<'_, PyAny>,
+) -> PyResult<Option<String>> {
+    Ok(hydrocrane_machine::scenario::contradiction(&value(one)?, unit, key, &value(other)?))
+}
 
 /// How a run is integrated.
 #[derive(FromPyObject)]

@@ -1,7 +1,9 @@
 //! One step of a whole crane and how exact it is, over any number type: f64, or the lanes of a batch.
 
 use hydrocrane_num::Real;
-use hydrocrane_ode::grk4t::{end, error, stages, Linearised, GAMMA, STAGES};
+use hydrocrane_ode::grk4t::{end, error, GAMMA, STAGES, TABLEAU};
+use hydrocrane_ode::rosenbrock::{stages, Linearised};
+use hydrocrane_ode::rows::{all, Cell};
 use hydrocrane_ode::BlockArrow;
 use hydrocrane_ode::SchurFactors;
 use hydrocrane_ode::FLUSH;
@@ -22,17 +24,18 @@ pub struct Scene<'a, T, const N: usize> {
 /// Room for steps by GRK4T: without allocation, and the same work for every step.
 #[derive(Debug, Clone)]
 pub struct CraneStep<T> {
-    k: [Vec<T>; STAGES],
+    /// Increments, stage by stage.
+    k: Vec<T>,
     reached: Vec<T>,
     jacobian: BlockArrow<T>,
     schur: SchurFactors<T>,
 }
 
-impl<T: Real> CraneStep<T> {
+impl<T: Real + Cell<Factor = T>> CraneStep<T> {
     pub fn new(layout: &Layout) -> Self {
         let room = vec![T::c(0.0); layout.len()];
         CraneStep {
-            k: std::array::from_fn(|_| room.clone()),
+            k: vec![T::c(0.0); STAGES * layout.len()],
             reached: room,
             jacobian: BlockArrow { secants: true, ..BlockArrow::new(layout.axes()) },
             schur: SchurFactors::default(),
@@ -47,15 +50,16 @@ impl<T: Real> CraneStep<T> {
         let CraneStep { k, reached, jacobian, schur } = self;
         T::outlined(
             #[inline(always)]
-            || evaluator.linearise(layout, x, spools, payload, &mut k[0], jacobian),
+            || evaluator.linearise(layout, x, spools, payload, &mut k[..x.len()], jacobian),
         );
         T::outlined(
             #[inline(always)]
             || schur.factor_sized::<N, _>(jacobian, T::c(1.0 / GAMMA) / h),
         );
-        stages(&mut Here { scene, jacobian, schur }, h, x, k, reached);
+        stages(&TABLEAU, &mut Here { scene, jacobian, schur }, T::c(1.0) / h, x, k, reached);
+        let k = all(k, x.len());
         for (i, reached) in reached.iter_mut().enumerate() {
-            let new = end(x[i], k, i);
+            let new = end(x[i], &k, i);
             *reached = T::select(new.abs().lt(T::c(FLUSH)), T::c(0.0), new);
         }
         let fluid = &evaluator.plant.fluid;
@@ -64,7 +68,7 @@ impl<T: Real> CraneStep<T> {
             layout,
             reached,
             #[inline(always)]
-            |i| error(k, i),
+            |i| error(&k, i),
         )
     }
 
@@ -84,7 +88,7 @@ struct Here<'a, T, const N: usize> {
 
 impl<T: Real, const N: usize> Linearised<T> for Here<'_, T, N> {
     #[inline(always)]
-    fn rate(&mut self, x: &[T], rate: &mut [T]) {
+    fn rate(&mut self, _stage: usize, x: &[T], rate: &mut [T]) {
         let Scene { evaluator, layout, spools, payload, .. } = *self.scene;
         T::outlined(
             #[inline(always)]
@@ -127,7 +131,7 @@ mod tests {
     }
 
     /// The state after `duration` (s) in equal steps.
-    fn after<T: Real>(crane: &Crane<3>, duration: f64, steps: usize) -> Vec<T> {
+    fn after<T: Real + Cell<Factor = T>>(crane: &Crane<3>, duration: f64, steps: usize) -> Vec<T> {
         let plant = crane.plant().map(&mut T::c);
         let layout = crane.layout();
         let evaluator = Evaluator::new(&plant, layout);

@@ -7,7 +7,7 @@ pub use hydrocrane_machine::scenario::{FaultKind, SensorFault, SensorQuality as 
 use hydrocrane_num::RandomStream;
 use hydrocrane_ode::Stepper;
 use hydrocrane_physics::sensor::analogue::Quality;
-use hydrocrane_physics::sensor::pressure_transmitter::Scale;
+use hydrocrane_physics::sensor::pressure_transmitter::{Decay, Scale};
 use hydrocrane_physics::sensor::{Encoder, LoadCell, PressureTransmitter, WirePotentiometer};
 
 #[derive(Debug, Clone)]
@@ -44,8 +44,11 @@ pub struct Sensors {
     pressures: Vec<[f64; 2]>,
     /// Room for the model's outputs where a sensor reads one of them.
     outputs: Vec<f64>,
-    /// Whether any sensor has a memory of the way between two samples.
-    lagged: bool,
+    reads_outputs: bool,
+    /// States that sensors with a memory of the way between two samples follow, by increasing index.
+    lagged: Vec<usize>,
+    /// Room for a state between two samples.
+    between: Vec<f64>,
 }
 
 /// Longest stretch over which the pressure in front of a transmitter counts as a straight line, s.
@@ -110,12 +113,18 @@ impl Sensors {
             Some(Channel { truth, device: device(&signal), signal, faults: Vec::new() })
         };
         let channels: Vec<Channel> = signals.into_iter().filter_map(channel).collect();
+        let follows = |i: &usize| {
+            let followed = |c: &Channel| matches!(c.device, Device::Pressure(_)) && c.truth == Truth::State(*i);
+            channels.iter().any(followed)
+        };
         Sensors {
             readings: vec![f64::NAN; channels.len()],
             joints: machine.joints.len(),
             pressures: vec![[0.0; 2]; machine.cylinders.len()],
             outputs: vec![0.0; model.output_info().len()],
-            lagged: channels.iter().any(|c| matches!(c.device, Device::Pressure(_))),
+            reads_outputs: channels.iter().any(|c| matches!(c.truth, Truth::Output(_))),
+            lagged: (0..model.layout().len()).filter(follows).collect(),
+            between: vec![0.0; model.layout().len()],
             channels,
         }
     }
@@ -148,24 +157,27 @@ impl Sensors {
 
     /// Goes along with the last step of `stepper`.
     pub fn follow(&mut self, stepper: &Stepper) {
-        if !self.lagged {
+        if self.lagged.is_empty() {
             return;
         }
         let (from, to) = (stepper.previous_time(), stepper.t);
         let parts = ((to - from) / LAG_STEP).ceil().max(1.0);
-        let mut x = vec![0.0; stepper.x.len()];
+        let mut x = std::mem::take(&mut self.between);
+        x.resize(stepper.x.len(), 0.0);
         for part in 1..=parts as u64 {
             let t = from + (to - from) * part as f64 / parts;
-            stepper.interpolate(t, &mut x);
+            stepper.interpolate_some(t, &self.lagged, &mut x);
             self.follow_to(t, &x);
         }
+        self.between = x;
     }
 
     /// Goes on to time `t`, the pressures having changed to those of state `x` along straight lines.
     fn follow_to(&mut self, t: f64, x: &[f64]) {
+        let mut decay = Decay::default();
         for channel in &mut self.channels {
             if let (Device::Pressure(transmitter), Truth::State(i)) = (&mut channel.device, channel.truth) {
-                transmitter.follow(t, x[i]);
+                transmitter.follow_with(t, x[i], &mut decay);
             }
         }
     }
@@ -187,8 +199,9 @@ impl Sensors {
 
     /// Takes a reading of state `x` at time `t`.
     pub fn read(&mut self, model: &dyn Model, t: f64, x: &[f64], payload: f64) {
-        if self.channels.iter().any(|channel| matches!(channel.truth, Truth::Output(_))) {
-            model.outputs(x, payload, &mut self.outputs);
+        if self.reads_outputs {
+            // No sensor reads energies.
+            model.outputs_without_oil(x, payload, &mut self.outputs);
         }
         for (channel, reading) in self.channels.iter_mut().zip(&mut self.readings) {
             let truth = match channel.truth {

@@ -5,7 +5,7 @@ use crate::ground;
 use crate::problem::Problem;
 use crate::values::stated;
 use hydrocrane_machine::{
-    bundled_scenarios, load, parse, parse_scenario, quantity, Machine, OverrideValue, CONTROLLERS, MOST_SEED,
+    bundled_scenarios, load, parse, parse_scenario, scenario, Machine, OverrideValue, CONTROLLERS, MOST_SEED,
 };
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -138,13 +138,14 @@ impl Request {
     /// `payload` stands for `payload.mass` of the machine: an override beside it must be equal. (The other knobs of the
     /// page, such as `full-speed`, count before the overrides, which may be those of a drive that goes on.)
     fn check_agreement(&self) -> Result<(), Problem> {
-        let (Some(mass), Some(other)) = (self.payload, self.overrides.get("payload.mass")) else { return Ok(()) };
-        let stated = other.as_f64().or_else(|| Some(quantity(other.as_str()?).ok()?.0));
-        if stated.is_none_or(|stated| (stated - mass).abs() <= 1e-12 * mass) {
-            return Ok(());
+        for scenario::Stated { field, value, unit, key, .. } in scenario::stated(self.payload, None, None, None) {
+            let Some(other) = self.overrides.get(&key) else { continue };
+            let other = override_value(&key, other)?;
+            if let Some(wrong) = scenario::contradiction(&OverrideValue::Number(value), unit, &key, &other) {
+                return Err(Problem::plain(format!("`{field}` {wrong}; leave one out")));
+            }
         }
-        let message = format!("`payload` is {mass} kg, and the override `payload.mass` is {other}");
-        Err(Problem::plain(format!("{message}: both state the same; leave one out")))
+        Ok(())
     }
 
     pub fn lever(&self) -> bool {

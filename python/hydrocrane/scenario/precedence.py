@@ -8,9 +8,8 @@ two such places: a field of the scenario, and a key of the machine.
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Mapping
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from hydrocrane import _core
 from hydrocrane.control.controllers import AnyController
@@ -18,9 +17,6 @@ from hydrocrane.control.joystick import Joystick
 from hydrocrane.errors import InputError
 from hydrocrane.machine.overrides import Override
 from hydrocrane.scenario.changes import ScenarioFields
-
-# Machine key -> field of a scenario that states the same, and its SI unit.
-SHARED = {"payload.mass": ("payload", "kg"), "control.period": ("period", "s")}
 
 
 class Statements(Protocol):
@@ -38,23 +34,23 @@ class Statements(Protocol):
     def overrides(self) -> Mapping[str, Override]: ...
 
 
-def full_speed_key(driver: AnyController | None) -> str | None:
-    """Machine key of the speed that a joystick's `full_speed` states, of controllers that have one."""
-    return f"control.{driver}.full-speed" if isinstance(driver, str) and driver != "lever" else None
+class Stated(NamedTuple):
+    """A field of a scenario that stands for a key of its machine."""
+
+    field: str
+    value: float
+    unit: str
 
 
-def stated_fields(plan: Statements) -> dict[str, tuple[str, float, str]]:
-    """Machine key to field, value and unit of what the fields of a scenario state in the machine's place."""
-    named = isinstance(plan.driver, str)
-    stated = {
-        key: (field, float(getattr(plan, field)), unit)
-        for key, (field, unit) in SHARED.items()
-        if getattr(plan, field) is not None and (field != "period" or named)
-    }
-    key = full_speed_key(plan.driver)
-    if key is not None and plan.joystick is not None and plan.joystick.full_speed is not None:
-        stated[key] = ("joystick.full_speed", float(plan.joystick.full_speed), "m/s")
-    return stated
+def stated_fields(plan: Statements) -> dict[str, Stated]:
+    """What the fields of a scenario state in the machine's place, by its keys."""
+    name = plan.driver if isinstance(plan.driver, str) else None
+    speed = None if plan.joystick is None else plan.joystick.full_speed
+    payload, period, speed = (
+        None if number is None else float(number) for number in (plan.payload, plan.period, speed)
+    )
+    stated = _core.stated_fields(name, payload, period, speed)
+    return {key: Stated(field, value, unit) for key, field, value, unit in stated}
 
 
 def check_agreement(plan: Statements, overrides: Mapping[str, Override]) -> None:
@@ -67,21 +63,9 @@ def check_equal(field: str, value: float | str | None, unit: str, key: str, over
     """An error where `value` (SI, or a text with its unit) of `field` and the override of `key` differ."""
     if value is None or key not in overrides:
         return
-    numbers = [_si(value), _si(overrides[key])]
-    # What is no quantity at all is an error of the machine's own check, with its place.
-    if numbers[0] is None or numbers[1] is None or math.isclose(numbers[0], numbers[1], rel_tol=1e-12):
-        return
-    said, given = (each if isinstance(each, str) else f"{each:g} {unit}" for each in (value, overrides[key]))
-    raise InputError(f"`{field}` is {said}, and the override `{key}` is {given}: both state the same; leave one out")
-
-
-def _si(value: Override) -> float | None:
-    if isinstance(value, str):
-        try:
-            return _core.quantity(value)[0]
-        except ValueError:
-            return None
-    return float(value) if isinstance(value, float | int) else None
+    wrong = _core.contradiction(value, unit, key, overrides[key])
+    if wrong is not None:
+        raise InputError(f"`{field}` {wrong}; leave one out")
 
 
 def later_counts(plan: Statements, changes: ScenarioFields) -> ScenarioFields:

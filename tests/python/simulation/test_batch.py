@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 import pytest
 
@@ -126,23 +124,6 @@ def test_a_step_before_the_reset_is_refused(crane):
     batch.reset(q=POSE, cranes=[0, 2])
     with pytest.raises(SimulationError, match="crane 1 has no state"):
         batch.step(np.zeros(3))
-
-
-def test_a_call_costs_little_beyond_the_cranes(crane):
-    """Eight cranes take as long as one: no work is done crane by crane in Python."""
-
-    def per_step(n: int) -> float:
-        batch = hc.BatchSimulator(crane, n, threads=1)
-        batch.reset(q=POSE)
-        u = commands(n, 1)[0]
-        times = []
-        for _ in range(60):
-            start = time.perf_counter()
-            batch.step(u)
-            times.append(time.perf_counter() - start)
-        return min(times)
-
-    assert per_step(8) < 1.5 * per_step(1)
 
 
 def test_environments_pass_the_checker_of_gymnasium():

@@ -49,11 +49,6 @@ impl ControllerChoice {
     pub fn monitored(&self) -> bool {
         self.monitor.unwrap_or(self.own.is_none() && self.name != LEVER)
     }
-
-    /// Machine key of the speed at full stick.
-    pub fn full_speed_key(&self) -> String {
-        format!("control.{}.full-speed", self.name)
-    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use super::closed_loop::{self, ControllerChoice, Joystick};
 use super::log::Files;
 use super::stage::Stage;
-use super::{overrides_in, plain, MachineSource, Result, Stated};
+use super::{agree, overrides_in, plain, MachineSource, Result};
 use crate::errors::ErrorKind;
 use crate::merge::{Override, OverrideValue};
 use crate::model::Machine;
@@ -42,7 +42,7 @@ pub fn read(
         overrides.retain(|old| !added.iter().any(|new| new.key == old.key));
         overrides.extend(added.iter().cloned());
         // Loading it finds what is wrong.
-        let changed = of.load(&overrides)?;
+        of.load(&overrides)?;
         let joystick = closed_loop::joystick(&table, machine, files)?;
         let controller = match table.has("controller") {
             true => closed_loop::controller(&table, joystick.as_ref(), of, &overrides)?,
@@ -56,8 +56,7 @@ pub fn read(
                 .key_error(ErrorKind::ConflictingKeys, "phase", message)
                 .help(format!("add [controller] or [joystick], or [phase.{name}.joystick]")));
         }
-        let here = Stated { machine: &changed, overrides: &added };
-        here.agree_loop(&table, stage.controller.as_ref(), phase.joystick.as_ref())?;
+        agree(&table, None, stage.controller.as_ref(), phase.joystick.as_ref(), &added)?;
         phases.push(phase);
     }
     Ok(phases)

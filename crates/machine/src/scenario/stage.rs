@@ -1,6 +1,7 @@
 //! What holds from a time on: the scenario at its start, then with each of its phases.
 
 use super::closed_loop::{fitting, ControllerChoice, Joystick, StickMode};
+use super::stated::{full_speed_key, stated};
 use super::{Phase, Scenario};
 use crate::keys::LEVER;
 use crate::merge::OverrideValue;
@@ -50,7 +51,8 @@ impl Stage {
             if choice.own.is_none() && states("control.period") && !stated {
                 choice.period = None;
             }
-            if let Some(stick) = earlier.as_mut().filter(|_| states(&choice.full_speed_key())) {
+            let full_speed = full_speed_key(&choice.name).is_some_and(|key| states(&key));
+            if let Some(stick) = earlier.as_mut().filter(|_| full_speed) {
                 stick.full_speed = None;
             }
         }
@@ -87,9 +89,9 @@ impl Stage {
     /// Machine keys that the period of a controller by name and the speed at full stick stand for, in SI.
     pub fn loop_overrides(&self) -> Vec<(String, f64)> {
         let Some(choice) = self.controller.as_ref().filter(|choice| choice.own.is_none()) else { return Vec::new() };
-        let period = choice.period.map(|period| ("control.period".to_string(), period));
-        let speed = self.joystick.as_ref().and_then(|stick| stick.full_speed).filter(|_| choice.name != LEVER);
-        period.into_iter().chain(speed.map(|speed| (choice.full_speed_key(), speed))).collect()
+        let full_speed = self.joystick.as_ref().and_then(|stick| stick.full_speed);
+        let found = stated(None, Some(&choice.name), choice.period, full_speed);
+        found.into_iter().map(|stated| (stated.key, stated.value)).collect()
     }
 
     /// Mode of the sticks.

@@ -69,6 +69,8 @@ impl<T: Real> Fluid<T> {
 #[derive(Debug, Clone)]
 pub struct OilTables {
     fluid: Fluid<f64>,
+    /// a, volume of the free gas at p = 0.
+    gas: f64,
     above: Branch,
     /// Only where the modulus is that of |p|.
     below: Option<Branch>,
@@ -86,7 +88,12 @@ const TABLE_SPACING: f64 = 0.25e5;
 impl OilTables {
     pub fn new(fluid: Fluid<f64>) -> Self {
         let below = fluid.ignore_cavitation.then(|| Branch::new(&fluid, -TABLE_SPACING));
-        OilTables { fluid, above: Branch::new(&fluid, TABLE_SPACING), below }
+        OilTables {
+            fluid,
+            gas: -fluid.vacuum / fluid.bulk_modulus(0.0),
+            above: Branch::new(&fluid, TABLE_SPACING),
+            below,
+        }
     }
 
     /// kg/m^3
@@ -112,8 +119,7 @@ impl OilTables {
     /// Density ratio and energy density below p = 0: w = -p + rho h with h the integral of dp/rho.
     #[inline(always)]
     fn gas<T: Real>(&self, p: T) -> (T, T) {
-        let absolute_zero = -self.fluid.vacuum;
-        let share = absolute_zero / self.fluid.bulk_modulus(0.0);
+        let (absolute_zero, share) = (-self.fluid.vacuum, self.gas);
         let y = ((p + absolute_zero) / absolute_zero).clamp(T::c(LEAST_Y), T::c(1.0));
         let ratio = y / (y + (T::c(1.0) - y) * share);
         let h = (y - 1.0) * (absolute_zero * (1.0 - share)) + y.ln() * (absolute_zero * share);
@@ -129,7 +135,7 @@ impl Branch {
         if spacing < 0.0 {
             knots.reverse();
         }
-        let table = |i: usize| QuinticTable::new(start, TABLE_SPACING, knots.iter().map(|k| k[i]).collect());
+        let table = |i: usize| QuinticTable::new(start, TABLE_SPACING, &knots.iter().map(|k| k[i]).collect::<Vec<_>>());
         Branch { ln_density_ratio: table(0), energy: table(1) }
     }
 }

@@ -20,6 +20,28 @@ pub struct PressureTransmitter {
     since: f64,
 }
 
+/// exp(-h/tau) as last computed: the transmitters of a machine are often alike.
+#[derive(Debug, Clone, Copy)]
+pub struct Decay {
+    ratio: f64,
+    left: f64,
+}
+
+impl Default for Decay {
+    fn default() -> Self {
+        Decay { ratio: 0.0, left: 1.0 }
+    }
+}
+
+impl Decay {
+    fn over(&mut self, ratio: f64) -> f64 {
+        if ratio != self.ratio {
+            *self = Decay { ratio, left: portable::exp(-ratio) };
+        }
+        self.left
+    }
+}
+
 /// What the output stands for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scale {
@@ -53,6 +75,11 @@ impl PressureTransmitter {
 
     /// Goes on to time `t`, the pressure having changed to `p` along a straight line: exact for that line.
     pub fn follow(&mut self, t: f64, p: f64) {
+        self.follow_with(t, p, &mut Decay::default());
+    }
+
+    /// The same, with what is left of a lag as it was for the transmitter before.
+    pub fn follow_with(&mut self, t: f64, p: f64, decay: &mut Decay) {
         let h = t - self.since;
         if h <= 0.0 {
             return;
@@ -60,7 +87,7 @@ impl PressureTransmitter {
         if self.time_constant > 0.0 {
             let slope = (p - self.ahead) / h;
             let offset = self.lagged - self.ahead + slope * self.time_constant;
-            self.lagged = p - slope * self.time_constant + offset * portable::exp(-h / self.time_constant);
+            self.lagged = p - slope * self.time_constant + offset * decay.over(h / self.time_constant);
         } else {
             self.lagged = p;
         }
@@ -100,6 +127,17 @@ mod tests {
             }
         }
         assert!((crossings[1] - crossings[0] - 4e-3).abs() < 2e-6, "{crossings:?}");
+    }
+
+    #[test]
+    fn transmitters_in_a_row_follow_as_each_does_alone() {
+        let (mut decay, rises) = (Decay::default(), [4e-3, 4e-3, 1e-3, 4e-3]);
+        for rise in rises {
+            let (mut alone, mut in_a_row) = (exact(rise), exact(rise));
+            alone.follow(1e-3, 50e5);
+            in_a_row.follow_with(1e-3, 50e5, &mut decay);
+            assert_eq!(alone, in_a_row);
+        }
     }
 
     #[test]

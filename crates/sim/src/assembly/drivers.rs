@@ -32,7 +32,7 @@ pub(super) fn stage(
     let controller =
         if choice.monitored() { believed.with_sensor_monitor(controller, choice.delay) } else { controller };
     let plan = plan(scenario, &stage, choice, model.as_ref())?;
-    Ok(AssembledStage { believed, driver: OwnedDriver::Controller(controller, plan), model, stage })
+    Ok(AssembledStage { believed, driver: OwnedDriver::Controller(controller, Box::new(plan)), model, stage })
 }
 
 /// The machine that the controller believes in.

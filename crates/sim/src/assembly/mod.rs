@@ -91,7 +91,7 @@ pub struct AssembledStage {
 /// What moves the spools in a stage.
 pub enum OwnedDriver {
     Commands(Commands),
-    Controller(Box<dyn Controller>, SampledPlan),
+    Controller(Box<dyn Controller>, Box<SampledPlan>),
 }
 
 /// How a scenario is run beyond what it says.

@@ -22,7 +22,8 @@ use hydrocrane_ode::{method, Effort, Stepper};
 use hydrocrane_plant::equilibrium::EquilibriumMode;
 use hydrocrane_plant::errors::BuildError;
 use hydrocrane_plant::layout::Layout;
-use hydrocrane_plant::outputs::{self, OutputInfo};
+use hydrocrane_plant::outputs::{self, OutputInfo, OIL_ENERGY};
+use hydrocrane_plant::rhs::Evaluated;
 
 type Result<T> = std::result::Result<T, SensitivityError>;
 
@@ -76,9 +77,6 @@ pub struct Sensitivities {
     pub rejected: u64,
     pub effort: Effort,
 }
-
-/// The oil's energy needs tables of its parameters, which are not differentiated.
-const WITHOUT_SLOPE: &str = "energy.oil";
 
 /// The keys with their values in the machine.
 pub fn parameters(experiment: &Experiment) -> Result<Vec<Parameter>> {
@@ -192,7 +190,7 @@ impl<'a, const N: usize> SensitivityRecord<'a, N> {
             unit: layout.units[i],
             long_name: layout.long_names[i].clone(),
         };
-        let outputs = model.output_info().iter().filter(|output| output.name != WITHOUT_SLOPE).cloned();
+        let outputs = model.output_info().iter().filter(|output| output.name != OIL_ENERGY).cloned();
         let done = Sensitivities {
             parameters: keys.parameters.clone(),
             signals: (0..layout.len()).map(state).chain(outputs).collect(),
@@ -235,8 +233,10 @@ impl<'a, const N: usize> SensitivityRecord<'a, N> {
         group.read(&self.row, n, &mut state);
         let mut all = vec![Differentiated::constant(0.0); info.len()];
         let Inputs { plant, payload, .. } = &group.inputs;
-        outputs::evaluate(plant, self.layout, |_| Differentiated::constant(0.0), &state, *payload, &mut all);
-        state.extend(all.iter().zip(info).filter(|(_, output)| output.name != WITHOUT_SLOPE).map(|(value, _)| *value));
+        let at = Evaluated::new(plant, self.layout, &state, *payload);
+        // Tables of the oil's parameters are not differentiated.
+        outputs::write(plant, None::<fn(Differentiated) -> Differentiated>, &at, &mut all);
+        state.extend(all.iter().zip(info).filter(|(_, output)| output.name != OIL_ENERGY).map(|(value, _)| *value));
         state
     }
 
