@@ -98,6 +98,7 @@ pub struct Drive {
     range: [f64; 2],
     range_share: f64,
     return_share: f64,
+    shortage_share: f64,
     /// Force that the reference leaves for corrections, N.
     spare: f64,
     /// Speed that the last command should give.
@@ -112,7 +113,8 @@ const LOAD_BANDWIDTH: f64 = 5.0;
 const OBSERVER_PER_MODE: f64 = 0.2;
 /// Rate at which the speed to plan with falls, rad/s.
 const RANGE_RATE: f64 = 5.0;
-/// Rate at which it comes back, rad/s.
+/// Rate at which a shortage is believed, rad/s, and at which the speed comes back after it.
+const SHORTAGE_RATE: f64 = 20.0;
 const RETURN_RATE: f64 = 2.0;
 /// Share of the forces between full pressure on the one side and on the other that the reference leaves for corrections.
 const SPARE: f64 = 0.04;
@@ -145,6 +147,7 @@ impl Drive {
             range: [0.0; 2],
             range_share: share(RANGE_RATE),
             return_share: share(RETURN_RATE),
+            shortage_share: share(SHORTAGE_RATE),
             spare: SPARE * steady.span(),
             seal: 0.0,
             speed: 0.0,
@@ -194,14 +197,11 @@ impl Drive {
             let explained = self.learning.learn(sample, self.observer.disturbance, self.observing.lag_share);
             self.observer.explain(explained);
         }
-        // What comes back after a shortage comes back slowly: other joints have taken over.
+        // What comes back after a shortage comes back slowly: other joints have taken over. One wrong pressure is no shortage.
         let (now, before) = (self.range_now(), self.range);
         self.range = std::array::from_fn(|s| {
-            if now[s].abs() > before[s].abs() {
-                before[s] + self.return_share * (now[s] - before[s])
-            } else {
-                now[s]
-            }
+            let share = if now[s].abs() > before[s].abs() { self.return_share } else { self.shortage_share };
+            before[s] + share * (now[s] - before[s])
         });
     }
 

