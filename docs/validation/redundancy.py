@@ -16,8 +16,7 @@ from scipy.optimize import minimize
 
 import hydrocrane as hc
 from hydrocrane import _core
-from hydrocrane.benchmark import tasks
-from hydrocrane.benchmark.cases import MACHINE, START
+from hydrocrane.benchmark import MACHINE, START, tasks
 from hydrocrane.benchmark.fitted_tasks import rate_bounds, rate_weights
 from hydrocrane.benchmark.metrics import nearest_on_path
 from hydrocrane.benchmark.tasks import Task

@@ -12,7 +12,7 @@ from hydrocrane.app.console import bar, say
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from hydrocrane.benchmark.cases import Benchmark
+    from hydrocrane.benchmark.suite import Benchmark
 
 control = typer.Typer(name="control", help="Crane-tip control.", no_args_is_help=True)
 

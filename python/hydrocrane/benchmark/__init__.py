@@ -1,18 +1,11 @@
 """Benchmark of crane-tip control: tasks, conditions, measures, and the tuning of gains by them."""
 
 from hydrocrane.benchmark.cases import (
-    CONTROLLERS,
-    LOGS,
-    MACHINE,
     SHORT,
     STANDING,
     START,
-    Benchmark,
     Case,
     Result,
-    all_cases,
-    benchmark,
-    drawn_cases,
     motion_of,
     quick_cases,
     run_case,
@@ -20,6 +13,15 @@ from hydrocrane.benchmark.cases import (
 )
 from hydrocrane.benchmark.conditions import FRICTION_KEYS, VARIANTS, Condition, friction_overrides
 from hydrocrane.benchmark.random_tasks import random_lines
+from hydrocrane.benchmark.suite import (
+    CONTROLLERS,
+    LOGS,
+    MACHINE,
+    Benchmark,
+    all_cases,
+    benchmark,
+    drawn_cases,
+)
 
 __all__ = [
     "CONTROLLERS",
@@ -35,8 +37,8 @@ __all__ = [
     "Condition",
     "Result",
     "all_cases",
-    "drawn_cases",
     "benchmark",
+    "drawn_cases",
     "friction_overrides",
     "motion_of",
     "quick_cases",

@@ -8,41 +8,29 @@ depend on the seed, everything else is the same in every run.
 
 from __future__ import annotations
 
-import csv
-import io
-import json
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, field, fields
-from pathlib import Path
 
 import numpy as np
 
-from hydrocrane.arrays import Array, seed_number
+from hydrocrane.arrays import Array
 from hydrocrane.benchmark import tasks
-from hydrocrane.benchmark.conditions import VARIANTS, Condition
+from hydrocrane.benchmark.conditions import Condition
 from hydrocrane.benchmark.metrics import Metrics, Motion, metrics
 from hydrocrane.benchmark.piston_pi import PistonPi
 from hydrocrane.benchmark.tasks import Task
-from hydrocrane.control.controllers import NAMES, AnyController, OwnController, check_controller
+from hydrocrane.control.controllers import AnyController, OwnController
 from hydrocrane.control.joystick import Joystick
-from hydrocrane.errors import HydrocraneError, InputError, unknown
-from hydrocrane.files.whole_file import write_text
-from hydrocrane.machine.machine import Machine, MachineLike, as_machine
+from hydrocrane.errors import HydrocraneError
+from hydrocrane.machine.machine import Machine
 from hydrocrane.results.outcome import Outcome
 from hydrocrane.results.run import Run
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.simulation.running import simulate
 
-MACHINE = "rottne-f9-lab"
 START = {"boom": np.radians(100.0), "jib": np.radians(100.0), "extension": 0.0}
-# Changes with every change of tasks, conditions or figures that moves a result.
-VERSION = 2
-CONTROLLERS = ("tip", "pi", "heinze-pid")
 # Controllers of the benchmark's own, made anew for each run.
 OWN: dict[str, Callable[[], OwnController]] = {"pi": PistonPi}
-# Random lines of the whole benchmark, and the seed that draws them.
-RANDOM_LINES, RANDOM_SEED = 20, 1
-LOGS = (100.0, 200.0)
 # Shares of the path below which a tip counts as standing still, and as stopping short of the end.
 STANDING, SHORT = 0.05, 0.9
 
@@ -121,133 +109,17 @@ class Result:
         return head | asdict(self.case.condition) | figures | end
 
 
-@dataclass(frozen=True)
-class Benchmark:
-    """All results of a benchmark."""
-
-    machine: str
-    seed: int
-    results: tuple[Result, ...]
-
-    @property
-    def standings(self) -> dict[str, float]:
-        """Mean score of each controller over its cases, the best first."""
-        scores: dict[str, list[float]] = {}
-        for result in self.results:
-            scores.setdefault(result.controller, []).append(result.score)
-        means = {controller: float(np.mean(values)) for controller, values in scores.items()}
-        return dict(sorted(means.items(), key=lambda item: -item[1]))
-
-    def save(self, folder: Path) -> list[Path]:
-        """Write ``control-benchmark.csv`` and ``control-benchmark.json`` (SI units); returns their paths."""
-        from hydrocrane import __version__
-
-        rows = [result.row for result in self.results]
-        table = io.StringIO(newline="")
-        writer = csv.DictWriter(table, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
-        head = {"benchmark": VERSION, "hydrocrane": __version__, "machine": self.machine, "seed": self.seed}
-        content = head | {"results": rows}
-        return [
-            write_text(folder / "control-benchmark.csv", table.getvalue()),
-            write_text(folder / "control-benchmark.json", json.dumps(content, indent=1, allow_nan=False) + "\n"),
-        ]
-
-
-def all_cases(machine: Machine) -> list[Case]:
-    """Every task under the reference, two lines and the circle under the others, logs, and random lines.
-
-    A log makes no case of the reference: without a load to take up it would be a path like others.
-    """
-    every = [*tasks.lines(), tasks.square(), tasks.circle(), tasks.reach()]
-    chosen = [task for task in every if task.name in ("up 0.1 m/s", "out 0.1 m/s", "circle")]
-    logs = [Case(tasks.pick_and_place(), Condition(payload=mass)) for mass in LOGS]
-    fixed = [Case(task) for task in every] + [Case(task, c) for c in _conditions() for task in chosen] + logs
-    return fixed + drawn_cases(machine)
-
-
-def drawn_cases(machine: Machine) -> list[Case]:
-    """Random lines with ideal and with data-sheet sensors."""
-    from hydrocrane.benchmark.random_tasks import random_lines
-
-    conditions = [Condition(), Condition(sensors="data-sheet")] if machine.sensors else [Condition()]
-    return [case for c in conditions for case in random_lines(machine, RANDOM_LINES, seed=RANDOM_SEED, condition=c)]
-
-
 def quick_cases() -> list[Case]:
     """One slow and one fast line, and the slow one with payload and data-sheet sensors together."""
     slow, fast = [task for task in tasks.lines() if task.name in ("up 0.1 m/s", "out 0.2 m/s")]
     return [Case(slow), Case(fast), Case(slow, Condition(payload=100.0, sensors="data-sheet"))]
 
 
-def _conditions() -> list[Condition]:
-    return [
-        Condition(payload=100.0),
-        Condition(payload=200.0),
-        Condition(sensors="data-sheet"),
-        Condition(period=0.01),
-        Condition(period=0.02),
-        Condition(friction=0.5),
-        Condition(friction=2.0),
-        Condition(payload=200.0, sensors="data-sheet", friction=2.0),
-        Condition(period=0.05),
-        Condition(period=0.1),
-        Condition(drop_out=0.05),
-        *(Condition(variant=name) for name in VARIANTS),
-    ]
-
-
-def benchmark(
-    controllers: Iterable[AnyController] = CONTROLLERS,
-    cases: Sequence[Case] | None = None,
-    *,
-    machine: MachineLike = MACHINE,
-    seed: int = 0,
-    progress: Callable[[int, int], None] | None = None,
-) -> Benchmark:
-    """Run every case with every controller.
-
-    Parameters
-    ----------
-    controllers : iterable
-        Names, ``pi`` among them, or controllers of one's own as in :class:`hydrocrane.Scenario`.
-    cases : sequence of Case, optional
-        Default is :func:`all_cases`.
-    machine : Machine, str or path
-        With the joints of the laboratory crane, boom, jib and extension, unless every case has its own start.
-    seed : int
-        Draws the errors of the sensors; zero or greater.
-    progress : callable, optional
-        Called with (runs done, runs in all) before each run.
-    """
-    machine = as_machine(machine)
-    cases = all_cases(machine) if cases is None else list(cases)
-    drivers = list(controllers)
-    for controller in drivers:
-        if isinstance(controller, str) and controller not in (*NAMES, *OWN):
-            raise unknown("controller", controller, (*NAMES, *OWN))
-        check_controller(_made(controller))
-    if not drivers or not cases:
-        raise InputError("a benchmark needs one controller and one case or more")
-    seed = seed_number(seed)
-    if set(machine.joint_names) != set(START) and any(case.start is None for case in cases):
-        fit = f"the benchmark's tasks fit a crane with the joints {', '.join(START)}"
-        raise InputError(f"{fit}; {machine.name} has {', '.join(machine.joint_names)}")
-    plan = [(driver, case) for driver in drivers for case in cases]
-    results = []
-    for done, (driver, case) in enumerate(plan):
-        if progress is not None:
-            progress(done, len(plan))
-        results.append(run_case(machine, driver, case, seed=seed))
-    return Benchmark(machine.name, seed, tuple(results))
-
-
 def run_case(machine: Machine, controller: AnyController, case: Case, *, seed: int = 0) -> Result:
     """Run one case; what the controller refuses or fails at is part of the result."""
     name = controller if isinstance(controller, str) else getattr(controller, "__name__", type(controller).__name__)
     try:
-        run = simulate(scenario_of(machine, _made(controller), case, seed=seed), ledger=False, on_error="stop")
+        run = simulate(scenario_of(machine, made(controller), case, seed=seed), ledger=False, on_error="stop")
     except HydrocraneError as error:
         return Result(name, case, Outcome("refused", 0.0, str(error)))
     if run.data.sizes["time"] < 2:
@@ -256,7 +128,7 @@ def run_case(machine: Machine, controller: AnyController, case: Case, *, seed: i
     return Result(name, case, run.outcome, metrics(motion), motion.tip, motion.asked)
 
 
-def _made(controller: AnyController) -> AnyController:
+def made(controller: AnyController) -> AnyController:
     """The controller behind a name of the benchmark's own; others as they are."""
     return OWN[controller]() if isinstance(controller, str) and controller in OWN else controller
 

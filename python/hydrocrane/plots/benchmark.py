@@ -15,7 +15,8 @@ from hydrocrane.errors import InputError
 from hydrocrane.plots.style import COLOURS, INK, MUTED, styled, title
 
 if TYPE_CHECKING:
-    from hydrocrane.benchmark.cases import Benchmark, Result
+    from hydrocrane.benchmark.cases import Result
+    from hydrocrane.benchmark.suite import Benchmark
 
 # Shapes of paths, those first that are drawn where there is room for PANELS only.
 SHAPES = ("up", "out", "square", "circle", "reach", "log", "down", "in")

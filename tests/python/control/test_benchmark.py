@@ -14,22 +14,12 @@ import hydrocrane as hc
 from hydrocrane.app import control
 from hydrocrane.app.cli import main
 from hydrocrane.benchmark import tasks
-from hydrocrane.benchmark.cases import (
-    MACHINE,
-    RANDOM_LINES,
-    Benchmark,
-    Case,
-    Result,
-    all_cases,
-    benchmark,
-    quick_cases,
-    run_case,
-    scenario_of,
-)
+from hydrocrane.benchmark.cases import Case, Result, quick_cases, run_case, scenario_of
 from hydrocrane.benchmark.conditions import VARIANTS, Condition, friction_overrides
 from hydrocrane.benchmark.fitted_tasks import walk
 from hydrocrane.benchmark.metrics import Motion, metrics, nearest_on_path, significant
 from hydrocrane.benchmark.random_tasks import random_lines
+from hydrocrane.benchmark.suite import MACHINE, RANDOM_LINES, Benchmark, all_cases, benchmark
 from hydrocrane.plots.benchmark import control_benchmark
 
 pytestmark = pytest.mark.evidence

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import hydrocrane as hc
-from hydrocrane.benchmark.cases import Case, Condition, run_case
+from hydrocrane.benchmark.cases import Case, run_case
+from hydrocrane.benchmark.conditions import Condition
 from hydrocrane.benchmark.tasks import straight
 
 CRANE = hc.load_machine("rottne-f9-lab")
