@@ -17,7 +17,7 @@ def say(*parts: RenderableType) -> None:
     from rich.text import Text
 
     # A pipe has no width of its own; tables need room for their columns.
-    console = Console(highlight=False, width=None if sys.stdout.isatty() else 120)
+    console = Console(highlight=False, width=None if sys.stdout.isatty() else 150)
     for part in parts:
         # Plain strings may hold square brackets, which must not be read as markup.
         console.print(Text(part) if isinstance(part, str) else part, soft_wrap=isinstance(part, str))
