@@ -98,7 +98,9 @@ pub struct Drive {
     range: [f64; 2],
     range_share: f64,
     return_share: f64,
-    shortage_share: f64,
+    /// Speeds at full stroke and the pressures of the last samples, m/s: one wrong pressure is no shortage.
+    momentary: [f64; 2],
+    momentary_share: f64,
     /// Force that the reference leaves for corrections, N.
     spare: f64,
     /// Speed that the last command should give.
@@ -113,9 +115,12 @@ const LOAD_BANDWIDTH: f64 = 5.0;
 const OBSERVER_PER_MODE: f64 = 0.2;
 /// Rate at which the speed to plan with falls, rad/s.
 const RANGE_RATE: f64 = 5.0;
-/// Rate at which a shortage is believed, rad/s, and at which the speed comes back after it.
-const SHORTAGE_RATE: f64 = 20.0;
+/// Rate at which it comes back, rad/s.
 const RETURN_RATE: f64 = 2.0;
+/// Largest speed that winds the oil, as a share of the full one without load.
+const MOST_WINDING: f64 = 0.1;
+/// Corner of the low-pass on the speeds at the measured pressures, rad/s.
+const MOMENTARY_RATE: f64 = 20.0;
 /// Share of the forces between full pressure on the one side and on the other that the reference leaves for corrections.
 const SPARE: f64 = 0.04;
 /// Share of the position gain that holds a piston at rest.
@@ -147,7 +152,8 @@ impl Drive {
             range: [0.0; 2],
             range_share: share(RANGE_RATE),
             return_share: share(RETURN_RATE),
-            shortage_share: share(SHORTAGE_RATE),
+            momentary: [0.0; 2],
+            momentary_share: share(MOMENTARY_RATE),
             spare: SPARE * steady.span(),
             seal: 0.0,
             speed: 0.0,
@@ -173,6 +179,7 @@ impl Drive {
             expected: 0.0,
             bearable: 1.0,
         };
+        drive.momentary = [-1.0, 1.0].map(|sense| drive.full_speed(sense, drive.steady_speed(sense)));
         drive.range = drive.range_now();
         drive
     }
@@ -197,11 +204,18 @@ impl Drive {
             let explained = self.learning.learn(sample, self.observer.disturbance, self.observing.lag_share);
             self.observer.explain(explained);
         }
-        // What comes back after a shortage comes back slowly: other joints have taken over. One wrong pressure is no shortage.
+        let momentary = [-1.0, 1.0].map(|sense| self.full_speed(sense, self.steady_speed(sense)));
+        for (slow, now) in self.momentary.iter_mut().zip(momentary) {
+            *slow += self.momentary_share * (now - *slow);
+        }
+        // What comes back after a shortage comes back slowly: other joints have taken over.
         let (now, before) = (self.range_now(), self.range);
         self.range = std::array::from_fn(|s| {
-            let share = if now[s].abs() > before[s].abs() { self.return_share } else { self.shortage_share };
-            before[s] + share * (now[s] - before[s])
+            if now[s].abs() > before[s].abs() {
+                before[s] + self.return_share * (now[s] - before[s])
+            } else {
+                now[s]
+            }
         });
     }
 
@@ -248,9 +262,8 @@ impl Drive {
     fn range_now(&self) -> [f64; 2] {
         [-1.0, 1.0].map(|s| {
             // More than the steady speed would not last, and what the valve was seen to lack is not there either.
-            let steady = self.steady_speed(s);
-            let lasting =
-                (s * self.full_speed(s, steady)).min(s * self.speed_under(s * self.spare, s)) * self.widest(s);
+            let momentary = s * self.momentary[usize::from(s > 0.0)];
+            let lasting = momentary.min(s * self.speed_under(s * self.spare, s)) * self.widest(s);
             let possible = self.gains.reserve * lasting + (s * self.observer.disturbance).min(0.0);
             // A range that vanished from one sample to the next would stop a moving piston at once.
             s * possible.max((1.0 - self.range_share) * s * self.asked).max(0.0)
@@ -287,7 +300,9 @@ impl Drive {
     pub fn command(&mut self, d: &Demand) -> f64 {
         let g = &self.gains;
         let planned = self.planned(d);
-        let winding = (planned - self.planned) / (self.period * self.capacity.stiffness);
+        // A reference that jumps, at a limit or a singular pose, is not worth a slammed spool.
+        let most = MOST_WINDING * self.steady.speed_unloaded();
+        let winding = ((planned - self.planned) / (self.period * self.capacity.stiffness)).clamp(-most, most);
         (self.planned, self.load, self.dry_friction) = (planned, d.load, self.dry_friction(d));
         self.asked = d.speed;
         self.bearable = d.hold.bearable(g.position);

@@ -52,6 +52,11 @@ impl Steady {
         self.supply_pressures[1] - self.supply_pressures[0]
     }
 
+    /// Mean of the steady speeds at full stroke without a load, m/s.
+    pub fn speed_unloaded(&self) -> f64 {
+        0.5 * (self.speed(0.0, 1.0) - self.speed(0.0, -1.0))
+    }
+
     /// As [`steady_speed`].
     pub fn speed(&self, force: f64, sense: f64) -> f64 {
         let drive = (self.supply_pressures[usize::from(sense > 0.0)] - force) * sense;

@@ -128,7 +128,11 @@ impl<const N: usize> Reference<N> {
         for i in 0..N {
             self.q[i] += rates[i] * self.period;
         }
-        self.acceleration = std::array::from_fn(|i| (rates[i] - self.rates[i]) / self.period);
+        // Behind a low-pass well above the stick's: rates jump where a joint meets a limit.
+        let share = 1.0 - portable::exp(-ACCELERATION_PER_STICK * bandwidth * self.period);
+        for (i, slow) in self.acceleration.iter_mut().enumerate() {
+            *slow += share * ((rates[i] - self.rates[i]) / self.period - *slow);
+        }
         (self.rates, self.scale, self.pace, self.posture) = (rates, scale, scale * speed, posture);
     }
 
@@ -202,6 +206,8 @@ impl<const N: usize> Reference<N> {
 /// Bandwidth of the stick's lags in lowest natural frequencies of the crane on its oil: what is asked for faster winds the oil more
 /// than it moves the crane.
 const STICK_PER_MODE: f64 = 1.0;
+/// Corner of the low-pass on the acceleration, in bandwidths of the stick.
+const ACCELERATION_PER_STICK: f64 = 5.0;
 /// Share of a lost path that is found again in a period, at most: more than all of it would overshoot.
 const MOST_CORRECTED: f64 = 0.5;
 /// Set-point speed that counts as standing, m/s.
