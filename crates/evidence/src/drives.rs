@@ -182,7 +182,8 @@ pub fn drive(case: &Case, options: &Options, core: &mut dyn Core) -> Result<Figu
             return Ok(figures);
         }
         let judged = judge(course, model.as_ref(), case.payload);
-        if let (Some(folder), true, Some(saved)) = (&options.keep, judged.is_far(), &judged.course.saved) {
+        let wanted = judged.is_far() || judged.course.ended.is_some();
+        if let (Some(folder), true, Some(saved)) = (&options.keep, wanted, &judged.course.saved) {
             let name = format!("{}-{}-{}kg-{number}.toml", case.machine, case.mode, case.payload);
             let path = std::path::Path::new(folder).join(name);
             std::fs::write(&path, saved).map_err(|error| format!("{}: {error}", path.display()))?;

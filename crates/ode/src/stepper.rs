@@ -53,6 +53,8 @@ const GROSS_PER_SQUARE: f64 = 300.0;
 /// amplifies what they leave. At least the bound of a step of 0.2 ms, so that a step that a command cuts short is not refused.
 const FINE: f64 = 1e-3;
 const LEAST_GROSS: f64 = 1e-7;
+/// Before the first interval of fixed steps.
+const NOT_JUDGED: (f64, f64) = (f64::NEG_INFINITY, GROSS);
 /// Largest number of parts of a fixed step.
 const MOST_PARTS: u32 = 256;
 /// Number of attempts that must advance by a least time (s); a slower run would take hours for a second.
@@ -100,6 +102,8 @@ pub struct Stepper {
     pub rejected: u64,
     /// Attempts and time (s) at which the watch for slow progress last restarted.
     mark: (u64, f64),
+    /// End of the interval of fixed steps that is under way, and the error beyond which its steps are cut.
+    judged: (f64, f64),
     /// Time at which the smallest parts of a fixed step first did not follow the equations, s.
     pub unresolved: Option<f64>,
 }
@@ -124,6 +128,7 @@ impl Stepper {
             accepted: 0,
             rejected: 0,
             mark: (0, t),
+            judged: NOT_JUDGED,
             unresolved: None,
         }
     }
@@ -155,6 +160,7 @@ impl Stepper {
         self.refresh();
         self.restart = Some(Restart::State);
         self.quadratures.restart();
+        self.judged = NOT_JUDGED;
         self.h = self.first.unwrap_or(0.0);
         self.restarted = true;
     }
@@ -218,7 +224,11 @@ impl Stepper {
             false => most,
         };
         let whole = parts_of(limit - self.t, self.tolerances.max_step);
-        let gross = self.gross(whole);
+        // What is left of a step that was cut is judged as the step is.
+        if self.judged.0 != limit {
+            self.judged = (limit, self.gross(whole));
+        }
+        let gross = self.judged.1;
         let least = self.least_part();
         let mut h = if self.h > 0.0 { parts_of(whole, self.h) } else { whole };
         loop {
@@ -422,6 +432,47 @@ mod tests {
         assert!((ratio(1e-3, 0.999e-3) - 1.0).abs() < 0.01, "it jumps at 1 ms");
         assert!((ratio(1e-5, 1e-4) - 1.0).abs() < 1e-12);
         assert_eq!([gross(false, 1.0), gross(true, 1e-4)], [GROSS; 2]);
+    }
+
+    /// x' = 2000 (1 - x^2): a step of 1 ms does not follow it, its parts do.
+    struct Fast;
+
+    impl System for Fast {
+        fn dimension(&self) -> usize {
+            1
+        }
+        fn derivative(&self, _: f64, x: &[f64], out: &mut [f64]) {
+            out[0] = 2000.0 * (1.0 - x[0] * x[0]);
+        }
+        fn linearise(&self, t: f64, x: &[f64], at: &mut crate::linear::Linearisation) {
+            self.derivative(t, x, &mut at.rate);
+            at.dense(0)[0] = -4000.0 * x[0];
+        }
+        fn time_derivative(&self, _: f64, _: &[f64], _: &mut [f64]) -> bool {
+            false
+        }
+        fn admissible(&self, _: &[f64]) -> bool {
+            true
+        }
+        fn scales(&self) -> &[f64] {
+            &[1.0]
+        }
+    }
+
+    #[test]
+    fn parts_of_a_step_that_is_cut_are_judged_as_the_step_is() {
+        let tolerances = Tolerances { relative: 1e-4, absolute: 1e-4, max_step: 1e-3 };
+        let method = Box::new(crate::rosenbrock3::Rosenbrock3::new(1));
+        let mut stepper = Stepper::new(method, tolerances, 0.0, &[0.0], 0).with_control(StepControl::Even);
+        let mut parts = 0;
+        while stepper.t < 1e-3 {
+            stepper.step(&Fast, 1e-3).unwrap();
+            assert_eq!(stepper.judged.1, GROSS_PER_SQUARE * 1e-6);
+            parts += 1;
+        }
+        assert!(parts > 4, "{parts} parts");
+        stepper.step(&Fast, 1.2e-3).unwrap();
+        assert!(stepper.judged.1 <= 1e-7, "a step that a command cuts short has its own bound");
     }
 
     #[test]
