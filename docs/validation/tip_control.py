@@ -11,7 +11,9 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 TABLE = HERE / "tip-control" / "control-benchmark.csv"
-LINES, STOPS = HERE / "tip-control" / "random-lines.csv", HERE / "tip-control" / "random-stops.csv"
+LINES, STOPS, DRIVEN = (
+    HERE / "tip-control" / f"{name}.csv" for name in ("random-lines", "random-stops", "after-driving")
+)
 LAB, LOADER = "rottne-f9-lab", "hiab-xs031"
 PAGE = HERE / "tip-control.md"
 INTRODUCTION = """# Tip control: the benchmark in numbers
@@ -70,6 +72,15 @@ STOPPED = """
 (`hydrocrane.benchmark.stops`). Left out are poses in which the crane cannot hold or lift the load. *Settled* is the
 time until the tip stays below 5 mm/s; at rest, from 6 s to 16 s, the largest RMS speed and drift of all stops are
 given.
+
+"""
+
+TAUGHT = """
+## After 10 s of driving
+
+What no file states is learnt in motion ([theory](../theory/control/valve_learning.md)). Each of {drives} drives makes
+random moves for 10 s, then four lines of 0.25 m at 0.1 m/s from rest (`hydrocrane.benchmark.after_driving`);
+laboratory crane, ideal sensors. Given is the largest deviation of a drive's lines.
 
 """
 
@@ -140,10 +151,20 @@ def stop_rows() -> list[str]:
     return lines
 
 
+def driven_rows() -> list[str]:
+    """Lines after some driving, a row for each thing that the controller is not told."""
+    names = "| not stated | learnt, median [mm] | worst | not learnt, median [mm] | worst |"
+    lines = [names, "|" + "---|" * 5]
+    for row in table_of(DRIVEN):
+        figures = " | ".join(millimetres(row[k]) for k in ("median", "worst", "median_not_learnt", "worst_not_learnt"))
+        lines.append(f"| {row['unstated']} | {figures} |")
+    return lines
+
+
 def asked_rows() -> list[str]:
     """What is asked, what was found, and whether it is met, failures first."""
     lines = [row for row in table_of(LINES) if row["controller"] == "tip"]
-    stops, cases = table_of(STOPS), [row for row in table_of(TABLE) if row["controller"] == "tip"]
+    stops, driven = table_of(STOPS), table_of(DRIVEN)
 
     def of(rows: list[dict[str, str]], **wanted: str) -> list[dict[str, str]]:
         return [row for row in rows if all(row[key] == value for key, value in wanted.items())]
@@ -166,9 +187,9 @@ def asked_rows() -> list[str]:
             (f"`{name}`, 0 to 300 kg, all sensors: RMS speed at rest", most(mine, "quiet"), 1e-3, "mm/s", 1e3),
             (f"`{name}`, the same: drift in 10 s", most(mine, "drift"), 1e-3, "mm", 1e3),
         ]
-    for variant in ("dead band 5 %", "offset 2 %", "supply - 30 %", "leakage x 10"):
-        worst = most(of(cases, variant=variant), "path_max")
-        asked.append((f"lab crane, {variant}: worst deviation", worst, 1e-3, "mm", 1e3))
+    for unstated in ("overlap 5 %", "offset 2 %", "supply - 30 %", "leakage x 10"):
+        worst = most(of(driven, unstated=unstated), "worst")
+        asked.append((f"lab crane, {unstated}, after 10 s of driving: worst deviation", worst, 1e-3, "mm", 1e3))
     rows = []
     for what, found, limit, unit, factor in sorted(asked, key=lambda line: line[1] <= line[2]):
         met = "yes" if found <= limit else "no"
@@ -194,6 +215,7 @@ def page() -> str:
         ASKED + "\n".join(asked_rows()),
         RANDOM.format(lines=found[0]["lines"]) + "\n".join(line_rows()),
         STOPPED.format(tried=tried[0]["tried"]) + "\n".join(stop_rows()),
+        TAUGHT.format(drives=table_of(DRIVEN)[0]["drives"]) + "\n".join(driven_rows()),
         FIXED + "\n".join(rows()),
         RHO,
         "\n".join(own_rho_rows()),

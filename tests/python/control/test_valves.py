@@ -7,6 +7,7 @@ import pytest
 
 import hydrocrane as hc
 from hydrocrane.benchmark import tasks
+from hydrocrane.benchmark.after_driving import lines_after_driving
 from hydrocrane.benchmark.cases import Case, run_case
 
 CYLINDERS = ("lift", "jib", "extension")
@@ -63,47 +64,7 @@ def test_the_tip_rests_quietly_on_a_stated_signal_chain(changes, payload, sensor
     assert np.linalg.norm(tip[rest] - tip[rest][0], axis=1).max() < DRIFT
 
 
-# Moves of a second each with the way back, and pauses before and after each line, s.
-MOVES, PAUSE, LENGTH = 5, 1.5, 2.5
-DIRECTIONS = [np.array(direction) for direction in ((0.0, 1.0), (0.0, -1.0), (1.0, 0.0), (-1.0, 0.0))]
-
-
-def taught(unstated: dict[str, object], seed: int = 3, **gains: float) -> hc.Run:
-    """10 s of random moves, then lines of 0.1 m/s after pauses; the controller does not know what is `unstated`."""
-    rng = np.random.default_rng(seed)
-    legs: list[tuple[float, np.ndarray]] = []
-    for _ in range(MOVES):
-        angle, share = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(0.4, 1.0)
-        legs += [(1.0, sign * share * np.array([np.cos(angle), np.sin(angle)])) for sign in (1.0, -1.0)]
-    for direction in DIRECTIONS:
-        legs += [(PAUSE, np.zeros(2)), (LENGTH, 0.5 * direction)]
-    times = 0.3 + np.concatenate([[0.0], np.cumsum([lasts for lasts, _ in legs])])
-    sticks = np.array([*(stick for _, stick in legs), np.zeros(2)])
-    plan = hc.Scenario(
-        joints={"boom": np.radians(100.0), "jib": np.radians(100.0), "extension": 0.0},
-        duration=times[-1] + 1.0,
-        joystick=hc.Joystick(times, {"x": sticks[:, 0], "z": sticks[:, 1]}, full_speed=0.2, ramp=0.2),
-        overrides=unstated,
-        believed=hc.load_machine("rottne-f9-lab", overrides={f"control.tip.{key}": v for key, v in gains.items()}),
-        monitor=False,
-    )
-    run = hc.simulate(plan, ledger=False)
-    assert run.outcome.completed
-    return run
-
-
-def deviation(run: hc.Run) -> float:
-    """Largest of the four lines, m."""
-    begin, most = 0.3 + 2.0 * MOVES, 0.0
-    for direction in DIRECTIONS:
-        begin += PAUSE
-        part = run.data.sel(time=slice(begin, begin + LENGTH + 0.4))
-        way = np.stack([part["tip.x"] - part["tip.x"][0], part["tip.z"] - part["tip.z"][0]], axis=1)
-        most = max(most, float(np.abs(way @ [direction[1], -direction[0]]).max()))
-        begin += LENGTH
-    return most
-
-
+LAB = hc.load_machine("rottne-f9-lab")
 UNSTATED: dict[str, dict[str, object]] = {
     "nothing": {},
     "overlap 5 %": {f"valve.{name}.overlap": 0.05 * STROKE for name in CYLINDERS},
@@ -125,17 +86,13 @@ UNSTATED["all but a dead band"] = {
 
 @pytest.mark.parametrize("name", UNSTATED)
 def test_what_no_file_states_is_learnt_while_driving(name):
-    with_learning, without = (
-        max(deviation(taught(UNSTATED[name], seed, **{"learning-time": time})) for seed in (3, 4))
-        for time in (10.0, 0.0)
-    )
-    print(f"{name}: {1e3 * with_learning:.2f} mm, without learning {1e3 * without:.2f} mm")
+    with_learning = max(lines_after_driving(LAB, UNSTATED[name], seed).deviation for seed in (3, 4))
     # Leakage that the model lacks is learnt slowly: the oil moves little.
     assert with_learning < (1.2 * NEAR if name == "leakage x 10" else NEAR)
 
 
 def test_what_was_learnt_can_be_stated_in_a_file(tmp_path):
-    run = taught(chains(dead_band=0.05, offset=0.02, gain=0.8))
+    run = lines_after_driving(LAB, chains(dead_band=0.05, offset=0.02, gain=0.8), 3).run
     learnt = run.learnt["lift"]
     assert abs(learnt.gain - 0.8) < 0.05
     assert abs(learnt.dead_band - 0.05 * STROKE) < 0.015 * STROKE
@@ -148,4 +105,4 @@ def test_what_was_learnt_can_be_stated_in_a_file(tmp_path):
 
 
 def test_learning_can_be_switched_off():
-    assert taught({}, **{"learning-time": 0.0}).learnt == {}
+    assert lines_after_driving(LAB, {}, 3, learning_time=0.0).run.learnt == {}
