@@ -175,9 +175,12 @@ def failures(rows: list[Row]) -> str:
     lines = []
     for interface in ("lever", "tip"):
         own = [row for row in rows if row.interface == interface]
+        struck = {skill_name((row.levers, row.picture_error)): None for row in own if row.strikes}
+        where = f", all with {' or '.join(struck)}" if struck else ""
         lines.append(
             f"* `{interface}`: {sum(not row.finished for row in own)} of {len(own)} cycles given up, "
-            f"{sum(row.strikes for row in own)} strikes at the stake, {sum(row.missed for row in own)} logs missed."
+            f"{sum(row.missed for row in own)} logs missed, {sum(row.strikes for row in own)} strikes at the stake"
+            f"{where}."
         )
     least = min(found, key=lambda key: found[key].mean)
     lines.append(f"* Least saving of time: {found[least].mean:.1f} % ({point_name(least)}).")
@@ -307,8 +310,7 @@ person drove. {headline}
   skill with levers, the more is saved. That is why the result is a range.
 * Nothing slews, and the crane is a laboratory crane with slow valves: {slow}.
 * The operator neither learns during a cycle nor tires.
-* The search for gains is short, {trials} sets on two logs: differences of a per cent between points are within what it
-  leaves.
+* The search for gains is short, {trials} sets on two tasks. How much a longer one would change was not measured.
 
 ![saving](loading-cycle/saving.png)
 

@@ -12,7 +12,7 @@ from hydrocrane.benchmark.cases import (
     scenario_of,
 )
 from hydrocrane.benchmark.conditions import FRICTION_KEYS, VARIANTS, Condition, friction_overrides
-from hydrocrane.benchmark.loading import Cycle, LogTask, loading_cycle, log_task, tune_operator, tuned
+from hydrocrane.benchmark.loading import Cycle, LogTask, loading_cycle, log_task, tune_operator, tuned_operator
 from hydrocrane.benchmark.operator import INTERFACES, Operator, Waypoint
 from hydrocrane.benchmark.random_tasks import random_lines
 from hydrocrane.benchmark.suite import (
@@ -55,5 +55,5 @@ __all__ = [
     "run_case",
     "scenario_of",
     "tune_operator",
-    "tuned",
+    "tuned_operator",
 ]

@@ -175,7 +175,7 @@ def loading_cycle(
         One lever per cylinder, straight to its spool; or one stick for the velocity of the tip under the controller
         ``tip`` with data-sheet sensors, which knows nothing of the logs.
     operator : Operator, optional
-        Default: :func:`tuned` for the interface.
+        Default: :func:`tuned_operator` for the interface.
     machine : Machine, str or path
         With the joints of the laboratory crane; the places of the task must be within its reach.
     seed : int
@@ -190,7 +190,7 @@ def loading_cycle(
     machine = as_machine(machine)
     if interface not in INTERFACES:
         raise unknown("interface of an operator", interface, INTERFACES)
-    operator = tuned(interface) if operator is None else operator
+    operator = tuned_operator(interface) if operator is None else operator
     if set(machine.joint_names) != set(START):
         fit = f"the logs lie for a crane with the joints {', '.join(START)}"
         raise InputError(f"{fit}; {machine.name} has {', '.join(machine.joint_names)}")
@@ -215,7 +215,7 @@ def loading_cycle(
     return _measured(task, interface, operator, found, run)
 
 
-def tuned(interface: str, **abilities: float) -> Operator:
+def tuned_operator(interface: str, **abilities: float) -> Operator:
     """An operator with the gains that :func:`tune_operator` found for an interface, and other `abilities`."""
     if interface not in INTERFACES:
         raise unknown("interface of an operator", interface, INTERFACES)
