@@ -7,7 +7,7 @@ improvement is kept, and the factor shrinks once no gain improves. Every trial r
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from hydrocrane import _core
@@ -137,24 +137,54 @@ def tune(
             _check_start(machine, results)
         return sum(_price(result) for result in results) / len(chosen)
 
-    cost_before = least = cost(before)
-    best, factor = dict(before), FIRST_FACTOR
-    while factor > LAST_FACTOR and count < trials:
+    best, cost_before, least = pattern_search(cost, before, trials=trials, largest=LARGEST)
+    return Tuning(before, best, cost_before, least, count, machine.name, controller, trials, seed)
+
+
+def pattern_search(
+    cost: Callable[[dict[str, float]], float],
+    start: Mapping[str, float],
+    *,
+    trials: int,
+    largest: float = math.inf,
+    factors: tuple[float, float] = (FIRST_FACTOR, LAST_FACTOR),
+) -> tuple[dict[str, float], float, float]:
+    """Values of least cost that a pattern search over their logarithms finds, that of `start`, and theirs.
+
+    Parameters
+    ----------
+    cost : callable
+        Of values by name; infinite where they are no choice.
+    start : mapping
+        Where the search begins, all greater than zero.
+    trials : int
+        Most calls of `cost`, at least one.
+    largest : float
+        Values above it are not tried.
+    factors : (first, last)
+        Each value is tried larger and smaller by the first; where nothing improves, the factor becomes its root, and
+        the search ends at the last.
+    """
+    best, count = dict(start), 1
+    cost_before = least = cost(best)
+    factor, last = factors
+    while factor > last and count < trials:
         improved = False
-        for name in gains:
+        for name in start:
             for step in (factor, 1.0 / factor):
                 if count >= trials:
                     break
-                if best[name] * step > LARGEST:
+                if best[name] * step > largest:
                     continue
                 trial = {**best, name: best[name] * step}
+                count += 1
                 price = cost(trial)
                 if price < least:
                     best, least, improved = trial, price, True
                     break
         if not improved:
             factor = math.sqrt(factor)
-    return Tuning(before, best, cost_before, least, count, machine.name, controller, trials, seed)
+    return best, cost_before, least
 
 
 def _check_start(machine: Machine, results: Sequence[Result]) -> None:
