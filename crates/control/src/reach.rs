@@ -17,11 +17,14 @@ const REACHED: f64 = 1e-6;
 const DAMPING: f64 = 1e-3;
 const EASED: f64 = 0.2;
 const STIFFENED: f64 = 5.0;
+/// Whatever lies farther away is in the same direction, m: squares of larger numbers could overflow.
+const FAR: f64 = 1e6;
 /// Halvings that find where an end stop begins.
 const HALVINGS: usize = 50;
 
 /// The place within reach nearest to `place` (x, z), m.
 pub fn nearest<const N: usize>(model: &ControllerModel<N>, place: [f64; 2]) -> [f64; 2] {
+    let place = place.map(|r| r.clamp(-FAR, FAR));
     let bounds: [[f64; 2]; N] = std::array::from_fn(|i| bounds(model, i));
     let mut best = ([0.0; 2], f64::INFINITY);
     for start in 0..STARTS.len().pow(N as u32) {

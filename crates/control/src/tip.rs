@@ -453,7 +453,7 @@ impl<const N: usize> Controller for Tip<N> {
         let off = (Vec2::<f64>::c(place) - Vec2::c(nearest)).norm();
         if off > WITHIN_REACH {
             let near = place_name(nearest);
-            return Some(format!("it is {off:.3} m out of reach of the tip; the nearest place within reach is {near}"));
+            return Some(format!("it is out of reach of the tip; the nearest place within reach is {near}"));
         }
         let keep_out = &self.settings.shape.keep_out;
         (keep_out.distance(place) < keep_out.margin - WITHIN_REACH).then(|| {
