@@ -235,7 +235,9 @@ impl<const N: usize> State<N> {
         let speed = goal.share * goal.speed.unwrap_or(s.full_speed);
         let velocity =
             travel.velocity(&Stretch { left, speed, bandwidth, behind: BEHIND * s.lag_limit, period: s.period });
-        travel.over |= Vec2::<f64>::c(velocity).norm().max(self.reference.speed()) < STANDING;
+        // By what is left, not by what is asked for, which begins as small.
+        let asked = bandwidth * Vec2::<f64>::c(left).norm();
+        travel.over |= asked.max(self.reference.speed()) < STANDING;
         self.travel = Some(travel);
         if travel.over {
             [0.0; 2]

@@ -51,6 +51,12 @@ def test_the_set_point_starts_and_stops_without_jumps_of_its_acceleration() -> N
     assert np.abs(np.diff(acceleration)).max() / 0.01 < 1.2 * most * 15
 
 
+def test_a_slow_way_in_short_samples_begins_and_ends() -> None:
+    run = hc.simulate(plan(goal((0.01, 0.0), speed=0.01), period=1e-3, duration=4.0))
+    assert "has reached its goal" in texts(run)[0]
+    assert np.hypot(*(way_of(run)[-1] - HOME - (0.01, 0.0))) < 2e-4
+
+
 def test_data_sheet_sensors_end_within_their_errors() -> None:
     run = hc.simulate(plan(goal((-0.3, 0.2)), sensors="data-sheet", seed=3))
     assert "has reached its goal" in texts(run)[0]
