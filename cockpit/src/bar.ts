@@ -99,6 +99,19 @@ export function addViewButtons(room: HTMLElement, view: View): void {
   );
 }
 
+/** Buttons that stay pressed while what they stand for holds. */
+export interface Switches {
+  aim: HTMLButtonElement;
+  precise: HTMLButtonElement;
+}
+
+export function addDriveButtons(room: HTMLElement, act: { aim: () => void; precise: () => void }): Switches {
+  const aim = button("⌖", "Go to a point: click it (key G)", act.aim);
+  const precise = button("¼", "Precision: a quarter of the speed (key X)", act.precise);
+  room.append(aim, precise);
+  return { aim, precise };
+}
+
 export function showLegend(room: HTMLElement): void {
   const colours = palette();
   const bar = make("span", { className: "scale" });

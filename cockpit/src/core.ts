@@ -1,6 +1,6 @@
 /** The compiled core: numbers and texts in and out of its memory. */
 
-import type { Description, News, Problem, Request } from "./messages";
+import type { Description, News, Point, Problem, Request } from "./messages";
 
 interface Exports extends WebAssembly.Exports {
   memory: WebAssembly.Memory;
@@ -12,6 +12,8 @@ interface Exports extends WebAssembly.Exports {
   panic_length(): number;
   open(): void;
   steer(axis: number, deflection: number): void;
+  go_to(x: number, z: number): void;
+  precise(share: number): void;
   carry(mass: number): void;
   advance(ticks: number): number;
   frame(): number;
@@ -39,8 +41,16 @@ export class Core {
     return this.json();
   }
 
-  steer(axes: number[]): void {
+  /** `share` of the full speed counts. */
+  steer(axes: number[], share: number): void {
+    this.wasm.precise(share);
     axes.forEach((deflection, axis) => this.wasm.steer(axis, deflection));
+  }
+
+  /** Sends the tip to a place; answers why it cannot go there. */
+  goTo([x, z]: Point): Problem | null {
+    this.wasm.go_to(x, z);
+    return this.wasm.text_length() ? this.json<{ error: Problem }>().error : null;
   }
 
   carry(mass: number): void {

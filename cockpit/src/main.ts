@@ -1,7 +1,7 @@
 /** The cockpit: joins simulation, picture, sticks, charts and knobs. */
 
 import "./style.css";
-import { addViewButtons, Bar, showLegend, type Clock } from "./bar";
+import { addDriveButtons, addViewButtons, Bar, showLegend, type Clock, type Switches } from "./bar";
 import { drawable } from "./bounds";
 import { Charts } from "./charts";
 import { download } from "./elements";
@@ -21,7 +21,7 @@ import { Simulation } from "./simulation";
 import { Sticks } from "./sticks";
 import { Task, type TaskName } from "./tasks";
 import { aboutRun, Timeline } from "./timeline";
-import { steerView } from "./view";
+import { clickedPlaces, steerView } from "./view";
 
 /** Time between two drawings of the charts, ms. */
 const CHARTS = 100;
@@ -66,6 +66,9 @@ class CockpitPage {
   private fresh = false;
   private drawnCharts = 0;
   private sinceTrail = 0;
+  private readonly switches: Switches;
+  /** Whether the next click sends the tip there. */
+  private aiming = false;
   private sentSticks = "";
   private sentAt = 0;
 
@@ -76,6 +79,10 @@ class CockpitPage {
     this.panel = this.newPanel();
     this.bar = this.newBar(run !== null);
     addViewButtons(part("view-buttons"), this.picture.view);
+    const act = { aim: () => this.aim(!this.aiming), precise: () => this.bePrecise(!this.sticks.precise) };
+    this.switches = addDriveButtons(part("drive-buttons"), act);
+    this.aim(false);
+    this.bePrecise(false);
     showLegend(part("legend"));
     this.listen();
     if (this.run) this.view(first, this.run);
@@ -116,6 +123,7 @@ class CockpitPage {
 
   private listen(): void {
     steerView(this.canvas, this.picture.view);
+    clickedPlaces(this.canvas, this.picture.view, (place) => this.goTo(place));
     window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recolour());
     window.addEventListener("keydown", (event) => this.shortcut(event));
     window.addEventListener("hashchange", () => void this.follow());
@@ -126,6 +134,30 @@ class CockpitPage {
 
   private send(message: ToWorker): void {
     this.simulation.send(message);
+  }
+
+  /** Whether the next click in the picture sends the tip there. */
+  private aim(aiming: boolean): void {
+    this.aiming = aiming && this.description?.controller === "tip" && !this.run;
+    this.switches.aim.setAttribute("aria-pressed", String(this.aiming));
+    this.canvas.classList.toggle("aiming", this.aiming);
+  }
+
+  private goTo(place: Point): void {
+    if (!this.aiming) return;
+    this.aim(false);
+    this.setGoal(place);
+    this.send({ do: "go", place });
+  }
+
+  private setGoal(place: Point | null): void {
+    this.picture.stale ||= this.picture.goal !== place;
+    this.picture.goal = place;
+  }
+
+  private bePrecise(precise: boolean): void {
+    this.sticks.precise = precise;
+    this.switches.precise.setAttribute("aria-pressed", String(precise));
   }
 
   /** A run in place of a drive. */
@@ -199,6 +231,7 @@ class CockpitPage {
         if (message.anew) this.clearWay();
         return this.take(message.latest, message.history, message.width, message.pace);
       case "refused":
+        this.setGoal(null);
         this.refuse(message.problem.message);
         // Where the very first wish fails, the usual crane takes its place.
         if (this.description) this.showPanel(this.description);
@@ -249,6 +282,7 @@ class CockpitPage {
   private beginAnew(description: Description): void {
     this.over = this.taskWaits = false;
     this.todo = this.picture.task = null;
+    this.setGoal(null);
     this.setLogs(this.run ? new Logs(description) : Logs.free(description, this.panel.mass));
   }
 
@@ -261,6 +295,8 @@ class CockpitPage {
     if (description["replay-until"] === null) this.hint.show(description.controller !== "lever");
     else this.hint.hide();
     this.sentSticks = "";
+    this.switches.aim.hidden = description.controller !== "tip";
+    this.aim(this.aiming);
     this.showPanel(description);
   }
 
@@ -416,11 +452,13 @@ class CockpitPage {
 
   private frame(now: number): void {
     const axes = this.sticks.read();
-    const text = axes.join();
+    const share = this.sticks.share;
+    const text = [...axes, share].join();
     this.hint.see(axes);
+    if (axes.some((axis) => axis !== 0)) this.setGoal(null);
     // Told again now and then, so that the simulation knows that somebody is there.
     if (this.description && !this.run && (text !== this.sentSticks || now - this.sentAt > 100)) {
-      this.send({ do: "steer", axes });
+      this.send({ do: "steer", axes, share });
       this.sentSticks = text;
       this.sentAt = now;
     }
@@ -457,6 +495,9 @@ class CockpitPage {
     if (event.code === "KeyP") this.pause(!this.paused);
     else if (event.code === "Digit0") this.reset();
     else if (this.run) return;
+    else if (event.code === "KeyX") this.bePrecise(!this.sticks.precise);
+    else if (event.code === "KeyG" && this.description?.controller === "tip") this.aim(!this.aiming);
+    else if (event.code === "Escape") this.aim(false);
     else if (mode) this.description?.controllers.includes(mode) && this.change({ controller: mode });
     else if (event.code === "Space" && !/^(BUTTON|SUMMARY)$/.test(target.tagName)) {
       event.preventDefault();

@@ -161,7 +161,10 @@ export type ToWorker =
   /** A run in place of a drive: its table, row by row. */
   | { do: "view"; request: Request; columns: string[]; table: Float64Array }
   | { do: "seek"; time: number }
-  | { do: "steer"; axes: number[] }
+  /** `share` of the full speed counts. */
+  | { do: "steer"; axes: number[]; share: number }
+  /** The tip goes to a place (x, z), m, by itself. */
+  | { do: "go"; place: Point }
   | { do: "carry"; mass: number }
   | { do: "pace"; speed: number; paused: boolean }
   /** `share`: for a link, not a file. */

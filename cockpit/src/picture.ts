@@ -51,6 +51,8 @@ export class Picture {
   private trail: Point[] = [];
   /** A path to be followed. */
   task: Task | null = null;
+  /** Where the tip is told to go. */
+  goal: Point | null = null;
   /** Logs that lie about. */
   logs: Logs | null = null;
 
@@ -100,6 +102,7 @@ export class Picture {
     const figures = figuresOf(description, row);
     if (this.task) this.drawTask(this.task, colours);
     if (this.logs) this.drawLogs(this.logs, colours);
+    if (this.goal) this.drawGoal(this.goal, colours);
     this.drawTrail(colours);
     this.drawCrane(description, figures, read, colours);
     const tip = figures.find((figure) => figure.kind === "tip")?.line[0];
@@ -172,6 +175,24 @@ export class Picture {
       const sides: Point[] = [[from - edge, foot], [from, height], [to, height], [to + edge, foot]];
       if (name !== BUNK) c.fill(polygon(sides));
     }
+  }
+
+  /** A ring with a cross. */
+  private drawGoal([x, z]: Point, colours: Palette): void {
+    const c = this.context;
+    const [ring, cross] = [this.pixels(8), this.pixels(13)];
+    c.strokeStyle = colours.wanted;
+    c.lineWidth = this.pixels(1.5);
+    c.beginPath();
+    c.arc(x, z, ring, 0, 2 * Math.PI);
+    for (const [dx, dz] of [
+      [cross, 0],
+      [0, cross],
+    ] as Point[]) {
+      c.moveTo(x - dx, z - dz);
+      c.lineTo(x + dx, z + dz);
+    }
+    c.stroke();
   }
 
   private hatch(path: Path2D, corners: Point[], colour: string): void {

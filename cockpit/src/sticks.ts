@@ -26,8 +26,8 @@ export const LEVER_KEYS: [string, string][] = [
 ];
 /** End of a lever to which an arrow key moves it while it has the focus. */
 const ARROW_ENDS: Record<string, 0 | 1> = { ArrowDown: 0, ArrowLeft: 0, ArrowUp: 1, ArrowRight: 1 };
-/** Share of the deflection that a key gives with Shift held. */
-const FINE = 0.3;
+/** Share of the full speed that counts with Shift held or precision switched on. */
+const PRECISE = 0.25;
 
 export class Sticks {
   private axes: Axis[] = [];
@@ -35,6 +35,8 @@ export class Sticks {
   /** Key that is held, and what it stands for. */
   private readonly keys = new Map<string, string>();
   private fine = false;
+  /** Whether precision is switched on. */
+  precise = false;
   private shows: Show[] = [];
   private shown = "";
   pads: Device[] = [];
@@ -71,14 +73,20 @@ export class Sticks {
       { className: "help" },
       line("", tip ? "Drag the stick: the tip goes where it points." : "Drag the levers: up moves a piston out."),
       line("", "Let go, and the valves close."),
-      line("keys", "Keys: ", ...(tip ? ["the arrows"] : [...row(1), "out, ", ...row(0), "in"]), "; with Shift a third as fast."),
-      line("keys", "1 tip, 2 lever, ", key("span", "KeyP"), " pause, 0 reset, Space grips a log."),
+      line("keys", "Keys: ", ...(tip ? ["the arrows"] : [...row(1), "out, ", ...row(0), "in"]), "; with Shift, or after X, a quarter as fast."),
+      line("keys", "1 tip, 2 lever, ", key("span", "KeyP"), " pause, 0 reset, Space grips a log", ...(tip ? [", G and a click send the tip there"] : []), "."),
     );
   }
 
   letGo(): void {
     this.keys.clear();
     this.touched.fill(0);
+    this.fine = false;
+  }
+
+  /** Share of the full speed that counts. */
+  get share(): number {
+    return this.fine || this.precise ? PRECISE : 1;
   }
 
   /** Deflections now, -1 to 1. */
@@ -88,7 +96,7 @@ export class Sticks {
     const down = new Set(this.keys.values());
     const held = this.axes.map((axis, i) => {
       const [less, more] = axis.keys;
-      const byKey = (Number(down.has(more)) - Number(down.has(less))) * (this.fine ? FINE : 1);
+      const byKey = Number(down.has(more)) - Number(down.has(less));
       const wishes = [this.touched[i] ?? 0, byKey, pads[i] ?? 0];
       return wishes.reduce((a, b) => (Math.abs(b) > Math.abs(a) ? b : a), 0);
     });

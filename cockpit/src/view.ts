@@ -67,12 +67,16 @@ export class View {
 
   /** The part of the world that is shown: least and largest x and z, m. */
   get shown(): [Point, Point] {
-    const at = (x: number, z: number): Point => [(x - this.x) / this.scale, (this.z - z) / this.scale];
-    return [at(0, this.size[1]), at(this.size[0], 0)];
+    return [this.at([0, this.size[1]]), this.at([this.size[0], 0])];
   }
 
   to([x, z]: Point): Point {
     return [this.x + this.scale * x, this.z - this.scale * z];
+  }
+
+  /** The place in the world at a pixel. */
+  at([x, z]: Point): Point {
+    return [(x - this.x) / this.scale, (this.z - z) / this.scale];
   }
 }
 
@@ -109,4 +113,17 @@ export function steerView(canvas: HTMLCanvasElement, view: View): void {
   for (const end of ["pointerup", "pointercancel"] as const) {
     canvas.addEventListener(end, (event) => fingers.delete(event.pointerId));
   }
+}
+
+/** Farthest that a pointer may move in a click, pixels. */
+const CLICK = 4;
+
+/** Tells the place of each click on the canvas, which is no drag. */
+export function clickedPlaces(canvas: HTMLCanvasElement, view: View, tell: (place: Point) => void): void {
+  let down: Point = [0, 0];
+  canvas.addEventListener("pointerdown", (event) => (down = [event.offsetX, event.offsetY]));
+  canvas.addEventListener("click", (event) => {
+    const moved = Math.hypot(event.offsetX - down[0], event.offsetY - down[1]);
+    if (moved <= CLICK) tell(view.at([event.offsetX, event.offsetY]));
+  });
 }

@@ -89,7 +89,12 @@ class Clockwork {
       case "steer":
         this.heard = performance.now();
         this.held = message.axes.some((axis) => axis !== 0);
-        return this.core.steer(message.axes);
+        return this.core.steer(message.axes, message.share);
+      case "go": {
+        const problem = this.core.goTo(message.place);
+        if (problem) post({ tell: "refused", problem });
+        return;
+      }
       case "carry":
         return this.core.carry(message.mass);
       case "pace":
@@ -159,7 +164,7 @@ class Clockwork {
   /** Nobody holds the sticks any more: they spring back. */
   private letGo(): void {
     this.held = false;
-    this.core.steer(Array<number>(8).fill(0));
+    this.core.steer(Array<number>(8).fill(0), 1);
   }
 
   private play(tape: Tape, passed: number): void {

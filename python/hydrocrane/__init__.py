@@ -25,6 +25,7 @@ _HOME = {
     "Comparison": "results.comparison",
     "Controller": "control.controllers",
     "Event": "results.record",
+    "Goal": "scenario.goals",
     "HydrocraneError": "errors",
     "Identification": "identification",
     "InputError": "errors",

@@ -36,6 +36,7 @@ from hydrocrane.results.run import Run as Run
 from hydrocrane.results.run import load_run as load_run
 from hydrocrane.scenario.command import Command as Command
 from hydrocrane.scenario.command import read_commands as read_commands
+from hydrocrane.scenario.goals import Goal as Goal
 from hydrocrane.scenario.payload import PayloadChange as PayloadChange
 from hydrocrane.scenario.phases import Phase as Phase
 from hydrocrane.scenario.scenario import Scenario as Scenario

@@ -116,6 +116,7 @@ class JoystickEntry(TypedDict):
     dead_zone: float
     full_speed: float | None
     ramp: float
+    precision: Array
 
 
 class PhaseEntry(TypedDict):
@@ -127,6 +128,8 @@ class PhaseEntry(TypedDict):
     joystick: JoystickEntry | None
 
 
+# Time, place and speed of a goal.
+GoalEntry: TypeAlias = tuple[float, tuple[float, float], float | None]
 # Cylinder, times, spool positions, and whether to join them.
 CommandEntry: TypeAlias = tuple[str, Array, Array, bool]
 
@@ -144,6 +147,7 @@ class ScenarioEntry(TypedDict):
     commands: list[CommandEntry]
     controller: ControllerEntry | None
     joystick: JoystickEntry | None
+    goals: list[GoalEntry]
     phases: list[PhaseEntry]
     sensor_faults: list[FaultEntry]
     solver: SolverEntry
@@ -197,6 +201,7 @@ class JoystickTable(TypedDict):
     dead_zone: float
     full_speed: float | None
     ramp: float
+    precision: list[float]
 
 
 class FaultTable(TypedDict):
@@ -246,6 +251,7 @@ class ScenarioTable(TypedDict):
     controller: ControllerTable | None
     cylinders: list[str]
     joystick: JoystickTable | None
+    goals: list[GoalEntry]
     phases: list[PhaseTable]
     recorded_by: str | None
     warnings: list[WarningEntry]

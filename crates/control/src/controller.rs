@@ -16,13 +16,40 @@ pub struct Measurement<'a> {
     pub p: &'a [[f64; 2]],
 }
 
-/// Deflection of the operator's sticks, each axis in -1 to 1.
+/// A place that the tip is told to go to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Goal {
+    /// (x, z), m
+    pub place: [f64; 2],
+    /// On the way, m/s; `None`: that of full stick.
+    pub speed: Option<f64>,
+    /// Share of the speed that counts now.
+    pub share: f64,
+    /// When it was given, s. The same place given later is another goal.
+    pub given: f64,
+}
+
+impl Goal {
+    /// In messages.
+    pub fn name(&self) -> String {
+        place_name(self.place)
+    }
+}
+
+/// A place (x, z), m, in messages.
+pub fn place_name([x, z]: [f64; 2]) -> String {
+    format!("({x:.3}, {z:.3}) m")
+}
+
+/// What the operator asks for: deflections of sticks, each axis in -1 to 1, or a goal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stick<'a> {
     /// One stick: the tip's velocity, forward and up, as a share of the full speed (thesis Figure 77).
     Tip([f64; 2]),
     /// One axis per cylinder (thesis Figure 76).
     Lever(&'a [f64]),
+    /// Every stick is released, and the tip shall go to a place.
+    Goal(Goal),
 }
 
 /// Why a controller gave no usable command. The loop closes the valves and records it.
@@ -62,6 +89,14 @@ pub trait Controller: Send {
     /// Whether there is nothing left to do for it after the stick was released.
     fn stands(&self) -> bool {
         true
+    }
+    /// Why it cannot take the tip to `place` (x, z), m, as far as that is known before; `None` where it can.
+    fn refuses(&self, _place: [f64; 2]) -> Option<String> {
+        Some("only the controller `tip` goes to a goal".to_string())
+    }
+    /// Whether it is under way to a goal.
+    fn heading(&self) -> bool {
+        false
     }
     /// The set-point of the tip (x, z) after the last step, m, where the controller has one.
     fn set_point(&self) -> Option<[f64; 2]>;

@@ -123,6 +123,15 @@ impl KeepOut {
         self.regions.iter().map(|r| r.clearance(place).distance).fold(f64::INFINITY, f64::min)
     }
 
+    /// A place at the margin, the shortest way from `place` out of its nearest region; `None` where another region is there.
+    pub fn outside(&self, place: [f64; 2]) -> Option<[f64; 2]> {
+        let ways = self.regions.iter().map(|region| region.clearance(place));
+        let way = ways.min_by(|a, b| a.distance.total_cmp(&b.distance))?;
+        let step = (self.margin - way.distance).max(0.0);
+        let there = [place[0] + step * way.normal[0], place[1] + step * way.normal[1]];
+        (self.distance(there) >= self.margin - 1e-6).then_some(there)
+    }
+
     /// Share of `velocity` that one border leaves.
     fn share(&self, border: &Clearance, velocity: [f64; 2]) -> f64 {
         let [vx, vz] = velocity;
@@ -208,6 +217,17 @@ mod tests {
         let keep = notched();
         assert_eq!(keep.slowed([1.0, 0.9], [0.1, 0.2]), [0.1, 0.2]);
         assert_eq!(keep.slowed([1.0, 0.9], [0.1, -0.2]), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_place_outside_is_at_the_margin_or_there_is_none() {
+        let mut keep = notched();
+        for place in [[1.0, 0.9], [0.0, 0.01], [5.0, 5.0]] {
+            let there = keep.outside(place).expect("free beside it");
+            assert!(keep.distance(there) >= keep.margin - 1e-9, "{there:?}");
+        }
+        keep.regions.push(Region::new(vec![[0.5, 1.0], [2.0, 1.0], [2.0, 3.0], [0.5, 3.0]]));
+        assert_eq!(keep.outside([1.2, 0.99]), None);
     }
 
     #[test]

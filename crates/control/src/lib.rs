@@ -17,6 +17,8 @@ pub mod oil_modes;
 pub mod penalty;
 pub mod pid;
 pub mod plausibility;
+pub mod point_to_point;
+pub mod reach;
 pub mod readings;
 pub mod redundancy;
 pub mod safe_state;

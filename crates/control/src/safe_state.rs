@@ -210,7 +210,7 @@ impl<const N: usize> Controller for SafeState<N> {
         let centred = [0.0; N];
         let stick = match (self.phase, stick) {
             (Phase::Driving, stick) => stick,
-            (_, Stick::Tip(_)) => Stick::Tip([0.0; 2]),
+            (_, Stick::Tip(_) | Stick::Goal(_)) => Stick::Tip([0.0; 2]),
             (_, Stick::Lever(axes)) => Stick::Lever(&centred[..axes.len().min(N)]),
         };
         if let Phase::Stopping(since) = self.phase {
@@ -228,6 +228,15 @@ impl<const N: usize> Controller for SafeState<N> {
         let sent = |c: usize| spool.get(c).copied().filter(|_| usable).unwrap_or(0.0);
         self.note(t, std::array::from_fn(sent));
         answer
+    }
+
+    fn refuses(&self, place: [f64; 2]) -> Option<String> {
+        self.inner.refuses(place)
+    }
+
+    /// A goal that a sensor has interrupted is not gone on to: the crane would move when nobody expects it.
+    fn heading(&self) -> bool {
+        self.phase == Phase::Driving && self.inner.heading()
     }
 
     fn set_point(&self) -> Option<[f64; 2]> {
@@ -249,6 +258,7 @@ fn released(stick: Stick) -> bool {
     match stick {
         Stick::Tip(axes) => axes == [0.0; 2],
         Stick::Lever(axes) => axes.iter().all(|d| *d == 0.0),
+        Stick::Goal(_) => false,
     }
 }
 

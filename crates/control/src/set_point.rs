@@ -29,6 +29,13 @@ pub struct Shape<const N: usize> {
     pub keep_out: KeepOut,
 }
 
+impl<const N: usize> Shape<N> {
+    /// Bandwidth of each lag where the crane's lowest natural frequency on its oil is `slowest_mode` (rad/s), rad/s.
+    pub fn bandwidth(&self, slowest_mode: f64) -> f64 {
+        self.stick_bandwidth.min(STICK_PER_MODE * slowest_mode)
+    }
+}
+
 /// What a sample says of the crane.
 #[derive(Debug, Clone, Copy)]
 pub struct Means<const N: usize> {
@@ -101,10 +108,17 @@ impl<const N: usize> Reference<N> {
         stick != [0.0; 2] || self.speed().min(self.pace) > STANDING
     }
 
+    /// Where the set-point comes to rest when the stick is released now, if nothing slows it down, m.
+    pub fn stopping_place(&self, bandwidth: f64) -> [f64; 2] {
+        let kept = portable::exp(-bandwidth * self.period);
+        let time = kept * self.period / (1.0 - kept);
+        std::array::from_fn(|r| self.set_point[r] + time * (self.lags[0][r] + self.lags[1][r]))
+    }
+
     /// Moves on by one period towards the velocity `wish` (m/s).
     pub fn advance(&mut self, model: &ControllerModel<N>, shape: &Shape<N>, wish: [f64; 2], now: &Means<N>) {
         // The stick as well as its lags: lags wound up at a border would hold the tip there after the stick has turned away.
-        let bandwidth = shape.stick_bandwidth.min(STICK_PER_MODE * now.slowest_mode);
+        let bandwidth = shape.bandwidth(now.slowest_mode);
         self.shape_stick(shape.keep_out.slowed(self.set_point, wish), bandwidth);
         for i in (0..N).filter(|&i| !self.leaders[i]) {
             self.q[i] = now.observed[i];
@@ -211,7 +225,7 @@ const ACCELERATION_PER_STICK: f64 = 5.0;
 /// Share of a lost path that is found again in a period, at most: more than all of it would overshoot.
 const MOST_CORRECTED: f64 = 0.5;
 /// Set-point speed that counts as standing, m/s.
-const STANDING: f64 = 1e-4;
+pub const STANDING: f64 = 1e-4;
 /// Guards of the weights near a dead centre and for a piston that cannot move.
 const LEAST_GAIN: f64 = 1e-6;
 const LEAST_CAPACITY: f64 = 1e-9;

@@ -56,7 +56,7 @@ pub fn checked_stick(stick: Stick) -> Result<[f64; 2], Fault> {
     match stick {
         Stick::Tip(s) if s.iter().all(|s| s.abs() <= 1.0) => Ok(s),
         Stick::Tip(_) => Err(Fault::BadStick),
-        Stick::Lever(_) => Err(Fault::WrongStick("tip")),
+        Stick::Lever(_) | Stick::Goal(_) => Err(Fault::WrongStick("tip")),
     }
 }
 

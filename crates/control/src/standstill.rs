@@ -3,6 +3,7 @@
 //! The set-point may slow down, not turn, so that a straight path can end where the tip could well go on another way. Whoever
 //! holds the stick is told once, and again only after the tip has moved.
 
+use crate::controller::place_name;
 use crate::safe_state::Names;
 
 /// Why the set-point of the tip stands; joints and cylinders by index.
@@ -20,29 +21,57 @@ pub enum Cause {
     Range(Vec<usize>),
 }
 
+/// What the tip was told to do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Aim {
+    /// To move as the stick says.
+    Stick,
+    /// To go to this place (x, z), m.
+    Place([f64; 2]),
+}
+
 impl Cause {
-    pub fn text(&self, names: &Names) -> String {
-        let why = match self {
+    /// For whoever told the tip to move.
+    pub fn text(&self, names: &Names, aim: Aim) -> String {
+        let (why, cure) = self.told(names);
+        match aim {
+            Aim::Stick => {
+                let cure = if cure.is_empty() { String::new() } else { format!("; {cure}") };
+                format!("the tip stands or hardly moves though the stick is out: {why}{cure}")
+            }
+            Aim::Place(place) => format!(
+                "the tip stops before its goal {}: {why}; give a goal that is free to reach on a straight line, or steer there",
+                place_name(place)
+            ),
+        }
+    }
+
+    /// Why, and what whoever holds the stick can do.
+    fn told(&self, names: &Names) -> (String, &'static str) {
+        match self {
             Cause::Load(cylinders) => {
                 let (what, verb) = (listed("cylinder", &names.cylinders, cylinders), "cannot lift this here");
-                format!("{what} {verb}: the load is too heavy for the supply pressure; steer another way")
+                (format!("{what} {verb}: the load is too heavy for the supply pressure"), ANOTHER_WAY)
             }
             Cause::Lag => {
-                "it does not follow its set-point; the load may be too heavy for the supply pressure".to_string()
+                let why = "it does not follow its set-point; the load may be too heavy for the supply pressure";
+                (why.to_string(), "")
             }
-            Cause::Region => "a region to keep out of lies ahead; steer away from it".to_string(),
+            Cause::Region => ("a region to keep out of lies ahead".to_string(), "steer away from it"),
             Cause::Holding(joint) => {
                 let whose = listed("joint", &names.joints, &[*joint]);
-                format!("straight on {whose} comes so near its dead centre that closed valves could not hold it; steer another way")
+                let near = "comes so near its dead centre that closed valves could not hold it";
+                (format!("straight on {whose} {near}"), ANOTHER_WAY)
             }
             Cause::Range(joints) => {
                 let whose = if joints.is_empty() { String::new() } else { listed(": joint", &names.joints, joints) };
-                format!("straight on leads out of the range of the joints{whose}; steer another way")
+                (format!("straight on leads out of the range of the joints{whose}"), ANOTHER_WAY)
             }
-        };
-        format!("the tip stands or hardly moves though the stick is out: {why}")
+        }
     }
 }
+
+const ANOTHER_WAY: &str = "steer another way";
 
 /// Says that joint `i` runs away though its valve is closed.
 pub fn runaway(names: &Names, joint: usize) -> String {
@@ -106,10 +135,13 @@ mod tests {
         let named = |names: [&str; 2]| names.map(str::to_string).to_vec();
         let names =
             Names { joints: named(["boom", "jib"]), revolute: vec![true; 2], cylinders: named(["lift", "tilt"]) };
-        let text = |cause: Cause| cause.text(&names);
+        let text = |cause: Cause| cause.text(&names, Aim::Stick);
         assert!(text(Cause::Load(vec![0])).contains("cylinder `lift` cannot lift this here"));
         assert!(text(Cause::Load(vec![0, 1])).contains("cylinders `lift` and `tilt` cannot"));
         assert!(text(Cause::Range(vec![1])).contains("range of the joints: joint `jib`;"));
         assert!(text(Cause::Range(vec![])).contains("range of the joints;"));
+        let told = Cause::Region.text(&names, Aim::Place([1.0, -0.5]));
+        assert!(told
+            .starts_with("the tip stops before its goal (1.000, -0.500) m: a region to keep out of lies ahead; give"));
     }
 }

@@ -3,19 +3,21 @@
 //! Per sample: pressures and positions -> [`Drive`] (observer, speeds the valves can give now) -> [`Reference`]
 //! (set-point, redundancy, scaling that keeps the direction) -> modelled load forces -> spool commands.
 
-use crate::controller::{Controller, Fault, Measurement, Stick};
+use crate::controller::{place_name, Controller, Fault, Goal, Measurement, Stick};
 use crate::controller_model::{ControllerModel, Posture};
 use crate::damping::{Damping, DampingGains};
 use crate::drive::{Demand, Drive, DriveGains};
 use crate::feed_forward::{Moment, SupplyPressures};
 use crate::holding::Hold;
 use crate::oil_modes::OilModes;
+use crate::point_to_point::{Stretch, Travel};
+use crate::reach;
 use crate::readings::Readings;
 use crate::safe_state::Names;
-use crate::set_point::{Means, Reference, Shape};
+use crate::set_point::{Means, Reference, Shape, STANDING};
 use crate::signal::Signal;
 use crate::slow_down::{checked, checked_stick};
-use crate::standstill::{runaway, Cause, Standstill};
+use crate::standstill::{runaway, Aim, Cause, Standstill};
 use crate::valve_learning::LearntValve;
 use hydrocrane_num::Vec2;
 
@@ -60,6 +62,10 @@ struct State<const N: usize> {
     standstill: Standstill,
     /// Joints that closed valves cannot hold.
     unheld: [bool; N],
+    /// The velocity asked for at the last sample, m/s.
+    asked: [f64; 2],
+    /// On the way to a goal.
+    travel: Option<Travel>,
     /// How long the stick has led back to a tip that is too far behind, s.
     led_back: f64,
     /// What whoever holds the stick should know and has not been told.
@@ -71,6 +77,18 @@ const BLOCKED: f64 = 0.1;
 /// Time after which a tip counts as held, s: longer than half a swing of a boom on its oil.
 const LED_BACK: f64 = 1.5;
 
+/// Speed below which a tip on its way to a goal may count as standing, m/s.
+const CREEPING: f64 = 2e-3;
+/// Distance of the tip from a goal at which it is there, m.
+const THERE: f64 = 5e-3;
+/// Distance of the tip from a goal up to which errors are still corrected, m, and for how long at most, s.
+const CLOSE: f64 = 5e-4;
+const CORRECTING: f64 = 4.0;
+/// How far the tip may be behind a set-point that accelerates, as a share of the lag at which it waits.
+const BEHIND: f64 = 0.25;
+/// Distance of a goal from the nearest place within reach that is none, m.
+const WITHIN_REACH: f64 = 1e-4;
+
 /// Steps that find a missing joint coordinate.
 const NEWTON: usize = 2;
 
@@ -81,6 +99,13 @@ impl<const N: usize> Tip<N> {
     pub fn new(model: ControllerModel<N>, settings: Settings<N>) -> Self {
         Tip { model, settings, state: None }
     }
+}
+
+/// What the operator asks for.
+enum Wanted {
+    /// Of the tip, m/s.
+    Velocity([f64; 2]),
+    Goal(Goal),
 }
 
 impl<const N: usize> State<N> {
@@ -107,6 +132,8 @@ impl<const N: usize> State<N> {
             still: s.settling,
             standstill: Standstill::default(),
             unheld: [false; N],
+            asked: [0.0; 2],
+            travel: None,
             led_back: 0.0,
             news: Vec::new(),
         }
@@ -161,7 +188,9 @@ impl<const N: usize> State<N> {
         waiting: f64,
     ) {
         let asked = Vec2::<f64>::c(wish).norm();
-        if !self.standstill.watch(asked, self.reference.pace, s.period) {
+        // A goal is given up only where the tip hardly gets any nearer.
+        let least = if self.travel.is_some() { asked.min(CREEPING / BLOCKED) } else { asked };
+        if !self.standstill.watch(least, self.reference.pace, s.period) {
             return;
         }
         let open = s.shape.keep_out.slowed(self.reference.set_point, wish);
@@ -182,7 +211,59 @@ impl<const N: usize> State<N> {
         } else {
             Cause::Range(limited)
         };
-        self.news.push(cause.text(&s.names));
+        let aim = self.travel.take().map_or(Aim::Stick, |travel| Aim::Place(travel.goal.place));
+        self.news.push(cause.text(&s.names, aim));
+    }
+
+    /// The velocity that the operator asks for, m/s: the stick's, or the one that leads to the goal.
+    fn wish(&mut self, s: &Settings<N>, stick: Wanted) -> [f64; 2] {
+        let goal = match stick {
+            Wanted::Velocity(velocity) => {
+                if let Some(travel) = self.travel.take().filter(|travel| !travel.over) {
+                    self.news.push(format!("the stick takes over: the tip goes to {} no further", travel.goal.name()));
+                }
+                return velocity;
+            }
+            Wanted::Goal(goal) => goal,
+        };
+        // The share of the speed may change on the way.
+        let same = |travel: &Travel| (travel.goal.given, travel.goal.place) == (goal.given, goal.place);
+        let mut travel = self.travel.filter(same).unwrap_or_else(|| Travel::to(goal, self.asked));
+        let bandwidth = s.shape.bandwidth(self.slowest);
+        let from = self.reference.stopping_place(bandwidth);
+        let left = std::array::from_fn(|r| goal.place[r] - from[r]);
+        let speed = goal.share * goal.speed.unwrap_or(s.full_speed);
+        let velocity =
+            travel.velocity(&Stretch { left, speed, bandwidth, behind: BEHIND * s.lag_limit, period: s.period });
+        // By what is left, not by what is asked for, which begins as small.
+        let asked = bandwidth * Vec2::<f64>::c(left).norm();
+        travel.over |= asked.max(self.reference.speed()) < STANDING;
+        self.travel = Some(travel);
+        if travel.over {
+            [0.0; 2]
+        } else {
+            velocity
+        }
+    }
+
+    /// Whether the tip, whose set-point is at its goal, is still brought nearer: on soft oil it comes there later.
+    /// What lies within the counts of the joint sensors is none of its errors.
+    fn corrects(&mut self, s: &Settings<N>, measured: &Posture<N>, counts: &[f64; N]) -> bool {
+        let Some(travel) = self.travel.as_mut().filter(|travel| travel.over) else { return false };
+        travel.waited += s.period;
+        let count: f64 =
+            measured.jacobian.iter().flatten().zip(counts.iter().cycle()).map(|(j, q)| (j * q).abs()).sum();
+        travel.waited < CORRECTING && (Vec2::<f64>::c(travel.goal.place) - Vec2::c(measured.tip)).norm() > CLOSE + count
+    }
+
+    /// Tells how near the tip has come to its goal once everything stands.
+    fn look_for_arrival(&mut self, s: &Settings<N>, tip: [f64; 2]) {
+        let Some(Travel { goal, .. }) = self.travel.take_if(|travel| travel.over) else { return };
+        let off = (Vec2::<f64>::c(goal.place) - Vec2::c(tip)).norm();
+        self.news.push(match off < THERE {
+            true => format!("the tip has reached its goal {}", goal.name()),
+            false => Cause::Lag.text(&s.names, Aim::Place(goal.place)),
+        });
     }
 
     /// Tells once of each joint that closed valves cannot hold.
@@ -227,14 +308,16 @@ impl<const N: usize> State<N> {
         q: &[f64; N],
         p: &[[f64; 2]; N],
         gaps: &[Signal],
-        wish: [f64; 2],
+        stick: Wanted,
     ) -> [f64; N] {
         let q = &self.filled(model, q, gaps);
         let measured = model.posture(q);
+        let mut counts = [0.0; N];
         for c in 0..N {
             let missing = gaps.contains(&Signal::Joint(c));
             let readings = &mut self.readings[c];
             let resolution = if missing { readings.known() } else { readings.resolution(q[c]) };
+            counts[c] = resolution;
             let count = resolution * measured.lever_arm[c].abs();
             self.drives[c].measure(&Moment { stroke: measured.stroke[c], p: p[c] }, count, !missing, self.slowest);
         }
@@ -249,7 +332,10 @@ impl<const N: usize> State<N> {
         self.slowest = modes.slowest();
         let holding = model.holding(q, self.payload, &stiffness);
         self.look_for_runaways(s, &holding);
-        self.still = if self.reference.moving(wish) { 0.0 } else { self.still + s.period };
+        let wish = self.wish(s, stick);
+        self.asked = wish;
+        let moving = self.reference.moving(wish) || self.corrects(s, &measured, &counts);
+        self.still = if moving { 0.0 } else { self.still + s.period };
         let rest = self.still >= s.settling;
         let target: [f64; N];
         if rest {
@@ -258,6 +344,7 @@ impl<const N: usize> State<N> {
             // Where the piston has stopped, as far as that is near enough.
             target = std::array::from_fn(|c| held[c].0 + self.settled[c].clamp(-band, band));
             self.reference.stand();
+            self.look_for_arrival(s, measured.tip);
         } else {
             let held = self.reference.posture.stroke;
             self.settled = std::array::from_fn(|c| self.drives[c].position() - held[c]);
@@ -301,6 +388,15 @@ impl<const N: usize> State<N> {
     }
 }
 
+/// A goal in numbers that a way can be made of.
+fn checked_goal(goal: Goal) -> Result<Goal, Fault> {
+    let speeds = [goal.speed.unwrap_or(0.0), goal.share];
+    if goal.place.iter().all(|r| r.is_finite()) && speeds.iter().all(|v| v.is_finite() && *v >= 0.0) {
+        return Ok(goal);
+    }
+    Err(Fault::Failed(format!("the goal {} or its speed is not a number that the tip can go by", goal.name())))
+}
+
 /// Near a dead centre a torque is no cylinder force, and a pose can have no modes.
 fn finite(x: f64) -> f64 {
     if x.is_finite() {
@@ -331,9 +427,12 @@ impl<const N: usize> Controller for Tip<N> {
         spool: &mut [f64],
     ) -> Result<(), Fault> {
         let (q, p) = checked::<N>(measured)?;
-        let wish = checked_stick(stick)?.map(|s| s * self.settings.full_speed);
+        let stick = match stick {
+            Stick::Goal(goal) => Wanted::Goal(checked_goal(goal)?),
+            _ => Wanted::Velocity(checked_stick(stick)?.map(|s| s * self.settings.full_speed)),
+        };
         let state = self.state.get_or_insert_with(|| State::at(&self.model, &self.settings, q, &p));
-        let command = state.step(&self.model, &self.settings, &q, &p, gaps, wish);
+        let command = state.step(&self.model, &self.settings, &q, &p, gaps, stick);
         if command.iter().any(|u| !u.is_finite()) {
             self.state = None;
             return Err(Fault::Failed("the spool command is not a finite number; tip control starts anew".to_string()));
@@ -346,6 +445,35 @@ impl<const N: usize> Controller for Tip<N> {
 
     fn stands(&self) -> bool {
         self.state.as_ref().is_none_or(|state| state.still >= self.settings.settling)
+    }
+
+    fn refuses(&self, place: [f64; 2]) -> Option<String> {
+        if !place.iter().all(|r| r.is_finite()) {
+            return Some("it is not a pair of finite numbers".to_string());
+        }
+        let nearest = reach::nearest(&self.model, place);
+        let off = (Vec2::<f64>::c(place) - Vec2::c(nearest)).norm();
+        if off > WITHIN_REACH {
+            let near = place_name(nearest);
+            return Some(format!("it is out of reach of the tip; the nearest place within reach is {near}"));
+        }
+        let keep_out = &self.settings.shape.keep_out;
+        (keep_out.distance(place) < keep_out.margin - WITHIN_REACH).then(|| {
+            let free = keep_out.outside(place).filter(|place| {
+                let nearest = reach::nearest(&self.model, *place);
+                (Vec2::<f64>::c(*place) - Vec2::c(nearest)).norm() <= WITHIN_REACH
+            });
+            let outside = free.map(|place| format!("; {} is far enough", place_name(place)));
+            format!(
+                "it lies in a region to keep out of, or nearer to it than the margin of {:.3} m{}",
+                keep_out.margin,
+                outside.unwrap_or_default()
+            )
+        })
+    }
+
+    fn heading(&self) -> bool {
+        self.state.as_ref().is_some_and(|state| state.travel.is_some())
     }
 
     fn set_point(&self) -> Option<[f64; 2]> {

@@ -2,6 +2,7 @@
 
 mod closed_loop;
 mod command;
+mod goal;
 mod initial;
 mod log;
 mod phase;
@@ -12,6 +13,7 @@ mod written;
 
 pub use closed_loop::{ControllerChoice, Joystick, SensorQuality, StickMode};
 pub use command::{CommandLog, LoggedColumn, SpoolCommand};
+pub use goal::Goal;
 pub use initial::{Initial, Pressures};
 pub use phase::Phase;
 pub use sensor_fault::{FaultKind, SensorFault};
@@ -54,6 +56,8 @@ pub struct Scenario {
     pub cylinders: Vec<String>,
     pub controller: Option<ControllerChoice>,
     pub joystick: Option<Joystick>,
+    /// Where the tip is told to go, in order of time.
+    pub goals: Vec<Goal>,
     /// What changes on the way, in order of time; phases beyond the duration do not happen.
     pub phases: Vec<Phase>,
     pub sensor_faults: Vec<SensorFault>,
@@ -198,6 +202,7 @@ fn build(
         sensor_faults: sensor_fault::read(&root, &machine, controller.as_ref())?,
         controller,
         joystick,
+        goals: goal::read(&root)?,
         phases,
         solver: solver(&root)?,
         seed: seed(&head)?,

@@ -62,6 +62,8 @@ pub fn load_scenario<'py>(py: Python<'py>, source: &str, pairs: &Bound<'py, PyLi
     out.set_item("controller", s.controller.map(|c| controller_of(py, c)).transpose()?)?;
     out.set_item("cylinders", s.cylinders)?;
     out.set_item("joystick", s.joystick.map(|j| joystick_of(py, j)).transpose()?)?;
+    let goals = s.goals.iter().map(|goal| (goal.time, goal.place, goal.speed));
+    out.set_item("goals", goals.collect::<Vec<_>>())?;
     let phases: PyResult<Vec<_>> = s.phases.into_iter().map(|phase| phase_of(py, phase)).collect();
     out.set_item("phases", phases?)?;
     out.set_item("recorded_by", s.recorded_by)?;
@@ -145,6 +147,7 @@ fn joystick_of<'py>(py: Python<'py>, j: Joystick) -> PyResult<Bound<'py, PyDict>
     out.set_item("dead_zone", j.dead_zone)?;
     out.set_item("full_speed", j.full_speed)?;
     out.set_item("ramp", j.ramp)?;
+    out.set_item("precision", j.precision)?;
     Ok(out)
 }
 

@@ -4,7 +4,7 @@ use crate::arrays::Row;
 use crate::overrides::{overrides, value};
 use crate::sensors::{sensor_faults, sensor_mode, FaultEntry};
 use hydrocrane_machine::scenario::{
-    stated, ControllerChoice, Initial, Interpolation, Joystick, Phase, Pressures, Scenario, Solver, SpoolCommand,
+    stated, ControllerChoice, Goal, Initial, Interpolation, Joystick, Phase, Pressures, Scenario, Solver, SpoolCommand,
     StickMode,
 };
 use hydrocrane_machine::suggestion;
@@ -77,6 +77,8 @@ pub struct JoystickEntry<'py> {
     dead_zone: f64,
     full_speed: Option<f64>,
     ramp: f64,
+    /// Share of the full speed at each time; empty: all of it.
+    precision: Row<'py>,
 }
 
 #[derive(FromPyObject)]
@@ -104,6 +106,8 @@ pub struct ScenarioEntry<'py> {
     commands: Vec<(String, Row<'py>, Row<'py>, bool)>,
     controller: Option<ControllerEntry<'py>>,
     joystick: Option<JoystickEntry<'py>>,
+    /// Time, place, and speed where one is stated.
+    goals: Vec<(f64, [f64; 2], Option<f64>)>,
     phases: Vec<PhaseEntry<'py>>,
     sensor_faults: Vec<FaultEntry>,
     solver: SolverEntry,
@@ -128,6 +132,7 @@ impl ScenarioEntry<'_> {
             cylinders: cylinders.iter().map(|name| name.to_string()).collect(),
             controller: self.controller.as_ref().map(ControllerEntry::choice).transpose()?,
             joystick: self.joystick.as_ref().map(|stick| stick.joystick(cylinders)).transpose()?,
+            goals: self.goals.iter().map(|&(time, place, speed)| Goal { time, place, speed }).collect(),
             phases: self.phases.iter().map(|phase| phase.phase(cylinders)).collect::<PyResult<_>>()?,
             sensor_faults: sensor_faults(&self.sensor_faults)?,
             solver: self.solver.solver(),
@@ -212,6 +217,7 @@ impl JoystickEntry<'_> {
             dead_zone: self.dead_zone,
             full_speed: self.full_speed,
             ramp: self.ramp,
+            precision: self.precision.as_slice()?.to_vec(),
         })
     }
 }

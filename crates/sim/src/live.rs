@@ -16,7 +16,7 @@ use crate::schedule::Schedule;
 use crate::sensing::Sensors;
 use crate::stick::Sticks;
 use crate::warning::Warning;
-use hydrocrane_control::controller::Controller;
+use hydrocrane_control::controller::{Controller, Goal};
 use hydrocrane_plant::layout::MAX_JOINTS;
 use std::sync::Arc;
 
@@ -37,6 +37,10 @@ pub struct Live {
     payload: f64,
     wanted_payload: f64,
     deflections: Vec<f64>,
+    /// Share of the full speed that counts.
+    precision: f64,
+    /// A goal to be given at the next sample.
+    goal: Option<Goal>,
     set_point: Option<[f64; 2]>,
     sampled_until: f64,
     /// Time at which another phase is to begin, s.
@@ -86,10 +90,12 @@ impl Live {
             commands,
             controller,
             loads: Loads::new(&options.payload_changes),
-            replaying: !plan.sticks.times.is_empty(),
+            replaying: !plan.sticks.idle(),
             payload: options.payload,
             wanted_payload: options.payload,
             deflections: vec![0.0; plan.sticks.axes],
+            precision: 1.0,
+            goal: None,
             set_point: None,
             sampled_until: 0.0,
             phase_end: f64::INFINITY,
@@ -116,6 +122,26 @@ impl Live {
             let wanted = deflections.get(axis).copied().unwrap_or(0.0);
             *held = if wanted.is_nan() { 0.0 } else { wanted.clamp(-1.0, 1.0) };
         }
+    }
+
+    /// From the next sample on this `share` of the full speed counts: a slower stick for precise work. What is no number counts
+    /// as all of it.
+    pub fn set_precision(&mut self, share: f64) {
+        self.precision = if share.is_nan() { 1.0 } else { share.clamp(0.0, 1.0) };
+    }
+
+    /// From the next sample on the tip goes to `place` (x, z), m, at `speed` (m/s), that of full stick where none is given, until
+    /// somebody moves a stick. The error says why it cannot.
+    pub fn go_to(&mut self, place: [f64; 2], speed: Option<f64>) -> Result<(), String> {
+        if let Some(speed) = speed.filter(|speed| !(speed.is_finite() && *speed > 0.0)) {
+            return Err(format!("the speed to a goal is {speed} m/s; it must be greater than zero"));
+        }
+        let goal = Goal { place, speed, share: 1.0, given: 0.0 };
+        if let Some(why) = self.controller.refuses(place) {
+            return Err(format!("the tip cannot go to {}: {why}", goal.name()));
+        }
+        self.goal = Some(goal);
+        Ok(())
     }
 
     /// Ends a replay: from the next sample on the sticks are those of [`Self::set_sticks`]. Spool commands against time go on
@@ -173,7 +199,7 @@ impl Live {
         if self.schedule.take().is_some() {
             driven.hold(now);
             self.sampled = Sampled::new(now, x, &driven, plan);
-            self.replaying = !plan.sticks.times.is_empty();
+            self.replaying = !plan.sticks.idle();
         } else {
             self.sampled.go_on(now, x, &driven, plan);
         }
@@ -249,7 +275,10 @@ impl Live {
         if self.replaying {
             return;
         }
-        self.sampled.hand.hold(now, &self.deflections);
+        self.sampled.hand.hold(now, &self.deflections, self.precision);
+        if let Some(goal) = self.goal.take() {
+            self.sampled.hand.go_to(Goal { given: now, ..goal });
+        }
         // The payload at the start is that of the pressures at the start, so that a change waits for the second sample.
         if self.wanted_payload != driven.payload && now > 0.0 {
             driven.loads.add(PayloadChange { time: now, mass: self.wanted_payload });

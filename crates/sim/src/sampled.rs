@@ -75,6 +75,10 @@ pub(crate) fn plan_fault(plan: &SampledPlan, period: f64) -> Option<String> {
         let (values, times) = (sticks.deflections.len(), sticks.times.len());
         return Some(format!("{values} deflections for {times} times and {} stick axes", sticks.axes));
     }
+    if !sticks.precision.is_empty() && sticks.precision.len() != sticks.times.len() {
+        let (values, times) = (sticks.precision.len(), sticks.times.len());
+        return Some(format!("{values} values of precision for {times} times of the sticks"));
+    }
     let beyond = sticks.deflections.iter().find(|d| d.is_nan() || d.abs() > 1.0 + ROUNDING);
     beyond.map(|d| format!("a stick's deflection is {d}; it must lie between -1 and 1"))
 }
@@ -151,9 +155,16 @@ impl Sampled {
             controller.reset(&measured);
         }
         self.hand.move_to(now);
+        if let Some(goal) = self.hand.refused() {
+            let text = format!("the goal {} counts for nothing: a stick is out; release it first", goal.name());
+            self.events.push(Event { time: now, text });
+        }
         let mut command = std::mem::take(&mut self.command);
         command.fill(0.0);
         let answer = controller.step(&measured, self.hand.stick(), &mut command);
+        if !controller.heading() {
+            self.hand.arrive();
+        }
         let notices = controller.notices().into_iter();
         self.events.extend(notices.map(|text| Event { time: now, text }));
         self.given_up = matches!(answer, Err(Fault::Fatal(_)));

@@ -1,6 +1,6 @@
-//! The operator's sticks against time: dead zone, interpolation, ramp.
+//! The operator's sticks against time: dead zone, interpolation, precision, ramp; and the goals of the tip.
 
-use hydrocrane_control::controller::Stick;
+use hydrocrane_control::controller::{Goal, Stick};
 pub use hydrocrane_machine::scenario::StickMode as StickKind;
 
 /// How far beyond its end rounding may take a deflection; it counts as the end.
@@ -21,36 +21,72 @@ pub struct Sticks {
     pub dead_zone: f64,
     /// Time that a stick takes from its centre to its end, s; zero: it jumps.
     pub ramp: f64,
+    /// Share of the full speed that counts from each of the times on, 0 to 1; empty: all of it, always.
+    pub precision: Vec<f64>,
+    /// Where the tip is told to go, in order of time; moving a stick ends the way there.
+    pub goals: Vec<Goal>,
 }
 
 impl Sticks {
     /// All sticks centred, for ever.
     pub fn centred(kind: StickKind, cylinders: usize) -> Self {
         let axes = if kind == StickKind::Tip { 2 } else { cylinders };
-        Sticks { kind, times: Vec::new(), deflections: Vec::new(), axes, linear: false, dead_zone: 0.0, ramp: 0.0 }
+        Sticks {
+            kind,
+            times: Vec::new(),
+            deflections: Vec::new(),
+            axes,
+            linear: false,
+            dead_zone: 0.0,
+            ramp: 0.0,
+            precision: Vec::new(),
+            goals: Vec::new(),
+        }
+    }
+
+    /// Whether anybody moves a stick or gives a goal.
+    pub fn idle(&self) -> bool {
+        self.times.is_empty() && self.goals.is_empty()
     }
 
     /// Where one axis is held at time `t`.
     fn raw(&self, axis: usize, t: f64) -> f64 {
+        self.between(t, |row| self.deflections[row * self.axes + axis]).unwrap_or(0.0)
+    }
+
+    /// Share of the full speed that counts at time `t`.
+    fn share(&self, t: f64) -> f64 {
+        if self.precision.is_empty() {
+            return 1.0;
+        }
+        self.between(t, |row| self.precision[row]).unwrap_or(1.0).clamp(0.0, 1.0)
+    }
+
+    /// A value of the rows at time `t`; none before the first.
+    fn between(&self, t: f64, value: impl Fn(usize) -> f64) -> Option<f64> {
         let next = self.times.partition_point(|&time| time <= t + 1e-12);
         if next == 0 {
-            return 0.0;
+            return None;
         }
-        let value = |row: usize| self.deflections[row * self.axes + axis];
-        match (self.linear, self.times.get(next)) {
+        Some(match (self.linear, self.times.get(next)) {
             (true, Some(&end)) => {
                 let begin = self.times[next - 1];
                 value(next - 1) + (value(next) - value(next - 1)) * (t - begin) / (end - begin)
             }
             _ => value(next - 1),
-        }
+        })
     }
 
     /// Where the operator wants one axis at time `t`, after its dead zone.
     fn wanted(&self, axis: usize, t: f64) -> f64 {
         let raw = self.raw(axis, t).clamp(-1.0, 1.0);
         let beyond = raw - raw.clamp(-self.dead_zone, self.dead_zone);
-        beyond / (1.0 - self.dead_zone)
+        self.share(t) * (beyond / (1.0 - self.dead_zone))
+    }
+
+    /// Goals given until time `t`.
+    fn given(&self, t: f64) -> usize {
+        self.goals.partition_point(|goal| goal.given <= t + 1e-12)
     }
 }
 
@@ -59,19 +95,28 @@ pub(crate) struct Hand {
     sticks: Sticks,
     at: Vec<f64>,
     since: f64,
+    /// Goals that nobody goes to any more, counted from the first.
+    past: usize,
+    /// A goal that was given while a stick was out.
+    refused: Option<Goal>,
 }
 
 impl Hand {
     /// Centred at time `now` (s).
     pub fn new(sticks: Sticks, now: f64) -> Self {
-        Hand { at: vec![0.0; sticks.axes], sticks, since: now }
+        Hand { at: vec![0.0; sticks.axes], sticks, since: now, past: 0, refused: None }
     }
 
-    /// From time `t` on the operator does what `sticks` say; levers in another hand begin centred.
-    pub fn take(&mut self, sticks: Sticks, t: f64) {
+    /// From time `t` on the operator does what `sticks` say; levers in another hand begin centred. Goals given before stay.
+    pub fn take(&mut self, mut sticks: Sticks, t: f64) {
+        let (mut earlier, before) = (self.sticks.goals.clone(), sticks.given(t));
+        earlier.truncate(self.sticks.given(t));
+        earlier.extend(sticks.goals.drain(..).skip(before));
+        sticks.goals = earlier;
         let same = sticks.kind == self.sticks.kind && sticks.axes == self.sticks.axes;
         if !same {
             (self.at, self.since) = (vec![0.0; sticks.axes], t);
+            self.past = sticks.given(t);
         }
         self.sticks = sticks;
     }
@@ -84,29 +129,55 @@ impl Hand {
     /// Forgets what the operator would have done after the last of `samples` (s). Sticks that go straight between rows are
     /// held where they were at each sample from then on: a controller that samples there sees no difference.
     pub fn forget_after(&mut self, samples: impl Iterator<Item = f64>) {
+        let mut last = f64::NEG_INFINITY;
         if self.sticks.linear {
             let straight = self.sticks.clone();
-            self.sticks = Sticks { times: Vec::new(), deflections: Vec::new(), linear: false, ..straight };
+            let (times, deflections, precision) = (Vec::new(), Vec::new(), Vec::new());
+            self.sticks = Sticks { times, deflections, precision, linear: false, ..straight.clone() };
             for t in samples {
                 let there: Vec<f64> = (0..straight.axes).map(|axis| straight.raw(axis, t)).collect();
-                self.hold(t, &there);
+                self.hold(t, &there, straight.share(t));
+                last = t;
             }
         } else {
-            let last = samples.last().unwrap_or(f64::NEG_INFINITY);
+            last = samples.last().unwrap_or(last);
             let kept = self.sticks.times.partition_point(|&time| time <= last);
             self.sticks.times.truncate(kept);
             self.sticks.deflections.truncate(kept * self.sticks.axes);
+            self.sticks.precision.truncate(kept);
         }
+        let given = self.sticks.given(last);
+        self.sticks.goals.truncate(given);
     }
 
-    /// From time `t` on the operator holds `deflections`. Times must grow.
-    pub fn hold(&mut self, t: f64, deflections: &[f64]) {
+    /// From time `t` on the operator holds `deflections`, of which the `share` of the full speed counts. Times must grow.
+    pub fn hold(&mut self, t: f64, deflections: &[f64], share: f64) {
         let axes = self.sticks.axes;
         let last = self.sticks.deflections.len().saturating_sub(axes);
-        if self.sticks.deflections[last..] != *deflections {
+        let before = self.sticks.precision.last().copied().unwrap_or(1.0);
+        if self.sticks.deflections[last..] != *deflections || before != share {
+            if share != 1.0 || !self.sticks.precision.is_empty() {
+                self.sticks.precision.resize(self.sticks.times.len(), 1.0);
+                self.sticks.precision.push(share);
+            }
             self.sticks.times.push(t);
             self.sticks.deflections.extend_from_slice(deflections);
         }
+    }
+
+    /// From its time on the tip shall go to `goal`. Times must grow.
+    pub fn go_to(&mut self, goal: Goal) {
+        self.sticks.goals.push(goal);
+    }
+
+    /// A goal that was given while a stick was out, told once.
+    pub fn refused(&mut self) -> Option<Goal> {
+        self.refused.take()
+    }
+
+    /// The controller is under way to no goal any more.
+    pub fn arrive(&mut self) {
+        self.past = self.sticks.given(self.since);
     }
 
     /// Goes on to time `t` and tells the deflections there.
@@ -115,6 +186,12 @@ impl Hand {
         for (axis, at) in self.at.iter_mut().enumerate() {
             // The sum of where it is and what it lacks may miss the end of a stick's way by rounding.
             *at = (*at + (self.sticks.wanted(axis, t) - *at).clamp(-most, most)).clamp(-1.0, 1.0);
+        }
+        let given = self.sticks.given(t);
+        if self.past < given && (0..self.at.len()).any(|axis| self.sticks.wanted(axis, t) != 0.0) {
+            let goal = self.sticks.goals[given - 1];
+            self.refused = (goal.given > self.since || self.since == t).then_some(goal);
+            self.past = given;
         }
         self.since = t;
         &self.at
@@ -127,6 +204,10 @@ impl Hand {
 
     /// The deflections as a controller takes them.
     pub fn stick(&self) -> Stick<'_> {
+        let given = self.sticks.given(self.since);
+        if self.past < given {
+            return Stick::Goal(Goal { share: self.sticks.share(self.since), ..self.sticks.goals[given - 1] });
+        }
         match (self.sticks.kind, self.at.as_slice()) {
             (StickKind::Tip, &[x, z]) => Stick::Tip([x, z]),
             _ => Stick::Lever(&self.at),
@@ -140,7 +221,7 @@ mod tests {
 
     fn sticks(linear: bool, dead_zone: f64, ramp: f64) -> Sticks {
         let (times, deflections) = (vec![1.0, 2.0], vec![0.0, 1.0, 1.0, -1.0]);
-        Sticks { kind: StickKind::Tip, times, deflections, axes: 2, linear, dead_zone, ramp }
+        Sticks { times, deflections, linear, dead_zone, ramp, ..Sticks::centred(StickKind::Tip, 0) }
     }
 
     #[test]
@@ -199,9 +280,65 @@ mod tests {
     fn what_a_hand_holds_is_written_down_where_it_changes() {
         let mut hand = Hand::new(Sticks::centred(StickKind::Tip, 3), 0.0);
         for (t, z) in [(0.0, 0.5), (0.1, 0.5), (0.2, -0.5)] {
-            hand.hold(t, &[0.0, z]);
+            hand.hold(t, &[0.0, z], 1.0);
             assert_eq!(hand.move_to(t), [0.0, z]);
         }
         assert_eq!(hand.sticks().times, [0.0, 0.2]);
+        assert!(hand.sticks().precision.is_empty(), "nothing was said of it");
+        hand.hold(0.3, &[0.0, -0.5], 0.25);
+        hand.hold(0.4, &[0.0, -0.5], 1.0);
+        assert_eq!(
+            (&hand.sticks().times[2..], &hand.sticks().precision[..]),
+            (&[0.3, 0.4][..], &[1.0, 1.0, 0.25, 1.0][..])
+        );
+        assert_eq!((hand.move_to(0.35)[1], hand.move_to(0.45)[1]), (-0.125, -0.5));
+    }
+
+    #[test]
+    fn precision_slows_the_stick_through_its_ramp() {
+        let slower = Sticks { precision: vec![1.0, 0.25], ..sticks(false, 0.2, 0.5) };
+        let mut hand = Hand::new(slower, 0.0);
+        assert_eq!(hand.move_to(1.9)[1], 1.0);
+        assert!((hand.move_to(2.1)[0] - 0.25).abs() < 1e-12);
+        assert!((hand.at()[1] - 0.6).abs() < 1e-12, "on the way from 1 to -0.25");
+    }
+
+    fn goal(given: f64, x: f64) -> Goal {
+        Goal { place: [x, 0.0], speed: None, share: 1.0, given }
+    }
+
+    /// To where the controller is sent at each time.
+    fn sent(hand: &mut Hand, times: &[f64]) -> Vec<Option<f64>> {
+        let at = |t: &f64| {
+            hand.move_to(*t);
+            match hand.stick() {
+                Stick::Goal(goal) => Some(goal.place[0]),
+                _ => None,
+            }
+        };
+        times.iter().map(at).collect()
+    }
+
+    #[test]
+    fn a_goal_holds_until_the_next_one_or_until_a_stick_is_moved() {
+        // The sticks are centred until 1 s and from 2 s on.
+        let (times, deflections) = (vec![1.0, 2.0], vec![0.5, 0.0, 0.0, 0.0]);
+        let goals = vec![goal(0.1, 1.0), goal(0.5, 2.0), goal(1.5, 3.0), goal(3.0, 4.0)];
+        let plan = Sticks { times, deflections, goals, ..sticks(false, 0.0, 0.5) };
+        let mut hand = Hand::new(plan.clone(), 0.0);
+        assert_eq!(sent(&mut hand, &[0.0, 0.1, 0.4, 0.5, 0.9]), [None, Some(1.0), Some(1.0), Some(2.0), Some(2.0)]);
+        assert_eq!((sent(&mut hand, &[1.0, 1.4]), hand.refused()), (vec![None; 2], None));
+        assert_eq!((sent(&mut hand, &[1.5]), hand.refused()), (vec![None], Some(goal(1.5, 3.0))));
+        assert_eq!(sent(&mut hand, &[2.5, 3.0]), [None, Some(4.0)], "a stick that is released starts nothing");
+        hand.arrive();
+        assert_eq!(sent(&mut hand, &[3.1]), [None]);
+        // Another phase with the same goals starts none of them again; another operator's plan has its own.
+        hand.take(plan.clone(), 3.2);
+        assert_eq!(sent(&mut hand, &[3.3]), [None]);
+        hand.take(Sticks { goals: vec![goal(4.0, 5.0)], ..plan }, 3.5);
+        assert_eq!(sent(&mut hand, &[3.6, 4.0]), [None, Some(5.0)]);
+        assert_eq!(hand.sticks().goals.len(), 5);
+        hand.forget_after([3.9].into_iter());
+        assert_eq!((sent(&mut hand, &[4.1]), hand.sticks().goals.len()), (vec![None], 4));
     }
 }

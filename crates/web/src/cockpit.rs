@@ -47,6 +47,24 @@ impl Cockpit {
         }
     }
 
+    /// The tip goes to a place (x, z), m, by itself, until somebody moves a stick.
+    pub fn go_to(&mut self, place: [f64; 2]) -> Result<(), Problem> {
+        let drive = self.drive.as_mut().ok_or_else(|| Problem::plain("there is no drive"))?;
+        if drive.live.follows_commands() {
+            return Err(Problem::plain("spool commands are repeated; begin a drive of the tip first"));
+        }
+        drive.live.go_to(place, None).map_err(Problem::plain)?;
+        drive.take_over();
+        Ok(())
+    }
+
+    /// From the next sample on this share of the full speed counts.
+    pub fn set_precision(&mut self, share: f64) {
+        if let Some(drive) = &mut self.drive {
+            drive.live.set_precision(share);
+        }
+    }
+
     /// Takes up a load or lets one go: the payload from the next sample on, kg.
     pub fn carry(&mut self, mass: f64) {
         if let Some(drive) = &mut self.drive {

@@ -94,6 +94,23 @@ pub extern "C" fn steer(axis: usize, deflection: f64) {
     });
 }
 
+/// The tip goes to a place (x, z), m, by itself; the text is empty, or `{"error": ...}` where it cannot.
+#[no_mangle]
+pub extern "C" fn go_to(x: f64, z: f64) {
+    with(|desk| {
+        desk.text = match desk.cockpit.go_to([x, z]) {
+            Ok(()) => String::new(),
+            Err(problem) => problem.json().to_string(),
+        };
+    });
+}
+
+/// From the next sample on this share of the full speed counts.
+#[no_mangle]
+pub extern "C" fn precise(share: f64) {
+    with(|desk| desk.cockpit.set_precision(share));
+}
+
 /// Payload from the next sample on, kg.
 #[no_mangle]
 pub extern "C" fn carry(mass: f64) {

@@ -2,7 +2,7 @@
 
 use crate::drive::{Drive, Setting, TICK};
 use crate::problem::Problem;
-use hydrocrane_machine::scenario::{Interpolation, Joystick, Phase, Scenario};
+use hydrocrane_machine::scenario::{Goal, Interpolation, Joystick, Phase, Scenario};
 use hydrocrane_machine::{Machine, OverrideValue};
 use hydrocrane_sim::Sticks;
 
@@ -45,6 +45,7 @@ pub fn scenario(drive: &Drive) -> Result<String, Problem> {
         duration: end,
         controller: first.controller.clone(),
         joystick: first.controller.is_some().then(|| joystick(sticks)),
+        goals: goals(live.sticks(), end),
         phases,
         recorded_by: Some(env!("CARGO_PKG_VERSION").into()),
         ..begun.clone()
@@ -60,6 +61,12 @@ fn changed(setting: &Setting, before: &Setting) -> Vec<(String, OverrideValue)> 
     setting.overrides.iter().filter(|change| !before.overrides.contains(change)).cloned().collect()
 }
 
+/// The goals that were given before `end` (s).
+fn goals(sticks: &Sticks, end: f64) -> Vec<Goal> {
+    let due = sticks.goals.iter().filter(|goal| goal.given < end);
+    due.map(|goal| Goal { time: goal.given, place: goal.place, speed: goal.speed }).collect()
+}
+
 /// What was done with the sticks. Their speed is among the overrides.
 fn joystick(sticks: &Sticks) -> Joystick {
     let column = |axis: usize| sticks.deflections.iter().skip(axis).step_by(sticks.axes).copied().collect();
@@ -72,5 +79,6 @@ fn joystick(sticks: &Sticks) -> Joystick {
         dead_zone: sticks.dead_zone,
         full_speed: None,
         ramp: sticks.ramp,
+        precision: sticks.precision.clone(),
     }
 }

@@ -43,6 +43,7 @@ impl Request {
             dead_zone: self.dead_zone,
             full_speed: None,
             ramp: self.ramp,
+            precision: Vec::new(),
         };
         let sensors = if self.real_sensors { SensorQuality::DataSheet } else { SensorQuality::Ideal };
         let controller = ControllerChoice { delay: self.delay, sensors, ..ControllerChoice::named(&self.controller) };
@@ -62,6 +63,7 @@ impl Request {
             cylinders: machine.cylinders.iter().map(|cylinder| cylinder.name.clone()).collect(),
             controller: Some(controller),
             joystick: Some(joystick),
+            goals: Vec::new(),
             phases: Vec::new(),
             sensor_faults: Vec::new(),
             solver: solver(),

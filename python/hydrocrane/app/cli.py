@@ -95,7 +95,7 @@ def simulate(
     plan = hc.load_scenario(checked_scenario(scenario))
     if command_log is not None:
         changes["commands"] = hc.read_commands(command_log, machine or plan.load_machine())
-        plan = plan.changed(controller=None, joystick=None, phases=())
+        plan = plan.changed(controller=None, joystick=None, goals=(), phases=())
     if plan.recorded_by not in ("", hc.__version__):
         warn(f"{scenario} was recorded with version {plan.recorded_by}, this is {hc.__version__}: the drive may differ")
     suffixes = _data_suffixes(plan.name, also, film)

@@ -54,6 +54,7 @@ class StickFields(TypedDict, total=False):
     dead_zone: float
     full_speed: float | None
     ramp: float
+    precision: ArrayLike
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,8 @@ class Joystick:
         Speed of the tip at full deflection, m/s; default is the machine's or the controller's own.
     ramp : float
         Time that a stick takes from its centre to its end, s.
+    precision : (k,) array_like
+        Share of the full speed that counts at each time, 0 to 1, for precise work; empty: all of it.
     """
 
     time: Array
@@ -84,6 +87,7 @@ class Joystick:
     dead_zone: float = 0.0
     full_speed: float | None = None
     ramp: float = 0.0
+    precision: Array = field(default_factory=lambda: np.empty(0))
 
     if TYPE_CHECKING:
         # Whatever NumPy takes as an array may be given.
@@ -96,6 +100,7 @@ class Joystick:
             dead_zone: float = 0.0,
             full_speed: float | None = None,
             ramp: float = 0.0,
+            precision: ArrayLike = ...,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -115,6 +120,12 @@ class Joystick:
         _within("ramp", self.ramp, 0.0, np.inf)
         if self.full_speed is not None and not _number("full_speed", self.full_speed) > 0:
             raise InputError(f"full_speed must be greater than zero, in m/s; got {self.full_speed!r}")
+        precision = real_array(self.precision, "precision")
+        if precision.size and precision.shape != time.shape:
+            raise InputError(f"precision has shape {precision.shape} for {time.size} times")
+        if ((precision < 0) | (precision > 1)).any():
+            raise InputError("precision is a share of the full speed, from 0 to 1")
+        object.__setattr__(self, "precision", precision)
         object.__setattr__(self, "time", time)
         object.__setattr__(self, "axes", axes)
 
@@ -145,6 +156,7 @@ class Joystick:
         table = columns_of(log)
         if columns is None:
             own = {name: name.removeprefix("stick.") for name in table if name.lower() not in TIME_NAMES}
+            own = {name: axis for name, axis in own.items() if axis != "precision"}
             prefixed = {name: axis for name, axis in own.items() if name.startswith("stick.")}
             columns = prefixed or {n: a for n, a in own.items() if mode == "lever" or a in TIP_AXES}
         for name in columns:
@@ -155,6 +167,9 @@ class Joystick:
                 f"the log has no column of a stick axis; it has {', '.join(table)}; say which with columns="
             )
         axes = {axis: table[name] for name, axis in columns.items()}
+        for name in ("stick.precision", "precision"):
+            if name in table:
+                more.setdefault("precision", table[name])
         fields: StickFields = {"interpolation": "linear", **more}
         return cls(time_of(table), axes, mode, **fields)
 
@@ -179,7 +194,15 @@ class Joystick:
             raw = table[row]
         raw = np.clip(raw, -1.0, 1.0)
         beyond = (raw - np.clip(raw, -self.dead_zone, self.dead_zone)) / (1.0 - self.dead_zone)
-        return Stick(self.mode, beyond, self.full_speed)
+        return Stick(self.mode, self._share(row, t) * beyond, self.full_speed)
+
+    def _share(self, row: int, t: float) -> float:
+        """Share of the full speed that counts at time t, after the time of `row`."""
+        if row < 0 or not self.precision.size:
+            return 1.0
+        if self.interpolation == "linear":
+            return float(np.interp(t, self.time, self.precision))
+        return float(self.precision[row])
 
 
 def _deflections(name: str, values: ArrayLike, time: Array) -> Array:

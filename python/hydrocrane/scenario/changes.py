@@ -12,6 +12,7 @@ from hydrocrane.machine.overrides import Overrides
 from hydrocrane.machine.sensors import SensorFault
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario.command import Commands
+from hydrocrane.scenario.goals import Goal
 from hydrocrane.scenario.phases import Phase
 from hydrocrane.scenario.solver import Solver
 
@@ -33,6 +34,7 @@ class CommonFields(TypedDict, total=False):
     title: str
     controller: AnyController | None
     joystick: Joystick | None
+    goals: Iterable[Goal]
     period: float | None
     delay: float
     sensors: str

@@ -25,6 +25,7 @@ from hydrocrane.machine.overrides import Override, Overrides, plain_overrides
 from hydrocrane.machine.sensors import SensorFault
 from hydrocrane.scenario.changes import Pressures
 from hydrocrane.scenario.command import Command, split_table
+from hydrocrane.scenario.goals import Goal
 from hydrocrane.scenario.phases import Phase
 from hydrocrane.scenario.solver import Solver
 
@@ -70,6 +71,8 @@ class Plan(Loop, Protocol):
     @property
     def joystick(self) -> Joystick | None: ...
     @property
+    def goals(self) -> Sequence[Goal]: ...
+    @property
     def phases(self) -> Sequence[Phase]: ...
     @property
     def sensor_faults(self) -> Sequence[SensorFault]: ...
@@ -92,6 +95,7 @@ def scenario_entry(plan: Plan, cylinders: tuple[str, ...] | None = None) -> Scen
         "commands": _commands(plan, cylinders),
         "controller": _controller(plan, plan.driver, 0) if plan.closed_loop else None,
         "joystick": _joystick(plan.joystick),
+        "goals": [(goal.time, (goal.x, goal.z), goal.speed) for goal in plan.goals],
         "phases": [_phase(phase, number) for number, phase in enumerate(plan.phases, start=1)],
         "sensor_faults": [fault.entry for fault in plan.sensor_faults],
         "solver": plan.solver.entry,
@@ -167,6 +171,7 @@ def _joystick(stick: Joystick | None) -> JoystickEntry | None:
         "dead_zone": float(stick.dead_zone),
         "full_speed": None if stick.full_speed is None else float(stick.full_speed),
         "ramp": float(stick.ramp),
+        "precision": np.ascontiguousarray(stick.precision),
     }
 
 

@@ -33,6 +33,7 @@ from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario.changes import Changes, Pressures, ScenarioFields
 from hydrocrane.scenario.command import Command, as_command
 from hydrocrane.scenario.entry import own_controllers, scenario_entry
+from hydrocrane.scenario.goals import Goal, checked_goals
 from hydrocrane.scenario.payload import payload_changes
 from hydrocrane.scenario.phases import Phase, checked_phases
 from hydrocrane.scenario.precedence import check_agreement, later_counts, stated_fields
@@ -74,6 +75,8 @@ class Scenario:
         ``reset(machine, obs)`` and ``step(obs, command)``, or a function like ``step``) that gives spool commands.
     joystick : Joystick, optional
         What the operator does; alone it calls for ``tip``, or in mode ``lever`` for ``lever``.
+    goals : sequence of Goal
+        Places that the tip goes to by itself; alone they call for ``tip``.
     period : float, optional
         Time between samples, s; default is the machine's or the controller's, 10 ms for one's own.
     delay : float
@@ -114,6 +117,7 @@ class Scenario:
     seed: int = 0
     controller: AnyController | None = None
     joystick: Joystick | None = None
+    goals: Sequence[Goal] = ()
     period: float | None = None
     delay: float = 0.0
     sensors: str = "ideal"
@@ -130,6 +134,7 @@ class Scenario:
         def __init__(self, **fields: Unpack[ScenarioFields]) -> None: ...
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "goals", checked_goals(self.goals))
         self._check_loop()
         object.__setattr__(self, "phases", checked_phases(self.phases))
         if self.phases and not self.closed_loop:
@@ -213,7 +218,7 @@ class Scenario:
     @property
     def closed_loop(self) -> bool:
         """Whether a controller moves the spools."""
-        return self.controller is not None or self.joystick is not None
+        return self.controller is not None or self.joystick is not None or bool(self.goals)
 
     @property
     def stick_mode(self) -> str:
@@ -224,9 +229,9 @@ class Scenario:
 
     @property
     def driver(self) -> AnyController | None:
-        """The controller, or the one that the joystick calls for."""
-        if self.controller is None and self.joystick is not None:
-            return "lever" if self.joystick.mode == "lever" else "tip"
+        """The controller, or the one that the joystick or the goals call for."""
+        if self.controller is None and self.closed_loop:
+            return "lever" if self.joystick is not None and self.joystick.mode == "lever" else "tip"
         return self.controller
 
     @property

@@ -15,6 +15,7 @@ from hydrocrane.machine.sensors import SensorFault
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario.changes import SolverFields
 from hydrocrane.scenario.command import Command
+from hydrocrane.scenario.goals import Goal
 from hydrocrane.scenario.phases import Phase
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.solver import Solver
@@ -51,6 +52,7 @@ def load_scenario(source: str | PathLike[str], overrides: Overrides | None = Non
         title=raw["title"],
         seed=raw["seed"],
         joystick=_joystick(raw["joystick"], raw["cylinders"]),
+        goals=tuple(Goal(time, x, z, speed) for time, (x, z), speed in raw["goals"]),
         sensor_faults=tuple(SensorFault(**fault) for fault in raw["sensor_faults"]),
         phases=tuple(_phase(phase, raw["cylinders"]) for phase in raw["phases"]),
         recorded_by=raw["recorded_by"] or "",
@@ -100,4 +102,5 @@ def _joystick(raw: JoystickTable | None, cylinders: list[str]) -> Joystick | Non
     if raw["log"] is not None:
         return Joystick.from_log(raw["log"], mode=raw["mode"], **about)
     names = TIP_AXES if raw["mode"] == "tip" else cylinders
+    about["precision"] = raw["precision"]
     return Joystick(raw["time"], dict(zip(names, raw["axes"], strict=True)), raw["mode"], **about)

@@ -45,6 +45,42 @@ def test_the_stick_on_the_screen_moves_the_tip(cockpit):
     assert moved[0] < -0.1 and abs(moved[1]) < 0.05 * abs(moved[0]) + 0.005, moved
 
 
+def test_a_click_sends_the_tip_to_a_point(cockpit):
+    box = cockpit.tab.locator("#picture").bounding_box()
+    aim = cockpit.button("⌖")
+
+    def click(across, down):
+        cockpit.tab.keyboard.press("g")
+        assert aim.get_attribute("aria-pressed") == "true"
+        cockpit.tab.mouse.click(box["x"] + across * box["width"], box["y"] + down * box["height"])
+        assert aim.get_attribute("aria-pressed") == "false"
+
+    click(0.01, 0.99)
+    cockpit.until(lambda: "the tip cannot go to" in cockpit.notices())
+    start = cockpit.tip
+    click(0.6, 0.5)
+    cockpit.until(lambda: "the tip has reached its goal" in cockpit.notices())
+    goal = re.search(r"reached its goal \(([-\d.]+), ([-\d.]+)\)", cockpit.notices())
+    assert np.abs(cockpit.tip - [float(number) for number in goal.groups()]).max() < 0.01
+    assert np.abs(cockpit.tip - start).max() > 0.05
+
+
+def test_shift_makes_a_stick_slow_and_so_does_a_switch(cockpit):
+    cockpit.tab.keyboard.down("ArrowUp")
+    cockpit.wait(1)
+    fast = cockpit.shown("speed")[0]
+    cockpit.tab.keyboard.down("Shift")
+    cockpit.wait(1)
+    slow = cockpit.shown("speed")[0]
+    cockpit.tab.keyboard.up("Shift")
+    cockpit.tab.keyboard.press("x")
+    cockpit.wait(1)
+    switched = cockpit.shown("speed")[0]
+    cockpit.tab.keyboard.up("ArrowUp")
+    # A quarter of 0.3 m/s, the speed at full stick.
+    assert fast > 0.12 and 0.065 < min(slow, switched) <= max(slow, switched) < 0.085, (fast, slow, switched)
+
+
 def test_a_gamepad_moves_the_tip_until_it_is_pulled_out(browser, address):
     with Page(browser, address, GAMEPAD) as page:
         start = page.tip

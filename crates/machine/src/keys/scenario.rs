@@ -29,6 +29,10 @@ pub static SCENARIO: &[Key] = &[
         .otherwise("that of the joystick's mode")
         .means("The controller that drives the crane."),
     Key::table("joystick", JOYSTICK).otherwise("sticks centred").means("Deflections of the operator's sticks."),
+    Key::table("goal", GOAL)
+        .otherwise("the stick alone moves the tip")
+        .means("Places that the tip goes to on straight lines, with the controller `tip`.")
+        .source("theory/control/point_to_point.md"),
     Key::tables("phase", PHASE).otherwise("none").means("What changes from a time on.").source("theory/simulation.md"),
     Key::tables("sensor-fault", SENSOR_FAULT).otherwise("none").means("A sensor that fails."),
     Key::table("solver", SOLVER).means("The method of integration and its tolerances."),
@@ -147,6 +151,9 @@ static JOYSTICK: &[Key] = &[
     Key::quantity("ramp", &[TIME], NonNegative)
         .defaults(&["0 s"])
         .means("Time that the stick takes from the centre to full deflection."),
+    Key::series("precision", &[NUMBER])
+        .otherwise("1")
+        .means("Share of the full speed that counts at these times, from 0 to 1: a slower stick for precise work."),
     Key::text("log")
         .otherwise("this, or `time`")
         .means("CSV, MATLAB or NetCDF file with the deflections, beside the scenario file."),
@@ -155,6 +162,15 @@ static JOYSTICK: &[Key] = &[
     Key::series("<cylinder>", &[NUMBER])
         .otherwise("centred")
         .means("Deflection of the cylinder's lever, from -1 to 1, with `mode = \"lever\"`."),
+];
+
+static GOAL: &[Key] = &[
+    Key::series("time", &[TIME])
+        .required()
+        .means("When the tip is told to go to each place, increasing; it goes there until the next one or until a stick is moved."),
+    Key::series(TIP_AXES[0], &[LENGTH]).required().means("Forward coordinate of each place."),
+    Key::series(TIP_AXES[1], &[LENGTH]).required().means("Height of each place."),
+    Key::series("speed", &[VELOCITY]).otherwise("that of full stick").means("Speed on the way to each place."),
 ];
 
 static PHASE: &[Key] = &[

@@ -62,11 +62,16 @@ const SCENARIO_WITH_MORE: &str = r#"
     mode = "lever"
     time = ["0 s"]
     lift = [0]
+    [goal]
+    time = ["0.5 s"]
+    x = ["2 m"]
+    z = ["0 m"]
+    speed = ["0.1 m/s"]
     [controller]
     [phase.late]
     time = "0.5 s"
     controller = { name = "tip", period = "10 ms" }
-    joystick = { time = ["0 s"], x = [0] }
+    joystick = { time = ["0 s"], x = [0], precision = [0.5] }
     [phase.later]
     time = "0.6 s"
     joystick = { mode = "lever", time = ["0 s"], lift = [0] }

@@ -74,6 +74,8 @@ pub struct Joystick {
     pub full_speed: Option<f64>,
     /// Time from the centre to full deflection, s.
     pub ramp: f64,
+    /// Share of the full speed that counts, one per time; empty: all of it.
+    pub precision: Vec<f64>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -99,7 +101,7 @@ pub fn fitting(stick: Option<&Joystick>) -> &'static str {
     }
 }
 
-/// The controller; a joystick alone calls for the one that fits its mode.
+/// The controller; a joystick alone calls for the one that fits its mode, goals for the one that moves the tip.
 /// `machine` and `overrides` are those of the scenario.
 pub fn controller(
     root: &Reader,
@@ -109,7 +111,7 @@ pub fn controller(
 ) -> Result<Option<ControllerChoice>> {
     let fitting = fitting(stick);
     let Some(table) = root.table("controller")? else {
-        return Ok(stick.map(|_| ControllerChoice::named(fitting)));
+        return Ok((stick.is_some() || root.has("goal")).then(|| ControllerChoice::named(fitting)));
     };
     if root.has("command") {
         let message = "excludes `command`, which is given too";
@@ -181,6 +183,7 @@ pub fn joystick(root: &Reader, machine: &Machine, files: &Files) -> Result<Optio
         time: sticks.time,
         axes: sticks.axes,
         log: sticks.log,
+        precision: sticks.precision,
         interpolation: table.optional_choice("interpolation", &INTERPOLATIONS)?.unwrap_or(sticks.interpolation),
         dead_zone,
         full_speed: table.optional_quantity("full-speed")?,
@@ -192,6 +195,7 @@ pub fn joystick(root: &Reader, machine: &Machine, files: &Files) -> Result<Optio
 struct Deflections {
     time: Vec<f64>,
     axes: Vec<Vec<f64>>,
+    precision: Vec<f64>,
     log: Option<String>,
     /// Where none is stated.
     interpolation: Interpolation,
@@ -200,7 +204,7 @@ struct Deflections {
 /// Times and the deflections of each axis; an axis that is not given stays centred.
 fn series(table: &Reader, mode: StickMode, axes: &[&str], files: &Files) -> Result<Deflections> {
     if let Some(field) = table.optional("log")? {
-        if let Some(key) = ["time"].iter().chain(axes).find(|key| table.has(key)) {
+        if let Some(key) = ["time", PRECISION].iter().chain(axes).find(|key| table.has(key)) {
             let message = "excludes `log`, which is given too";
             return Err(table.error(ErrorKind::ConflictingKeys, key, message).help("keep one of the two"));
         }
@@ -208,7 +212,7 @@ fn series(table: &Reader, mode: StickMode, axes: &[&str], files: &Files) -> Resu
     }
     let time_field = table.required("time", "a list of times, for example [\"0 s\", \"1 s\"]")?;
     let times = time_field.series()?;
-    if !axes.iter().any(|axis| table.has(axis)) {
+    if !axes.iter().any(|axis| table.has(axis)) && !table.has(PRECISION) {
         return Err(table.missing(axes[0], "give the deflection of one axis or more, for example [1, 0]"));
     }
     let mut deflections = Vec::new();
@@ -224,15 +228,36 @@ fn series(table: &Reader, mode: StickMode, axes: &[&str], files: &Files) -> Resu
         };
         deflections.push(values);
     }
-    Ok(Deflections { time: times, axes: deflections, log: None, interpolation: Interpolation::Hold })
+    let precision = match table.optional(PRECISION)? {
+        None => Vec::new(),
+        Some(field) => {
+            let shares = field.series()?;
+            check_series(&times, &shares, &time_field, &field)?;
+            check_shares(&field, &shares)?;
+            shares
+        }
+    };
+    Ok(Deflections { time: times, axes: deflections, precision, log: None, interpolation: Interpolation::Hold })
+}
+
+/// The share of the full speed beside the axes of a stick.
+const PRECISION: &str = "precision";
+
+fn check_shares(field: &Field, shares: &[f64]) -> Result<()> {
+    match shares.iter().find(|share| !(0.0..=1.0).contains(*share)) {
+        Some(share) => Err(field
+            .error(ErrorKind::OutOfRange, format!("{share} is no share of the full speed"))
+            .help("give shares from 0 to 1, such as 0.25; 1 is the full speed")),
+        None => Ok(()),
+    }
 }
 
 /// Deflections from a log; one that is no text is left to whoever can read it.
 fn logged(field: &Field, mode: StickMode, axes: &[&str], files: &Files) -> Result<Deflections> {
     let (name, interpolation) = (field.text()?, Interpolation::Linear);
     if !is_text(name) {
-        let (time, axes) = (Vec::new(), vec![Vec::new(); axes.len()]);
-        return Ok(Deflections { time, axes, log: Some(files.beside(name)), interpolation });
+        let (time, axes, precision) = (Vec::new(), vec![Vec::new(); axes.len()], Vec::new());
+        return Ok(Deflections { time, axes, precision, log: Some(files.beside(name)), interpolation });
     }
     let wrong = |(kind, message, cure): Problem| field.error(kind, message).help(cure);
     let log = Log::open(name, None, files).map_err(wrong)?;
@@ -253,7 +278,13 @@ fn logged(field: &Field, mode: StickMode, axes: &[&str], files: &Files) -> Resul
         let what = if mode == StickMode::Tip { "stick axis" } else { "lever" };
         return Err(wrong(log.without_columns(axes.iter().copied(), what)));
     }
-    Ok(Deflections { time: log.time, axes: deflections, log: None, interpolation })
+    let names = ["stick.precision", PRECISION];
+    let precision = match log.has(&names) {
+        true => log.column(&names, "the precision", None, &NUMBER.quantity()).map_err(wrong)?,
+        false => Vec::new(),
+    };
+    check_shares(field, &precision)?;
+    Ok(Deflections { time: log.time, axes: deflections, precision, log: None, interpolation })
 }
 
 /// How far beyond its end rounding may take a deflection; it counts as the end.

@@ -2,7 +2,7 @@
 
 use super::closed_loop::{ControllerChoice, Joystick, SensorQuality, StickMode};
 use super::sensor_fault::{measured, FaultKind};
-use super::{Interpolation, Pressures, Scenario};
+use super::{Goal, Interpolation, Pressures, Scenario};
 use crate::keys::TIP_AXES;
 use crate::merge::OverrideValue;
 use crate::model::Machine;
@@ -37,6 +37,7 @@ impl Scenario {
                 quoted(interpolation(command.interpolation))
             );
         }
+        writer.goals(&self.goals)?;
         writer.control("", self.controller.as_ref(), self.joystick.as_ref(), &self.cylinders)?;
         for (i, phase) in self.phases.iter().enumerate() {
             let name = if phase.name.is_empty() { (i + 1).to_string() } else { phase.name.clone() };
@@ -125,6 +126,24 @@ impl Writer<'_> {
         }
     }
 
+    fn goals(&mut self, goals: &[Goal]) -> Result {
+        if goals.is_empty() {
+            return Ok(());
+        }
+        let times: Vec<f64> = goals.iter().map(|goal| goal.time).collect();
+        let [x, z] = [0, 1].map(|axis| goals.iter().map(|goal| goal.place[axis]).collect::<Vec<_>>());
+        let (times, x, z) = (list(&times, "s"), list(&x, "m"), list(&z, "m"));
+        let _ = write!(self.text, "\n[goal]\ntime = {times}\nx = {x}\nz = {z}\n");
+        let speeds: Vec<f64> = goals.iter().filter_map(|goal| goal.speed).collect();
+        if speeds.len() == goals.len() {
+            let _ = writeln!(self.text, "speed = {}", list(&speeds, "m/s"));
+        } else if !speeds.is_empty() {
+            let message = "a file states the speed of every goal or of none; give each goal a speed";
+            return Err(Unwritable(message.into()));
+        }
+        Ok(())
+    }
+
     fn control(
         &mut self,
         table: &str,
@@ -176,6 +195,9 @@ impl Writer<'_> {
         let names: Vec<&str> = if tip { TIP_AXES.to_vec() } else { cylinders.iter().map(String::as_str).collect() };
         for (name, axis) in names.iter().zip(&stick.axes) {
             let _ = writeln!(self.text, "{} = {}", key(name), list(axis, ""));
+        }
+        if !stick.precision.is_empty() {
+            let _ = writeln!(self.text, "precision = {}", list(&stick.precision, ""));
         }
     }
 

@@ -6,8 +6,8 @@ use crate::model::Model;
 use crate::sampled::SampledPlan;
 use crate::sensing::{SensorMode, Sensors};
 use crate::stick::{StickKind, Sticks};
-use hydrocrane_control::controller::Controller;
-use hydrocrane_machine::scenario::{ControllerChoice, Interpolation, Scenario, Stage};
+use hydrocrane_control::controller::{self, Controller};
+use hydrocrane_machine::scenario::{ControllerChoice, Goal, Interpolation, Scenario, Stage};
 use hydrocrane_machine::OverrideValue;
 use std::sync::Arc;
 
@@ -93,12 +93,14 @@ fn plan(
     model: &dyn Model,
 ) -> Result<SampledPlan, AssemblyError> {
     let sensors = Sensors::new(model, choice.sensors, scenario.seed, &scenario.sensor_faults)?;
-    Ok(SampledPlan { sticks: sticks(stage, model), sensors, delay: choice.delay })
+    Ok(SampledPlan { sticks: sticks(scenario, stage, model), sensors, delay: choice.delay })
 }
 
-/// The sticks of a stage, centred where it states none.
-fn sticks(stage: &Stage, model: &dyn Model) -> Sticks {
-    let centred = Sticks::centred(stage.stick_mode(), model.machine().cylinders.len());
+/// The sticks of a stage, centred where it states none, and the goals of the tip.
+fn sticks(scenario: &Scenario, stage: &Stage, model: &dyn Model) -> Sticks {
+    let of = |goal: &Goal| controller::Goal { place: goal.place, speed: goal.speed, share: 1.0, given: goal.time };
+    let goals = scenario.goals.iter().map(of).collect();
+    let centred = Sticks { goals, ..Sticks::centred(stage.stick_mode(), model.machine().cylinders.len()) };
     let Some(stick) = &stage.joystick else { return centred };
     Sticks {
         times: stick.time.clone(),
@@ -106,8 +108,28 @@ fn sticks(stage: &Stage, model: &dyn Model) -> Sticks {
         linear: stick.interpolation == Interpolation::Linear,
         dead_zone: stick.dead_zone,
         ramp: stick.ramp,
+        precision: stick.precision.clone(),
         ..centred
     }
+}
+
+/// Why the tip cannot go to one of the goals of `scenario`, if it cannot. `stages` are those before its end, in order of time.
+pub(super) fn goal_fault(scenario: &Scenario, stages: &[AssembledStage]) -> Option<String> {
+    let due = scenario.goals.iter().filter(|goal| goal.time < scenario.duration);
+    due.filter_map(|goal| {
+        let stage = stages.iter().rev().find(|stage| stage.stage.from <= goal.time)?;
+        let why = match &stage.driver {
+            OwnedDriver::Commands(_) => Some("spool commands move the crane then".to_string()),
+            OwnedDriver::Controller(controller, _) => controller.refuses(goal.place),
+        };
+        Some(format!(
+            "the tip cannot go to the goal {} at {} s: {}",
+            controller::place_name(goal.place),
+            goal.time,
+            why?
+        ))
+    })
+    .next()
 }
 
 /// Levers, all centred: what stands ready while spool commands are repeated.

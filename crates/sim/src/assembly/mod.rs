@@ -141,7 +141,8 @@ pub fn at_start(
 /// As [`assemble`], but for the start.
 pub fn stages(scenario: &Scenario, surroundings: &mut dyn Surroundings) -> Result<Vec<AssembledStage>, AssemblyError> {
     let due = scenario.stages().into_iter().filter(|stage| stage.from < scenario.duration);
-    due.map(|stage| drivers::stage(scenario, stage, surroundings)).collect()
+    let stages = due.map(|stage| drivers::stage(scenario, stage, surroundings)).collect::<Result<Vec<_>, _>>()?;
+    drivers::goal_fault(scenario, &stages).map_or(Ok(stages), |fault| Err(fault.into()))
 }
 
 /// How a `task` on a machine is integrated, without changes of its payload.

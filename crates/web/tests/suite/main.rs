@@ -2,4 +2,5 @@
 
 mod cockpit;
 mod common;
+mod goals;
 mod ground;

@@ -1,0 +1,63 @@
+"""Places that the tip is told to go to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from numpy.typing import ArrayLike
+
+from hydrocrane.arrays import real_array
+from hydrocrane.errors import InputError
+
+
+@dataclass(frozen=True)
+class Goal:
+    """From a time on the tip goes to a place, on a straight line, and stops there.
+
+    The controller ``tip`` does so, until another goal is given or a stick is moved. Events of the run say when the tip
+    is there, and why it stops before.
+
+    Parameters
+    ----------
+    time : float
+        When the tip sets out, s.
+    x, z : float
+        The place, m.
+    speed : float, optional
+        On the way, m/s; default is the speed at full stick.
+    """
+
+    time: float
+    x: float
+    z: float
+    speed: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("time", "x", "z"):
+            object.__setattr__(self, name, _number(name, getattr(self, name)))
+        if self.time < 0:
+            raise InputError(f"a goal is given at zero seconds or later; got {self.time!r}")
+        if self.speed is not None:
+            object.__setattr__(self, "speed", _number("speed", self.speed))
+            if not self.speed > 0:
+                raise InputError(f"the speed to a goal must be greater than zero, in m/s; got {self.speed!r}")
+
+
+def _number(name: str, value: ArrayLike) -> float:
+    number = real_array(value, f"`{name}` of a goal")
+    if number.ndim:
+        raise InputError(f"`{name}` of a goal must be one number, got {value!r}")
+    return float(number)
+
+
+def checked_goals(goals: Iterable[Goal] | Goal) -> tuple[Goal, ...]:
+    """Goals in order of time."""
+    listed = list(goals) if isinstance(goals, Iterable) else [goals]
+    if not all(isinstance(goal, Goal) for goal in listed):
+        raise InputError(f"goals must be a list of Goal; got {goals!r}")
+    ordered = sorted(listed, key=lambda goal: goal.time)
+    for early, late in zip(ordered[:-1], ordered[1:], strict=True):
+        if early.time == late.time:
+            raise InputError(f"two goals are given at {late.time:g} s; give each a time of its own")
+    return tuple(ordered)
