@@ -111,6 +111,7 @@ docs: $(VENV)/.tested
 	$(BIN)/python docs/reference/keys.py
 	$(BIN)/hydrocrane control benchmark --output docs/validation/tip-control
 	$(BIN)/python docs/validation/tip_motion.py
+	$(BIN)/python docs/validation/tip_rest.py
 	$(BIN)/python docs/validation/tip_control.py
 	$(BIN)/python docs/validation/loading_cycle.py measure
 	$(BIN)/python docs/validation/sensor_faults.py

@@ -130,10 +130,15 @@ def metrics(motion: Motion) -> Metrics:
         energy=float(0.5 * (motion.power[1:] + motion.power[:-1]) @ np.diff(motion.time)),
         end_stop_hits=int(np.count_nonzero(np.diff((motion.end_stops > HIT).astype(int)) == 1)),
         spool_rms=_rms(motion.command),
-        spool_travel=float(np.abs(np.diff(motion.command, axis=0)).sum(axis=0).mean() / np.ptp(motion.time)),
+        spool_travel=spool_travel(motion.time, motion.command),
         rho=float(error.max()) / fastest,
         rho_set_point=_own_rho(motion),
     )
+
+
+def spool_travel(time: Array, command: Array) -> float:
+    """Way of spool commands (m, n_cyl), shares of stroke, per second: strokes, mean over the cylinders."""
+    return float(np.abs(np.diff(command, axis=0)).sum(axis=0).mean() / np.ptp(time))
 
 
 def nearest_on_path(points: Array, path: Array) -> Array:

@@ -31,7 +31,7 @@ class Stop:
     settling : float
         Time from the centred stick until the tip stays below 5 mm/s, s.
     quiet : float
-        RMS speed of the tip from ``REST`` to ``END``, m/s.
+        RMS speed of the tip from ``REST`` to the end, m/s.
     drift : float
         Farthest that the tip goes from its place at ``REST``, m.
     """
@@ -41,8 +41,13 @@ class Stop:
     drift: float
 
 
-def random_stop(machine: Machine, seed: int, *, payload: float = 0.0, sensors: str = "ideal") -> Stop | None:
-    """A stop of `machine` with `payload` (kg) under ``tip``; ``None`` where it cannot hold or lift the load there."""
+def random_stop(
+    machine: Machine, seed: int, *, payload: float = 0.0, sensors: str = "ideal", end: float = END
+) -> Stop | None:
+    """A stop of `machine` with `payload` (kg) under ``tip``, watched until `end` (s).
+
+    ``None`` where it cannot hold or lift the load there.
+    """
     rng = np.random.default_rng(seed_number(seed))
     low, high = machine.joint_limits.T
     q = low + (high - low) * rng.uniform(*INNER, len(low))
@@ -53,7 +58,7 @@ def random_stop(machine: Machine, seed: int, *, payload: float = 0.0, sensors: s
         overrides=machine.overrides,
         joints=dict(zip(machine.joint_names, q.tolist(), strict=True)),
         payload=payload,
-        duration=END,
+        duration=end,
         record_interval=5e-3,
         joystick=Joystick([0.0, MOVED], axes, full_speed=SPEED),
         sensors=sensors,

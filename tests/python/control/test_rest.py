@@ -1,4 +1,4 @@
-"""The tip after a stop and at rest under tip control: it settles, is quiet and stays where it is."""
+"""The tip after a stop, at rest and under random sticks for long: it settles, is quiet and keeps within its bounds."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import hydrocrane as hc
-from hydrocrane.benchmark.stops import random_stop
+from hydrocrane.benchmark.soak import soak
+from hydrocrane.benchmark.stops import REST, random_stop
 
 # m/s and m
 QUIET, DRIFT = 1e-3, 1e-3
@@ -42,3 +43,30 @@ def test_the_loader_crane_settles_too():
     """4 kN of friction and a lowest mode at 2 Hz; no gain is its own."""
     settle, quiet, _ = campaign("hiab-xs031", "ideal", 0.0, 24).T
     assert np.median(settle) < 1.7 and settle.max() < 3.0 and quiet.max() < QUIET
+
+
+@pytest.mark.evidence
+@pytest.mark.parametrize(
+    ("name", "payload", "drift"), [(LAB, 0.0, 1e-3), (LAB, 300.0, 2e-3), ("hiab-xs031", 0.0, 1e-3)]
+)
+def test_ten_minutes_at_rest_are_quiet(name, payload, drift):
+    """The drift of 1 mm that is asked for is not met with 300 kg: `docs/validation/tip-control.md`."""
+    stop = random_stop(hc.load_machine(name), 2, payload=payload, end=REST + 600.0)
+    assert stop is not None and stop.quiet < QUIET and stop.drift < drift
+
+
+@pytest.mark.evidence
+@pytest.mark.parametrize(("sensors", "payload", "lag"), [("ideal", 0.0, 10e-3), ("data-sheet", 200.0, 20e-3)])
+def test_random_sticks_stay_within_limits_regions_and_pressures(sensors, payload, lag):
+    found = soak(hc.load_machine(LAB), 3, 180.0, payload=payload, sensors=sensors)
+    assert found.outcome == "completed" and not found.warnings and not found.alarms
+    assert found.beyond_limits == 0.0 and found.pressure < 1.5 and found.lag < lag
+    assert found.clearance > 0.03
+
+
+@pytest.mark.evidence
+def test_sticks_that_push_into_regions_stay_out():
+    machine = hc.load_machine("hiab-xs031")
+    found = soak(machine, 3, 120.0, full_speed=0.3, towards=(-1.0, -1.0))
+    assert found.outcome == "completed"
+    assert found.clearance > machine.tip_gains["keep-out-margin"] - 5e-3

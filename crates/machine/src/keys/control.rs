@@ -66,7 +66,7 @@ const TIP: &[Key] = &[
         .defaults(&["5 rad/s"])
         .means("Bandwidth with which the observed position follows the measured one."),
     gain("pressure-bandwidth", &[ANGULAR_FREQUENCY])
-        .defaults(&["15 rad/s"])
+        .defaults(&["85 rad/s"])
         .means("Bandwidth of the low-pass on the pressures of the feed-forward."),
     gain("reserve", &[NUMBER]).defaults(&["0.95"]).means("Share of the spool stroke that the commanded speed may use."),
     gain("rest-band", &[LENGTH])
