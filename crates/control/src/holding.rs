@@ -93,14 +93,15 @@ impl<const N: usize> ControllerModel<N> {
     }
 
     /// For a step of the reference from `q` to `next`, on which h may fall by the share `most` of its way to where the reference
-    /// stands.
-    pub fn leave(&self, q: &[f64; N], next: &[f64; N], payload: f64, oil: &[f64; N], most: f64) -> Leave {
+    /// stands. Of the reference's h and that of the crane itself, `held`, the lower one counts: a joint that is ahead of its
+    /// reference must not be led on.
+    pub fn leave(&self, [q, next]: [&[f64; N]; 2], held: &[f64; N], payload: f64, oil: &[f64; N], most: f64) -> Leave {
         let mut least = Leave { share: 1.0, joint: 0 };
         let shares =
             |q: &[f64; N]| self.stiffness(&self.mechanics.pose(q), q, payload, oil).map(|stiffness| stiffness.share());
         let [here, there] = [q, next].map(shares);
         for joint in (0..N).filter(|&i| there[i] < here[i]) {
-            let share = most * (here[joint] - STANDING).max(0.0) / (here[joint] - there[joint]);
+            let share = most * (here[joint].min(held[joint]) - STANDING).max(0.0) / (here[joint] - there[joint]);
             if share < least.share {
                 least = Leave { share, joint };
             }

@@ -45,6 +45,8 @@ pub struct Means<const N: usize> {
     pub piston: [[f64; 2]; N],
     /// Of the oil between closed edges, N/m.
     pub stiffness: [f64; N],
+    /// How closed valves hold each joint where it is, h of `holding`.
+    pub held: [f64; N],
     /// Mass at the tip, kg.
     pub payload: f64,
     /// Lowest natural frequency of the crane on its oil, rad/s.
@@ -132,7 +134,7 @@ impl<const N: usize> Reference<N> {
         let Motion { rates, scale } = resolve(&posture.jacobian, &Task { velocity, correction }, &prefer);
         let next = std::array::from_fn(|i| self.q[i] + rates[i] * self.period);
         let most = shape.limit_rate * self.period;
-        let leave = model.leave(&self.q, &next, now.payload, &now.stiffness, most);
+        let leave = model.leave([&self.q, &next], &now.held, now.payload, &now.stiffness, most);
         // It comes back slowly: where only some directions are open, it would jump with every correction of the path.
         self.leave = Leave { share: leave.share.min(self.leave.share + most), ..leave };
         let (rates, scale) = (rates.map(|rate| rate * self.leave.share), scale * self.leave.share);

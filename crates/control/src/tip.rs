@@ -353,7 +353,8 @@ impl<const N: usize> State<N> {
             // 1 with the tip at its set-point, 0 with the tip too far behind.
             let waiting = (2.0 - 2.0 * lag.norm() / s.lag_limit).clamp(0.0, 1.0);
             let piston = self.drives.map(|drive| drive.range());
-            let now = Means { observed, piston, stiffness, payload: self.payload, slowest_mode: self.slowest };
+            let held = holding.map(|hold| hold.share);
+            let now = Means { observed, piston, stiffness, held, payload: self.payload, slowest_mode: self.slowest };
             self.reference.advance(model, &s.shape, wish.map(|w| w * waiting), &now);
             self.look_for_standstill(model, s, wish, &now, waiting);
             self.follow_the_stick_back(model, s, wish, lag, &now, waiting);

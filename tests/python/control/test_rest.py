@@ -65,6 +65,14 @@ def test_random_sticks_stay_within_limits_regions_and_pressures(sensors, payload
 
 
 @pytest.mark.evidence
+@pytest.mark.parametrize(("seed", "lasts"), [(0, 210.0), (1, 290.0)])
+def test_random_sticks_do_not_lead_the_loader_crane_over_its_dead_centre(seed, lasts):
+    found = soak(hc.load_machine("hiab-xs031"), seed, lasts, full_speed=0.3)
+    assert found.outcome == "completed" and not found.warnings and not found.alarms
+    assert found.beyond_limits == 0.0 and found.pressure < 1.5
+
+
+@pytest.mark.evidence
 def test_sticks_that_push_into_regions_stay_out():
     machine = hc.load_machine("hiab-xs031")
     found = soak(machine, 3, 120.0, full_speed=0.3, towards=(-1.0, -1.0))
