@@ -54,6 +54,17 @@ pub struct Sensors {
 /// Longest stretch over which the pressure in front of a transmitter counts as a straight line, s.
 const LAG_STEP: f64 = 1e-3;
 
+/// What a controller reads: every joint coordinate, then every chamber pressure.
+fn controller_signals(machine: &file::Machine) -> impl Iterator<Item = String> + '_ {
+    let joints = machine.joints.iter().map(|j| format!("joint.{}.q", j.name));
+    joints.chain(machine.cylinders.iter().flat_map(|c| [1, 2].map(|side| format!("cylinder.{}.p{side}", c.name))))
+}
+
+/// What a controller reads though the machine file has no sensor for it: those of data sheets tell the truth there.
+pub fn unmeasured(machine: &file::Machine) -> Vec<String> {
+    controller_signals(machine).filter(|signal| machine.sensors.iter().all(|s| s.measures != *signal)).collect()
+}
+
 impl Sensors {
     /// Sensors that read the truth.
     pub fn ideal(model: &dyn Model) -> Self {
@@ -97,10 +108,7 @@ impl Sensors {
 
     fn described(model: &dyn Model, sensors: &[file::Sensor], device: impl Fn(&str) -> Device) -> Self {
         let machine = model.machine();
-        let joints = machine.joints.iter().map(|j| format!("joint.{}.q", j.name));
-        let pressures =
-            machine.cylinders.iter().flat_map(|c| [1, 2].map(|side| format!("cylinder.{}.p{side}", c.name)));
-        let mut signals: Vec<String> = joints.chain(pressures).collect();
+        let mut signals: Vec<String> = controller_signals(machine).collect();
         for sensor in sensors {
             if !signals.contains(&sensor.measures) {
                 signals.push(sensor.measures.clone());

@@ -3,6 +3,7 @@
 use crate::driven::Driven;
 use crate::model::Model;
 use crate::payload::PAYLOAD_TERMS;
+use crate::sensing::unmeasured;
 use crate::warning::Warning;
 use hydrocrane_machine::model::{Cavitation, Cylinder, Unusual};
 use hydrocrane_machine::Machine;
@@ -264,6 +265,24 @@ pub fn implausible(unusual: &[Unusual]) -> Vec<Warning> {
             cure: u.cure.clone(),
         })
         .collect()
+}
+
+/// Signals that a controller reads from `time` (s) on with sensors of the data sheets though the file has none for them.
+pub fn without_sensors(machine: &Machine, time: f64) -> Option<Warning> {
+    let signals = unmeasured(machine);
+    let (first, others) = signals.split_first()?;
+    let more = if others.is_empty() { String::new() } else { format!(" and {} other signals", others.len()) };
+    let measured = format!("no sensor of {} measures `{first}`{more}", machine.name);
+    Some(Warning {
+        time,
+        kind: "signal-without-sensor",
+        text: format!(
+            "{measured}: the controller reads the truth there, though its sensors are those of the data sheets"
+        ),
+        cure: format!(
+            "state `[sensor.<name>]` with `measures = \"{first}\"` in the machine file, or take ideal sensors"
+        ),
+    })
 }
 
 /// What an equilibrium `x` in the pose `q` is not: joints that rest on their end stops stand elsewhere.

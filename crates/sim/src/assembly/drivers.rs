@@ -6,6 +6,8 @@ use crate::model::Model;
 use crate::sampled::SampledPlan;
 use crate::sensing::{SensorMode, Sensors};
 use crate::stick::{StickKind, Sticks};
+use crate::warning::Warning;
+use crate::warnings::without_sensors;
 use hydrocrane_control::controller::{self, Controller};
 use hydrocrane_machine::scenario::{ControllerChoice, Goal, Interpolation, Scenario, Stage};
 use hydrocrane_machine::OverrideValue;
@@ -111,6 +113,13 @@ fn sticks(scenario: &Scenario, stage: &Stage, model: &dyn Model) -> Sticks {
         precision: stick.precision.clone(),
         ..centred
     }
+}
+
+/// What the controller of a stage reads with data-sheet sensors that the machine does not have.
+pub(super) fn unmeasured(stage: &AssembledStage) -> Option<Warning> {
+    let Stage { from, controller, .. } = &stage.stage;
+    let reads = |choice: &ControllerChoice| choice.sensors == SensorMode::DataSheet && choice.name != LEVER;
+    controller.as_ref().filter(|choice| reads(choice)).and_then(|_| without_sensors(stage.model.machine(), *from))
 }
 
 /// Why the tip cannot go to one of the goals of `scenario`, if it cannot. `stages` are those before its end, in order of time.

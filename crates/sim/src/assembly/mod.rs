@@ -70,7 +70,7 @@ impl From<String> for AssemblyError {
 pub struct Assembly {
     /// State at time zero.
     pub x0: Vec<f64>,
-    /// What makes the start doubtful.
+    /// What makes it doubtful before it runs.
     pub doubts: Vec<Warning>,
     /// s
     pub end: f64,
@@ -128,7 +128,8 @@ pub fn at_start(
         return Err(format!("the duration is {} s; it must be greater than zero", scenario.duration).into());
     };
     let payload = scenario.payload.unwrap_or(first.model.machine().payload.mass);
-    let (x0, doubts) = start(&scenario.initial, first.model.as_ref(), payload)?;
+    let (x0, mut doubts) = start(&scenario.initial, first.model.as_ref(), payload)?;
+    doubts.extend(stages.iter().find_map(drivers::unmeasured));
     let changes = scenario.payload_changes.iter().map(|&(time, mass)| PayloadChange { time, mass }).collect();
     let options = options(&scenario.solver, first.model.machine(), Task::States, payload, settings);
     let options = RunOptions { payload_changes: changes, ..options };
