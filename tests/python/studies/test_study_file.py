@@ -135,7 +135,7 @@ def test_a_wrong_measure_for_the_picture_costs_no_runs(study, tmp_path):
 
 @pytest.mark.evidence
 def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(study, tmp_path):
-    text = GOOD.replace("count = 2", "count = 20000").replace('signals = ["tip.z"]', "signals = []")
+    text = GOOD.replace("count = 2", "count = 100000").replace('signals = ["tip.z"]', "signals = []")
     study(text)
     running = subprocess.Popen(
         [sys.executable, "-m", "hydrocrane", "sweep", "masses.toml"], cwd=tmp_path, stderr=subprocess.PIPE, text=True
@@ -147,9 +147,9 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(study, tmp_path):
     os.kill(running.pid, signal.SIGINT)
     message = running.communicate(timeout=240)[1]
     assert running.returncode == 1 and "Traceback" not in message, message
-    assert "of 60000 cases; the same call goes on from there" in " ".join(message.split())
+    assert "of 300000 cases; the same call goes on from there" in " ".join(message.split())
     done = int((hc.open_study(tmp_path / "masses.zarr").outcome.values != "").sum())
-    assert 0 < done < 60000 and f"stopped after {done} of" in " ".join(message.split())
+    assert 0 < done < 300000 and f"stopped after {done} of" in " ".join(message.split())
 
 
 # --- pictures -------------------------------------------------------------------------------------------------------
