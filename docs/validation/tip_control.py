@@ -9,6 +9,8 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
+from hydrocrane.benchmark import Condition
+
 HERE = Path(__file__).resolve().parent
 TABLE = HERE / "tip-control" / "control-benchmark.csv"
 LINES, STOPS, DRIVEN = (
@@ -114,15 +116,21 @@ times. *Into the margin* is how far the true tip comes into the margin of {margi
 
 def condition(row: dict[str, str]) -> str:
     """The condition in words, as the command prints it."""
-    parts = [
-        f"{float(row['payload']):g} kg" if float(row["payload"]) else "",
-        row["sensors"] if row["sensors"] != "ideal" else "",
-        f"{float(row['period']) * 1e3:g} ms" if row["period"] else "",
-        f"friction x {float(row['friction']):g}" if float(row["friction"]) != 1.0 else "",
-        row["variant"],
-        f"no reading for {float(row['drop_out']) * 1e3:g} ms" if float(row["drop_out"]) else "",
-    ]
-    return ", ".join(part for part in parts if part) or "reference"
+    return str(
+        Condition(
+            payload=float(row["payload"]),
+            sensors=row["sensors"],
+            period=float(row["period"]) if row["period"] else None,
+            friction=float(row["friction"]),
+            variant=row["variant"],
+            drop_out=float(row["drop_out"]),
+        )
+    )
+
+
+def headed(names: str) -> list[str]:
+    """The first two lines of a table with these columns."""
+    return [names, "|" + "---|" * (names.count("|") - 1)]
 
 
 def millimetres(text: str) -> str:
@@ -138,7 +146,7 @@ def rows() -> list[str]:
         cases.setdefault((row["task"], condition(row)), {})[row["controller"]] = row
     columns = ("path [%]", "max [mm]", "RMS [mm]", "rho [ms]")
     head = [f"`{name}` {column}" for name in controllers for column in columns]
-    lines = [f"| task | condition | {' | '.join(head)} |", "|" + "---|" * (2 + len(head))]
+    lines = headed(f"| task | condition | {' | '.join(head)} |")
     for (task, under), found in cases.items():
         cells = [
             f"{100 * float(found[name]['reached'] or 'nan'):.0f} | "
@@ -158,7 +166,7 @@ def table_of(path: Path) -> list[dict[str, str]]:
 def line_rows() -> list[str]:
     """Random lines, a row per machine, condition and controller."""
     names = "| machine | condition | controller | median [mm] | 90 % | 99 % | worst | beyond 10 mm | path [%] |"
-    lines = [names, "|" + "---|" * 9]
+    lines = headed(names)
     for row in table_of(LINES):
         figures = " | ".join(millimetres(row[key]) for key in ("median", "p90", "p99", "worst"))
         head = f"`{row['machine']}` | {row['condition']} | `{row['controller']}`"
@@ -170,7 +178,7 @@ def stop_rows() -> list[str]:
     """Random stops, a row per machine, sensors and payload."""
     times = "settled, median [s] | 90 % | longest"
     names = f"| machine | sensors | payload [kg] | stops | {times} | at rest [mm/s] | drift [mm] |"
-    lines = [names, "|" + "---|" * 9]
+    lines = headed(names)
     for row in table_of(STOPS):
         times = " | ".join(f"{float(row[key]):.2f}" for key in ("median", "p90", "longest"))
         head = f"`{row['machine']}` | {row['sensors']} | {float(row['payload']):g} | {row['stops']}"
@@ -181,7 +189,7 @@ def stop_rows() -> list[str]:
 def driven_rows() -> list[str]:
     """Lines after some driving, a row for each thing that the controller is not told."""
     names = "| not stated | learnt, median [mm] | worst | not learnt, median [mm] | worst |"
-    lines = [names, "|" + "---|" * 5]
+    lines = headed(names)
     for row in table_of(DRIVEN):
         figures = " | ".join(millimetres(row[k]) for k in ("median", "worst", "median_not_learnt", "worst_not_learnt"))
         lines.append(f"| {row['unstated']} | {figures} |")
@@ -190,7 +198,7 @@ def driven_rows() -> list[str]:
 
 def rest_rows() -> list[str]:
     """Rest for minutes, a row per machine, sensors and payload."""
-    lines = ["| machine | sensors | payload [kg] | stops | at rest [mm/s] | drift [mm] |", "|" + "---|" * 6]
+    lines = headed("| machine | sensors | payload [kg] | stops | at rest [mm/s] | drift [mm] |")
     for row in table_of(RESTS):
         head = f"`{row['machine']}` | {row['sensors']} | {float(row['payload']):g} | {row['stops']}"
         lines.append(f"| {head} | {millimetres(row['quiet'])} | {millimetres(row['drift'])} |")
@@ -209,7 +217,7 @@ def soak_rows() -> list[str]:
     )
     spools = "spools [strokes/s] | fastest spool [strokes/s]"
     names = f"| machine | sensors | payload [kg] | full speed [m/s] | outcome | alarms | {bounds} | {spools} |"
-    lines = [names, "|" + "---|" * 13]
+    lines = headed(names)
     for row in table_of(SOAKS):
         figures = [
             f"{float(row['tip_speed']):.2f}",
@@ -228,7 +236,7 @@ def kept_out_rows() -> list[str]:
     """Sticks that push into regions, a row per case."""
     figures = "nearest [mm] | into the margin [mm]"
     names = f"| machine | sensors | payload [kg] | full speed [m/s] | outcome | alarms | {figures} |"
-    lines = [names, "|" + "---|" * 8]
+    lines = headed(names)
     for row in table_of(KEPT_OUT):
         figures = f"{millimetres(row['clearance'])} | {millimetres(row['penetration'])}"
         lines.append(f"| {driven_by(row)} | {row['outcome']} | {row['alarms']} | {figures} |")
@@ -306,7 +314,7 @@ def asked_rows() -> list[str]:
         rows.append(
             f"| {what} | {f'{factor * limit:g} {unit}'.rstrip()} | {f'{factor * found:.2f} {unit}'.rstrip()} | {met} |"
         )
-    return ["| what | asked | found | met |", "|---|---|---|---|", *rows]
+    return [*headed("| what | asked | found | met |"), *rows]
 
 
 def own_rho(sensors: str) -> float:
@@ -317,7 +325,7 @@ def own_rho(sensors: str) -> float:
 
 def own_rho_rows() -> list[str]:
     """The largest rho of `tip` by sensors."""
-    lines = ["| `tip`, laboratory crane, simulated | largest rho over the benchmark [ms] |", "|---|---|"]
+    lines = headed("| `tip`, laboratory crane, simulated | largest rho over the benchmark [ms] |")
     return lines + [f"| {sensors} sensors | {own_rho(sensors) * 1e3:.0f} |" for sensors in ("ideal", "data-sheet")]
 
 

@@ -17,6 +17,7 @@ import numpy as np
 import hydrocrane as hc
 from hydrocrane.benchmark import VARIANTS, Condition, random_lines, run_case
 from hydrocrane.benchmark.after_driving import lines_after_driving
+from hydrocrane.benchmark.conditions import at_valves
 from hydrocrane.benchmark.stops import random_stop
 from hydrocrane.machine.overrides import Override
 
@@ -57,28 +58,30 @@ def lines() -> Iterator[dict[str, object]]:
                 }  # fmt: skip
 
 
-def stops() -> Iterator[dict[str, object]]:
-    """A row per machine, sensors and payload."""
+def stopped() -> Iterator[tuple[hc.Machine, str, float]]:
+    """Machine, sensors and payload (kg) of each row of stops."""
     for machine in map(hc.load_machine, MACHINES):
         for sensors in ("ideal", "data-sheet") if machine.sensors else ("ideal",):
-            for payload in (0.0, 80.0, 200.0, 300.0):
-                tried = [random_stop(machine, seed, payload=payload, sensors=sensors) for seed in range(TRIED)]
-                found = [stop for stop in tried if stop is not None]
-                settling = np.array([stop.settling for stop in found])
-                yield {
-                    "machine": machine.name, "sensors": sensors, "payload": payload,
-                    "tried": TRIED, "stops": len(found), "median": np.median(settling),
-                    "p90": np.percentile(settling, 90), "longest": settling.max(),
-                    "quiet": max(stop.quiet for stop in found), "drift": max(stop.drift for stop in found),
-                }  # fmt: skip
+            yield from ((machine, sensors, payload) for payload in (0.0, 80.0, 200.0, 300.0))
+
+
+def stops() -> Iterator[dict[str, object]]:
+    """A row per machine, sensors and payload."""
+    for machine, sensors, payload in stopped():
+        tried = [random_stop(machine, seed, payload=payload, sensors=sensors) for seed in range(TRIED)]
+        found = [stop for stop in tried if stop is not None]
+        settling = np.array([stop.settling for stop in found])
+        yield {
+            "machine": machine.name, "sensors": sensors, "payload": payload,
+            "tried": TRIED, "stops": len(found), "median": np.median(settling),
+            "p90": np.percentile(settling, 90), "longest": settling.max(),
+            "quiet": max(stop.quiet for stop in found), "drift": max(stop.drift for stop in found),
+        }  # fmt: skip
 
 
 def unstated(machine: hc.Machine) -> dict[str, dict[str, Override]]:
     """Overrides by name, and some of them at once."""
-    strokes = [key for key in machine.keys if key.startswith("valve.") and key.endswith(".stroke")]
-    overlap: dict[str, Override] = {
-        f"{key.removesuffix('stroke')}overlap": OVERLAP * float(machine.value(key).si) for key in strokes
-    }
+    overlap = at_valves("overlap", lambda stroke: OVERLAP * stroke)(machine)
     single = {"overlap 5 %": overlap} | {name: VARIANTS[name].overrides(machine) for name in UNSTATED}
     together = ("overlap 5 %", "offset 2 %", "supply - 30 %", "leakage x 10")
     return {"nothing": {}} | single | {", ".join(together): {k: v for n in together for k, v in single[n].items()}}

@@ -13,14 +13,14 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict
 from functools import partial
 
-from tip_motion import FOLDER, MACHINES, write
+from tip_motion import FOLDER, MACHINES, stopped, write
 
 import hydrocrane as hc
 from hydrocrane.benchmark.soak import Soak, soak, worst_of
 from hydrocrane.benchmark.stops import REST, random_stop
 
 RESTS, SOAKS, KEPT_OUT = FOLDER / "rest.csv", FOLDER / "soak.csv", FOLDER / "keep-out.csv"
-PAYLOADS, STOPS, AT_REST = (0.0, 80.0, 200.0, 300.0), 6, 600.0
+STOPS, AT_REST = 6, 600.0
 # Seeds of the drives of a row, and how long each goes on, s.
 SOAKS_OF_ROW, KEPT_OUT_OF_ROW, LASTS = range(6), range(2), 360.0
 LAB, LOADER = MACHINES
@@ -40,19 +40,15 @@ GROUNDS = {
 
 def rests() -> Iterator[dict[str, object]]:
     """A row per machine, sensors and payload: the worst of the stops."""
-    for machine in map(hc.load_machine, MACHINES):
-        for sensors in ("ideal", "data-sheet") if machine.sensors else ("ideal",):
-            for payload in PAYLOADS:
-                tried = [
-                    random_stop(machine, seed, payload=payload, sensors=sensors, end=REST + AT_REST)
-                    for seed in range(STOPS)
-                ]
-                found = [stop for stop in tried if stop is not None]
-                yield {
-                    "machine": machine.name, "sensors": sensors, "payload": payload, "tried": STOPS,
-                    "stops": len(found), "seconds": AT_REST,
-                    "quiet": max(stop.quiet for stop in found), "drift": max(stop.drift for stop in found),
-                }  # fmt: skip
+    for machine, sensors, payload in stopped():
+        end = REST + AT_REST
+        tried = [random_stop(machine, seed, payload=payload, sensors=sensors, end=end) for seed in range(STOPS)]
+        found = [stop for stop in tried if stop is not None]
+        yield {
+            "machine": machine.name, "sensors": sensors, "payload": payload, "tried": STOPS,
+            "stops": len(found), "seconds": AT_REST,
+            "quiet": max(stop.quiet for stop in found), "drift": max(stop.drift for stop in found),
+        }  # fmt: skip
 
 
 def drive(case: tuple[str, str, float, float | None], pushed: bool, seed: int) -> Soak:

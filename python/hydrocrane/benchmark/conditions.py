@@ -41,7 +41,7 @@ def _valves(machine: Machine) -> list[tuple[str, float]]:
     return [(key.removesuffix(".stroke"), float(machine.value(key).si)) for key in strokes]
 
 
-def _at_valves(key: str, value: Callable[[float], float]) -> Callable[[Machine], dict[str, Override]]:
+def at_valves(key: str, value: Callable[[float], float]) -> Callable[[Machine], dict[str, Override]]:
     """The key of every valve, with a value that depends on its stroke, m."""
     return lambda machine: {f"{valve}.{key}": value(stroke) for valve, stroke in _valves(machine)}
 
@@ -61,14 +61,14 @@ def _leakage(times: float) -> Callable[[Machine], dict[str, Override]]:
 
 
 VARIANTS: dict[str, Variant] = {
-    "dead band 5 %": Variant(_at_valves("command.dead-band", lambda stroke: 0.05 * stroke)),
-    "offset 2 %": Variant(_at_valves("command.offset", lambda stroke: 0.02 * stroke)),
-    "gain 0.8": Variant(_at_valves("command.gain", lambda stroke: 0.8)),
-    "known dead band 5 %": Variant(_at_valves("command.dead-band", lambda stroke: 0.05 * stroke), known=True),
+    "dead band 5 %": Variant(at_valves("command.dead-band", lambda stroke: 0.05 * stroke)),
+    "offset 2 %": Variant(at_valves("command.offset", lambda stroke: 0.02 * stroke)),
+    "gain 0.8": Variant(at_valves("command.gain", lambda stroke: 0.8)),
+    "known dead band 5 %": Variant(at_valves("command.dead-band", lambda stroke: 0.05 * stroke), known=True),
     "supply - 30 %": Variant(_supply(0.7)),
     "leakage x 10": Variant(_leakage(10.0)),
-    "spools of 8 Hz": Variant(_at_valves("natural-frequency", lambda stroke: 2.0 * np.pi * 8.0), known=True),
-    "dead time 50 ms": Variant(_at_valves("delay", lambda stroke: 0.05), known=True),
+    "spools of 8 Hz": Variant(at_valves("natural-frequency", lambda stroke: 2.0 * np.pi * 8.0), known=True),
+    "dead time 50 ms": Variant(at_valves("delay", lambda stroke: 0.05), known=True),
 }
 
 

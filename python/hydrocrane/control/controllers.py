@@ -6,6 +6,7 @@ import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
@@ -19,6 +20,7 @@ from hydrocrane.machine.machine import Machine
 NAMES = ("tip", "heinze-pid", "lever")
 DEFAULT_PERIOD = 0.01
 ON_ERROR = ("raise", "stop", "neutral")
+PACKAGE = Path(__file__).parents[1]
 
 
 @dataclass(frozen=True)
@@ -160,7 +162,13 @@ def _told(error: BaseException) -> str:
     frames = traceback.extract_tb(error.__traceback__)
     if not frames or frames[-1].filename == __file__:
         return head
-    return f"{head} ({frames[-1].filename}, line {frames[-1].lineno}, in {frames[-1].name})"
+    return f"{head} ({_named(frames[-1].filename)}, line {frames[-1].lineno}, in {frames[-1].name})"
+
+
+def _named(file: str) -> str:
+    """A file in messages; one of this package without the folder that it is installed in."""
+    path = Path(file)
+    return path.relative_to(PACKAGE.parent).as_posix() if path.is_relative_to(PACKAGE) else file
 
 
 def check_controller(controller: AnyController | None) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
@@ -49,15 +48,3 @@ def _number(name: str, value: ArrayLike) -> float:
     if number.ndim:
         raise InputError(f"`{name}` of a goal must be one number, got {value!r}")
     return float(number)
-
-
-def checked_goals(goals: Iterable[Goal] | Goal) -> tuple[Goal, ...]:
-    """Goals in order of time."""
-    listed = list(goals) if isinstance(goals, Iterable) else [goals]
-    if not all(isinstance(goal, Goal) for goal in listed):
-        raise InputError(f"goals must be a list of Goal; got {goals!r}")
-    ordered = sorted(listed, key=lambda goal: goal.time)
-    for early, late in zip(ordered[:-1], ordered[1:], strict=True):
-        if early.time == late.time:
-            raise InputError(f"two goals are given at {late.time:g} s; give each a time of its own")
-    return tuple(ordered)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from hydrocrane.arrays import real_array
@@ -59,15 +58,3 @@ class Phase:
             stated = [name for name in LOOP if getattr(self, name) != getattr(Phase, name)]
             if stated:
                 raise InputError(f"`{stated[0]}` of a phase belongs to its controller, which it does not name")
-
-
-def checked_phases(phases: Iterable[Phase] | Phase) -> tuple[Phase, ...]:
-    """Phases in order of time."""
-    listed = list(phases) if isinstance(phases, Iterable) else [phases]
-    if not all(isinstance(phase, Phase) for phase in listed):
-        raise InputError(f"phases must be a list of Phase; got {phases!r}")
-    ordered = sorted(listed, key=lambda phase: phase.time)
-    for early, late in zip(ordered[:-1], ordered[1:], strict=True):
-        if early.time == late.time:
-            raise InputError(f"two phases begin at {late.time:g} s; give each a time of its own")
-    return tuple(ordered)

@@ -32,10 +32,11 @@ from hydrocrane.machine.sensors import SENSORS, SensorFault
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario.changes import Changes, Pressures, ScenarioFields
 from hydrocrane.scenario.command import Command, as_command
+from hydrocrane.scenario.due import in_order_of_time
 from hydrocrane.scenario.entry import own_controllers, scenario_entry
-from hydrocrane.scenario.goals import Goal, checked_goals
+from hydrocrane.scenario.goals import Goal
 from hydrocrane.scenario.payload import payload_changes
-from hydrocrane.scenario.phases import Phase, checked_phases
+from hydrocrane.scenario.phases import Phase
 from hydrocrane.scenario.precedence import check_agreement, later_counts, stated_fields
 from hydrocrane.scenario.record_size import NUMBERS_PER_ROW, check_size, row_count
 from hydrocrane.scenario.solver import FIXED_STEPS, Solver
@@ -134,9 +135,9 @@ class Scenario:
         def __init__(self, **fields: Unpack[ScenarioFields]) -> None: ...
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "goals", checked_goals(self.goals))
+        object.__setattr__(self, "goals", in_order_of_time(self.goals, Goal, "goals", "are given"))
         self._check_loop()
-        object.__setattr__(self, "phases", checked_phases(self.phases))
+        object.__setattr__(self, "phases", in_order_of_time(self.phases, Phase, "phases", "begin"))
         if self.phases and not self.closed_loop:
             raise InputError("phases change who drives the crane: give a controller or a joystick in place of commands")
         object.__setattr__(self, "seed", seed_number(self.seed))

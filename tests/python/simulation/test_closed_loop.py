@@ -189,6 +189,12 @@ def test_an_exception_can_end_the_run_with_its_place():
     ]
 
 
+def test_the_place_of_an_exception_in_the_package_does_not_tell_where_it_is_installed():
+    crane = hc.load_machine("rottne-f9-lab")
+    run = hc.simulate(plan(controller=lambda obs, command: crane.tip(np.nan * obs.q)), on_error="stop")
+    assert "(hydrocrane/arrays.py, line " in run.outcome.message
+
+
 @pytest.mark.parametrize(
     ("controller", "error", "said"),
     [

@@ -1,0 +1,33 @@
+"""What happens at times of its own: a list in order of time, no two at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Protocol, TypeVar
+
+from hydrocrane.errors import InputError
+
+
+class Due(Protocol):
+    """Something that happens at a time, s."""
+
+    @property
+    def time(self) -> float: ...
+
+
+D = TypeVar("D", bound=Due)
+
+
+def in_order_of_time(given: Iterable[D] | D, kind: type[D], name: str, twice: str) -> tuple[D, ...]:
+    """The things `given` of one `kind`, in order of time.
+
+    `name` is what the argument is called in messages, `twice` what two of them do at one time.
+    """
+    listed = list(given) if isinstance(given, Iterable) else [given]
+    if not all(isinstance(one, kind) for one in listed):
+        raise InputError(f"{name} must be a list of {kind.__name__}; got {given!r}")
+    ordered = sorted(listed, key=lambda one: one.time)
+    for early, late in zip(ordered[:-1], ordered[1:], strict=True):
+        if early.time == late.time:
+            raise InputError(f"two {name} {twice} at {late.time:g} s; give each a time of its own")
+    return tuple(ordered)
