@@ -13,7 +13,7 @@ from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, nearest
 from hydrocrane.files.columns import is_dataset
 from hydrocrane.logs.assembly import signals_of
-from hydrocrane.logs.checks import checked, readings
+from hydrocrane.logs.checks import checked, clipped_at, readings, rechecked
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.mapping import LogMapping, MappingLike, log_mapping
 from hydrocrane.logs.readers import read_table, table_of_dataset
@@ -100,6 +100,8 @@ class Log:
         for flag in self.flags:
             if flag.kind in ("frozen", "saturated") and flag.signal in signals:
                 bad |= (time >= flag.start) & (time <= flag.end)
+            elif flag.kind == "clipped" and flag.signal in signals:
+                bad |= np.isin(self[flag.signal], clipped_at(self[flag.signal]))
         return bad
 
     def between(self, start: float, end: float) -> Log:
@@ -108,7 +110,7 @@ class Log:
         if not inside.any():
             raise InputError(f"{self.source}: no sample between {start:.6g} and {end:.6g} s")
         part = self.data.isel(time=inside)
-        return replace(self, data=part, flags=checked(part))
+        return replace(self, data=part, flags=rechecked(part, self.flags))
 
     def summary(self) -> str:
         """Length, signals and flags, one line each."""
