@@ -10,8 +10,13 @@ from hydrocrane.arrays import Array
 
 # So many samples of its own a signal must show, and so regularly, before it counts as a slow one.
 LEAST_OWN, REGULAR = 20, 0.95
+# More rows per sample than this are no logger's; held velocities of a log without noise look alike.
+MOST_ROWS = 200
 # From this many rows per sample on a clock may be off by one row.
 LOOSE = 6
+# Of all samples of its own so many must differ from the one before: readings that seldom change are those of a signal
+# that stands still.
+LIVES = 0.4
 # Jumps of one size only are those of a converter in slow motion, not of a held signal.
 LEAST_JUMPS = 3
 
@@ -34,7 +39,9 @@ def own_samples(values: Array) -> OwnSamples | None:
     jump = np.diff(known)
     changes = np.flatnonzero(jump != 0.0)
     sizes = np.unique(np.round(1e6 * np.abs(jump[changes]) / np.abs(jump).max())) if changes.size else changes
-    if sizes.size >= LEAST_JUMPS and _regular(np.diff(changes), exact=False):
+    spacing = np.diff(changes)
+    lives = changes.size > 1 and changes.size * np.quantile(spacing, 0.1) >= LIVES * known.size
+    if lives and sizes.size >= LEAST_JUMPS and _regular(spacing, exact=False):
         return OwnSamples(finite[changes + 1], "held")
     # A staircase has straight parts too, of a converter in slow motion.
     if 2 * changes.size < jump.size:
@@ -53,7 +60,7 @@ def _regular(spacing: np.ndarray, exact: bool) -> bool:
     if spacing.size < LEAST_OWN - 1:
         return False
     usual = float(np.median(spacing[spacing <= 1.5 * np.quantile(spacing, 0.1)]))
-    if usual < 2:
+    if not 2 <= usual <= MOST_ROWS:
         return False
     off = np.abs(spacing - usual) if exact else np.abs(spacing - usual * np.round(spacing / usual))
     return float(np.mean(off <= (usual >= LOOSE))) >= REGULAR

@@ -135,6 +135,7 @@ def test_what_is_no_slow_signal():
     staircase = np.floor(np.arange(2000) / 20.0)
     assert own_samples(noise) is None
     assert own_samples(staircase) is None, "a converter in slow motion"
+    assert own_samples(np.repeat(rng.normal(size=40), [100, 1000] * 20)) is None, "a pressure without noise"
     assert own_samples(np.round(noise)) is None, "a coarse converter"
     assert own_samples(np.where(rng.random(2000) < 0.5, noise, np.nan)) is None, "a loose contact"
 
