@@ -321,6 +321,9 @@ def servo_section(folder: Path) -> list[str]:
         "kg) enters the check for "
         "vibration alone.",
         "",
+        "The position stands at one value at the far end of the stroke, again and again (flag `clipped`): its range "
+        "ends there, and such samples are in no window.",
+        "",
         "**Cannot be known.** A zero error of 0.1 bar on side A moves friction by 2.0 N, one on side B by 1.2 "
         "N, in opposite "
         "senses out and back: Coulomb friction of both directions carries it, and the intervals do not.",
@@ -331,7 +334,7 @@ def servo_section(folder: Path) -> list[str]:
         "",
         f"Judged on {len(held_out)} windows of sample 2: rms {rms:.2f} N, largest {np.abs(errors[1]).max():.2f} N; "
         f"{rms / float(np.mean(np.abs(held_out.force))):.1%} of the mean friction, {rms / span:.1%} "
-        "of the range over both directions. Voltages and directions without a row had no steady window.",
+        "of the range over both directions.",
         "",
         "![residuals](measured/servo.png)",
         "",

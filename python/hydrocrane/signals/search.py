@@ -8,7 +8,7 @@ from hydrocrane.errors import InputError
 from hydrocrane.logs.columns import LogLike
 from hydrocrane.logs.hum import at_mains, hum_of
 from hydrocrane.logs.log import Log
-from hydrocrane.logs.noise import noise_of
+from hydrocrane.logs.noise import Noise, noise_of
 from hydrocrane.machine.machine import Machine
 from hydrocrane.signals.friction import RigParameters, pressure_force, steady_friction
 from hydrocrane.signals.resample import readable, unbroken
@@ -90,7 +90,7 @@ def steady_windows(
 
 def _pieces(log: Log, signals: tuple[str, ...], straightness: float) -> list[tuple[int, int]]:
     """Straight pieces between gaps, changes of the command and spoilt stretches."""
-    time, x, noise = log.time, log["x"], noise_of(log["x"])
+    time, x, noise = log.time, log["x"], _position_noise(log)
     edges = np.flatnonzero(np.diff(log.stuck(*signals).astype(np.int8))) + 1
     cuts = sorted({*_jumps(log), *edges.tolist()})
     pieces = []
@@ -100,6 +100,11 @@ def _pieces(log: Log, signals: tuple[str, ...], straightness: float) -> list[tup
         inner = straight_pieces(time[a:b], x[a:b], sigma, straightness, [cut - a for cut in cuts])
         pieces += [(a + first, a + last) for first, last in inner]
     return pieces
+
+
+def _position_noise(log: Log) -> Noise:
+    """Noise of the position where its sensor reads: at the end of its range it shows none."""
+    return noise_of(log["x"][~log.stuck("x")])
 
 
 def _jumps(log: Log) -> list[int]:
@@ -121,7 +126,7 @@ class _Reader:
     ) -> None:
         self.log, self.rig, self.time, self.x = log, rig, log.time, log["x"]
         self.least_duration, self.least_travel, self.settle_travel = limits
-        self.noise = noise_of(self.x)
+        self.noise = _position_noise(log)
         self.friction = steady_friction(log, rig, load_cell=load_cell)
         self.pressure_force = pressure_force(log, rig)
         self.parts = [log["p1"] * rig.piston_area, log["p2"] * rig.rod_area]

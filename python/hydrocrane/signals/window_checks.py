@@ -24,7 +24,7 @@ DIRECTIONS = ((1, "extending"), (-1, "retracting"))
 def checked_windows(log: Log, rig: RigParameters, windows: Sequence[Window]) -> list[Flag]:
     """Flags about the whole set of windows and its rig."""
     start, end = float(log.time[0]), float(log.time[-1])
-    texts = _coverage(windows) + _lopsided(windows) + _beyond_stroke(log, rig) + _unsettled(rig, windows)
+    texts = _coverage(windows) + _beyond_stroke(log, rig) + _unsettled(rig, windows)
     for direction, word in DIRECTIONS:
         moving = [w for w in windows if w.direction == direction]
         driven = [w for w in moving if w.force * direction < -3.0 * w.force_error]
@@ -42,6 +42,8 @@ def checked_windows(log: Log, rig: RigParameters, windows: Sequence[Window]) -> 
                 f"{_likely_cause(windows, rig)}"
             )
             texts.append(("friction-drives", text))
+    if not any(kind == "friction-drives" for kind, _ in texts):
+        texts += _lopsided(windows)
     return [Flag(kind, "", start, end, text) for kind, text in texts]
 
 

@@ -75,6 +75,20 @@ def test_a_range_that_is_too_narrow():
     assert not log.stuck("p2").any()
 
 
+def test_a_position_sensor_that_ends_before_the_stroke_costs_only_that_end():
+    """It stands exactly still there for most of the log, which must not pass for its noise."""
+    table = made(speeds=(0.02, -0.02))
+    wait = np.full(20000, table["x"].max())
+    half = table["time"].size // 2 - 250
+    rng = np.random.default_rng(5)
+    longer = {name: np.insert(v, half, v[half] + rng.normal(0, 3e3, wait.size)) for name, v in table.items()}
+    noisy = np.insert(table["x"], half, 0.06 + rng.normal(0, 2e-5, wait.size))
+    longer |= {"time": np.arange(noisy.size) * 1e-3, "x": np.minimum(noisy, 0.06)}
+    log = Log.of(longer)
+    assert kinds(log.flags) == {"clipped"}
+    assert [round(w.velocity, 3) for w in steady_windows(log, RIG)] == [0.02, -0.02]
+
+
 def test_healthy_logs_are_not_called_clipped():
     for seed in range(20):
         table = made(seed, 1.0)
