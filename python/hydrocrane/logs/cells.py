@@ -12,11 +12,13 @@ from hydrocrane.arrays import Array
 
 MISSING = {"", "nan", "na", "n/a", "null", "inf", "-inf", "+inf", "#n/a", "-nan", "nil", "--"}
 _NUMBER = re.compile(r"^[+-]?(\d+([.,]\d*)*|[.,]\d+)([eE][+-]?\d+)?$")
+# A column's cells stand on lines of their own, so that one search finds any that matches.
 # 1.234,5 or 1.234.567: points that mark thousands beyond doubt; and the same with both marks exchanged.
-_POINTS = re.compile(r"^[+-]?[1-9]\d{0,2}((\.\d{3})+,\d+|(\.\d{3}){2,})$")
-_COMMAS = re.compile(r"^[+-]?[1-9]\d{0,2}((,\d{3})+\.\d+|(,\d{3}){2,})$")
-# 1.234 and 1,234 may be either.
-_EITHER = re.compile(r"^[+-]?[1-9]\d{0,2}[.,]\d{3}$")
+_POINTS = re.compile(r"^[+-]?[1-9]\d{0,2}((\.\d{3})+,\d+|(\.\d{3}){2,})$", re.MULTILINE)
+_COMMAS = re.compile(r"^[+-]?[1-9]\d{0,2}((,\d{3})+\.\d+|(,\d{3}){2,})$", re.MULTILINE)
+# 1.234 and 1,234 may be either; of others a comma is a decimal mark.
+_EITHER = re.compile(r"^[+-]?[1-9]\d{0,2}[.,]\d{3}$", re.MULTILINE)
+_DECIMAL = re.compile(r"^(?![+-]?[1-9]\d{0,2}(,\d{3})+(\.\d+)?$)[+-]?(\d[\d.]*,\d*|,\d+)([eE][+-]?\d+)?$", re.MULTILINE)
 _WHOLE = re.compile(r"^[+-]?\d+$")
 
 
@@ -40,13 +42,8 @@ def is_missing(cell: str) -> bool:
 
 def marks_of(columns: Sequence[Sequence[str]]) -> tuple[bool, bool]:
     """Whether commas are decimal marks somewhere in a table, and whether they mark thousands somewhere."""
-    decimal = thousands = False
-    for cells in columns:
-        for cell in cells:
-            if "," in cell and is_number(cell):
-                thousands |= bool(_COMMAS.match(cell))
-                decimal |= not _COMMAS.match(cell) and not _EITHER.match(cell)
-    return decimal, thousands
+    texts = ["\n".join(cells) for cells in columns]
+    return any(map(_DECIMAL.search, texts)), any(map(_COMMAS.search, texts))
 
 
 def numbers(cells: Sequence[str], decimal: bool, thousands: bool) -> Numbers:
@@ -58,29 +55,31 @@ def numbers(cells: Sequence[str], decimal: bool, thousands: bool) -> Numbers:
     decimal, thousands : bool
         What commas are elsewhere in the table, see :func:`marks_of`: it settles ``1.234`` and ``1,234``.
     """
-    points, commas = any(map(_POINTS.match, cells)), any(map(_COMMAS.match, cells))
-    real = [cell for cell in cells if not is_missing(cell)]
-    either = [cell for cell in real if _EITHER.match(cell)]
-    # A column of nothing but whole numbers and 1.234 says nothing by itself.
-    silent = bool(either) and all(_WHOLE.match(cell) or _EITHER.match(cell) for cell in real)
-    doubt = ""
+    text = "\n".join(cells)
+    points, commas = bool(_POINTS.search(text)), bool(_COMMAS.search(text))
     if points and commas:
-        return Numbers(np.full(len(cells), np.nan), real, "some of its cells mark thousands by points, some by commas")
-    if silent and not (points or commas):
-        mark = "." if "." in either[0] else ","
-        points, commas = mark == "." and decimal, mark == "," and thousands and not decimal
-        if points or commas or mark == ",":
+        bad = [cell for cell in cells if not is_missing(cell)]
+        return Numbers(np.full(len(cells), np.nan), bad, "some of its cells mark thousands by points, some by commas")
+    doubt = ""
+    either = _EITHER.search(text)
+    # A column of nothing but whole numbers and 1.234 says nothing by itself.
+    if either and not (points or commas) and all(_silent(cell) for cell in cells):
+        comma = "," in either[0]
+        points, commas = not comma and decimal, comma and thousands and not decimal
+        settled = "as elsewhere in the file" if points or commas or decimal else "since nothing in the file settles it"
+        if points or commas or comma:
             meant = "thousands" if points or commas else "decimals"
-            doubt = f"`{either[0]}` may mean thousands or decimals, and {meant} are taken as elsewhere in the file"
-            if mark == "," and not (commas or decimal):
-                doubt = f"`{either[0]}` may mean thousands or decimals, and decimals are taken"
-    if points:
-        cells = [cell.replace(".", "") for cell in cells]
-    elif commas:
-        cells = [cell.replace(",", "") for cell in cells]
-    values = np.array([_value(cell.replace(",", ".")) for cell in cells])
-    bad = [cell for cell, value in zip(cells, values) if np.isnan(value) and not is_missing(cell)]
+            doubt = f"`{either[0]}` may mean thousands or decimals, and {meant} are taken {settled}"
+    if points or commas:
+        text = text.replace("." if points else ",", "")
+    found = text.replace(",", ".").split("\n")
+    values = np.array([_value(cell) for cell in found])
+    bad = [cells[int(i)] for i in np.flatnonzero(np.isnan(values)) if not is_missing(cells[int(i)])]
     return Numbers(values, bad, doubt)
+
+
+def _silent(cell: str) -> bool:
+    return bool(_EITHER.match(cell) or _WHOLE.match(cell)) or is_missing(cell)
 
 
 def _value(cell: str) -> float:

@@ -11,12 +11,11 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, nearest
-from hydrocrane.files.columns import is_dataset
 from hydrocrane.logs.assembly import signals_of
 from hydrocrane.logs.checks import checked, clipped_at, readings, rechecked
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.mapping import LogMapping, MappingLike, log_mapping
-from hydrocrane.logs.readers import read_table, table_of_dataset
+from hydrocrane.logs.readers import read_table
 from hydrocrane.logs.table import Table
 
 if TYPE_CHECKING:
@@ -47,13 +46,15 @@ class Log:
 
     @classmethod
     def of(cls, data: LogLike, mapping: MappingLike = None, source: str = "") -> Log:
-        """A checked log of a Dataset, DataFrame, mapping of arrays or run, in SI unless `mapping` says otherwise."""
+        """A checked log of a file, Dataset, DataFrame, mapping of arrays or run; in SI unless `mapping` or file says
+        otherwise."""
         if isinstance(data, Log):
             return data if mapping is None else cls.of(data.data, mapping, data.source)
-        from hydrocrane.logs.columns import columns_of
+        if isinstance(data, str | PathLike):
+            return read_log(data, mapping)
+        from hydrocrane.logs.columns import table_of_log
 
-        held = data if is_dataset(data) else getattr(data, "data", None)
-        table = table_of_dataset(held) if is_dataset(held) else Table(columns_of(data))
+        table = table_of_log(data)
         table.in_memory = True
         return _log(table, log_mapping(mapping), source or type(data).__name__)
 

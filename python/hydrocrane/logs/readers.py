@@ -11,7 +11,7 @@ import numpy as np
 
 from hydrocrane.errors import ResultFileError, nearest
 from hydrocrane.logs.flags import Flag
-from hydrocrane.logs.table import Table, as_column, check_width, plain_facts
+from hydrocrane.logs.table import NO_NUMBERS, Table, check_width, plain_facts
 from hydrocrane.logs.units import tidy_unit
 
 if TYPE_CHECKING:
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from asammdf import Signal
 
     from hydrocrane.arrays import Array
-
-NO_NUMBERS = "no numbers"
 
 
 def read_table(path: Path) -> Table:
@@ -57,13 +55,7 @@ def table_of_dataset(data: xr.Dataset) -> Table:
     """Columns of a dataset: its one-dimensional numeric variables, with their `units`."""
     table = Table({})
     for name in data.variables:
-        column = as_column(data[name].values)
-        if column is None:
-            table.leave(str(name), NO_NUMBERS)
-        elif column.ndim != 1:
-            table.leave(str(name), f"{column.ndim} dimensions, where a signal has one")
-        else:
-            table.add(str(name), column, tidy_unit(str(data[name].attrs.get("units", ""))))
+        table.take(str(name), data[name].values, tidy_unit(str(data[name].attrs.get("units", ""))))
     table.about = plain_facts(data.attrs)
     return table
 

@@ -27,6 +27,8 @@ _NAME_AND_UNIT = re.compile(
 )
 # SI units that one unit of a log is at least; its inverse is the most. Beyond that its numbers are lost.
 LEAST_UNIT = 1e-30
+# Why a column was left out.
+NO_NUMBERS = "no numbers"
 # Columns of a log: checks and summaries look at each of them.
 MOST_COLUMNS = 2000
 
@@ -86,6 +88,16 @@ class Table:
         found = _NAME_AND_UNIT.match(name.strip())
         short = found["name"] if found else name
         return next(n for i in count(2) if (n := f"{short}.{i}{name[len(short) :]}") not in taken)
+
+    def take(self, name: str, values: object, unit: str = "") -> None:
+        """Put in a column, or leave it out where it is no series of numbers."""
+        column = as_column(values)
+        if column is None:
+            self.leave(name, NO_NUMBERS)
+        elif column.ndim != 1:
+            self.leave(name, f"{column.ndim} dimensions, where a signal has one")
+        else:
+            self.add(name, column, unit)
 
     def leave(self, name: str, reason: str, word: str = "") -> None:
         """Leave out a column, which must not happen unsaid."""

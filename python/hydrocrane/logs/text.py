@@ -25,6 +25,8 @@ BLANK = " "
 DELIMITERS = ("\t", ";", ",", BLANK)
 COMMENTS = ("#", "%", "//")
 _LOOKED_AT = 50
+# 1.234 or 1,234, alone or within a longer number: the mark may be one of thousands.
+_THOUSANDS = re.compile(r"(?<![\d.,])[1-9]\d{0,2}[.,]\d{3}(?!\d)")
 
 
 class Head(NamedTuple):
@@ -201,9 +203,9 @@ def _numbers(path: Path, lines: list[str], delimiter: str, head: Head) -> Table:
         message = f"the last line of {path.name} is cut off and left out; was the file copied before it was complete?"
         found.notes.append(Flag("truncated", "", np.nan, np.nan, message))
         lines = lines[:-1]
-    # In text with commas of its own each column is looked at; so is text with words, which NumPy refuses.
+    # Where commas and points may mark thousands each column is looked at; so is text with words, which NumPy refuses.
     plain = delimiter == "," or not any("," in line for line in lines)
-    commas = not plain and not any("." in line for line in lines)
+    commas = not plain and not (any("." in line for line in lines) and any(map(_THOUSANDS.search, lines)))
     try:
         rows = [line.replace(",", ".") for line in lines] if commas else lines
         if not plain and not commas:

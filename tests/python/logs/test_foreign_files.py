@@ -272,3 +272,14 @@ def test_raw_output_of_a_sensor(tmp_path):
         log_of(tmp_path, text)
     log = log_of(tmp_path, text, {"signal": {"p1": {"unit": "25 bar", "offset": "-100 bar"}}})
     np.testing.assert_allclose(log["p1"], ROW * 5e5, atol=1e-6)
+
+
+def test_columns_in_memory_that_are_left_out_or_alike():
+    import pandas as pd
+
+    frame = pd.DataFrame([[0.01 * i, i, 2 * i, "on"] for i in range(N)], columns=["time", "p", "p", "state"])
+    log = Log.of(frame)
+    np.testing.assert_array_equal(log["p.2"], 2.0 * ROW)
+    assert "`state`" in messages(log, "left-out") and "renamed" in kinds(log)
+    log = Log.of({"time": 0.01 * ROW, "x": 1.0 * ROW, "table": np.ones((N, 2))})
+    assert "2 dimensions" in messages(log, "left-out")
