@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 from oracles.held_velocities import RIG, SPEEDS, friction, made
 
+import hydrocrane as hc
+from hydrocrane import rig
 from hydrocrane.logs import Log
 from hydrocrane.logs.hum import hum_of
 from hydrocrane.logs.rates import own_samples
@@ -195,3 +197,20 @@ def test_hum_needs_other_motion_to_be_known():
     inside = slice(1000, 20000)
     signal = table["p1"] + 4e3 * np.sin(2 * np.pi * 50.0 * table["time"])
     assert hum_of(table["time"][inside], signal[inside], table["x"][inside]) == []
+
+
+# --- identification -------------------------------------------------------------------------------------------------
+
+
+def test_friction_is_identified_from_uneven_logs():
+    """Missing values and a held position leave every window and move Coulomb friction by less than 2 %."""
+    log = rig.run("constant-velocity", levels=[0.005, 0.02, 0.05, 0.1], slips=12.0)
+    missing, held = log.data.copy(deep=True), log.data.copy(deep=True)
+    missing["x"][::100] = np.nan
+    held["x"][:] = slowed(held["x"].values, "held", every=5)
+    found = [hc.identify_friction([data], "rig-rottne") for data in (log.data, missing, held)]
+    assert [len(each.windows[0]) for each in found] == [8, 8, 8]
+    for each, words in zip(found[1:], ("`x` misses", "`x` was sampled at 100 Hz")):
+        assert sum(words in warning for warning in each.warnings) == 1
+        for name in ("coulomb.extending", "coulomb.retracting"):
+            assert each.static.fit.value(name) == pytest.approx(found[0].static.fit.value(name), rel=0.02)
