@@ -67,8 +67,8 @@ def fit(
         found = hc.fit(
             scenario, logs, parameter, mapping=mapping, signals=signal or None, motion=motion.value,
             interpolation=interpolation.value, bandwidth=bandwidth,
-            window=stretch("--window", window, "0:20"), hold_out=_hold_out(hold_out), priors=dict(map(_prior, prior)), starts=starts, starts_seed=seed, progress=tell,
-            **changes,
+            window=stretch("--window", window, "0:20"), hold_out=_hold_out(hold_out),
+            priors=dict(map(_prior, prior)), starts=starts, starts_seed=seed, progress=tell, **changes,
         )  # fmt: skip
     say(found.summary())
     written = [] if write is None else [found.write(write)]

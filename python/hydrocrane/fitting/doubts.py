@@ -14,8 +14,9 @@ from hydrocrane.results.difference import Difference
 
 # A model that leaves more than this share of a signal's variation is no model of it.
 USELESS = 0.5
-# Readings that go against the model: correlation below this; other columns fit better above this.
-AGAINST, BETTER = -0.6, 0.9
+# Readings that go against the model: correlation below this. Below the next they are held against other columns, which
+# must correlate by so much more.
+AGAINST, ALIKE, BETTER = -0.6, 0.6, 0.3
 MANY_OUTLIERS = 0.2
 # Held-out residuals larger than the fitted ones by this factor.
 WORSE = 2.0
@@ -45,7 +46,10 @@ def _search(task: Task, found: Found) -> Iterator[str]:
     if not found.estimate.converged:
         yield f"the search has not converged ({found.estimate.message}); start nearer, or fit fewer parameters"
     for name in found.estimate.at_bound:
-        yield f"`{name}` ended at the end of what is possible; its interval means nothing: check sign, unit and model"
+        yield (
+            f"`{name}` ended at the end of what the machine file allows, {found.estimate[name]:.4g}; its interval "
+            "means nothing: check sign, unit and model, and values that bound it, as break-away bounds Coulomb friction"
+        )
     for unknown in task.unknowns:
         value = found.estimate[unknown.name]
         if unknown.prior is not None and abs(value - unknown.prior[0]) > 3.0 * unknown.prior[1]:
@@ -65,14 +69,15 @@ def _columns(differences: Mapping[tuple[str, str], Difference]) -> Iterator[str]
     for (log, signal), d in differences.items():
         own = _correlation(d.run, d.log)
         if own < AGAINST:
-            yield f"{log}: `{signal}` goes against the model (correlation {own:.2f}): wrong sign? Say sign = -1 in a mapping"
-        if own < 0.5:
+            found = f"{log}: `{signal}` goes against the model (correlation {own:.2f})"
+            yield f"{found}; is its sign wrong? Map sign = -1"
+        if own < ALIKE:
             others = {
                 s: o for (other, s), o in differences.items() if other == log and s != signal and o.unit == d.unit
             }
             for name, other in others.items():
                 shared = np.interp(d.time, other.time, other.run)
-                if _correlation(shared, d.log) > BETTER and signal < name:
+                if _correlation(shared, d.log) > own + BETTER and signal < name:
                     yield f"{log}: `{signal}` reads as `{name}` should: are the columns swapped?"
 
 

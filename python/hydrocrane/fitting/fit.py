@@ -39,6 +39,7 @@ def fit(
     motion: MotionKind = "simulated",
     interpolation: str = "linear",
     bandwidth: float = 2.0,
+    at_rest: bool = False,
     window: tuple[float, float] | None = None,
     hold_out: HoldOut = None,
     priors: Priors | None = None,
@@ -70,11 +71,14 @@ def fit(
     motion : {"simulated", "measured"}
         ``simulated``: the run follows from the commands. ``measured``: joints move as their sensors say; compared is
         A_1 p_1 - A_2 p_2 of each cylinder, ``cylinder.<name>.pressure_force``, with weight, inertia and static
-        friction. Valve, supply and oil then do not matter. Samples of pistons that may stand still are left out.
+        friction. Valve, supply and oil then do not matter.
     interpolation : {"linear", "hold"}
         How a logged command goes on between its samples.
     bandwidth : float
         Of a measured motion and its forces, Hz: what is faster is filtered out of both alike.
+    at_rest : bool
+        Of a measured motion also compare pistons that may stand still, without friction: it is anything up to the
+        break-away force there, so values and intervals may be off by that.
     window : (float, float), optional
         From when to when of each log is looked at, s of its clock.
     hold_out : float or (float, float), optional
@@ -136,6 +140,7 @@ def fit(
         hold_out,
         interpolation,
         bandwidth,
+        at_rest,
         sensor_errors,
         robust,
     )

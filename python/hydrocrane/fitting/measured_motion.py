@@ -5,12 +5,13 @@
 
 with the force F that the mechanism needs (inverse dynamics over the lever arm) and the static friction map F_f. Nothing
 is integrated: a wrong valve, supply or oil does not matter. Motion and forces pass the same filter, forwards and
-backwards, before the motion is differentiated (as Gautier, Dynamic identification of robots with power model, ICRA 1997):
-what it takes away is missing on both sides.
+backwards, before the motion is differentiated (as Gautier, Dynamic identification of robots with power model, ICRA
+1997): what it takes away is missing on both sides.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +31,7 @@ FORCE = "cylinder.{}.pressure_force"
 CLEAR, LEAST_SPEED = 3.0, 5e-4
 # After it turns, a piston's friction comes to its static map within this way, m: bristles bend, seals roll.
 WAY = 1e-3
+LEAST_READINGS = 20
 # A filter remembers for this share of a period of its bandwidth.
 MEMORY = 0.5
 
@@ -60,6 +62,8 @@ class MeasuredMotion:
         Zeros of the joints' sensors, zeros and spans of the pressures', among the unknowns after the keys.
     pressures : dict of (m,) arrays
         Readings of the pressures by their signals, Pa.
+    moves : dict of (m,) arrays of bool
+        Where a piston moves for certain, by its cylinder; elsewhere its friction is taken as zero.
     scales : tuple of float
         Standard deviations of keys and inputs, SI.
     """
@@ -71,6 +75,7 @@ class MeasuredMotion:
     keys: tuple[str, ...]
     inputs: tuple[SensorError, ...]
     pressures: dict[str, Array]
+    moves: dict[str, np.ndarray]
     scales: tuple[float, ...]
 
     def predict(self, values: Array) -> tuple[Array, Array]:
@@ -89,11 +94,13 @@ class MeasuredMotion:
                 reading = self.pressures[error.signal] if error.kind == "span" else 1.0
                 added[:, self.cylinders.index(name)] += area * value * reading
         motion = Motion(q, self.motion.qd, self.motion.qdd, self.motion.error)
-        return pressure_forces(machine, motion, self.cylinders) + added
+        return pressure_forces(machine, motion, self.cylinders, self.moves) + added
 
 
-def pressure_forces(machine: Machine, motion: Motion, cylinders: tuple[str, ...]) -> Array:
-    """A_1 p_1 - A_2 p_2 (m, n) of some cylinders along a motion, N, positive outwards, with friction by its static map."""
+def pressure_forces(
+    machine: Machine, motion: Motion, cylinders: tuple[str, ...], moves: Mapping[str, np.ndarray]
+) -> Array:
+    """A_1 p_1 - A_2 p_2 (m, n) of some cylinders along a motion, N, positive outwards, friction by its static map."""
     torque = np.einsum("tij,tj->ti", machine.mass_matrix(motion.q), motion.qdd)
     torque += machine.bias_force(motion.q, motion.qd)
     lever = machine.stroke_jacobian(motion.q)
@@ -102,36 +109,62 @@ def pressure_forces(machine: Machine, motion: Motion, cylinders: tuple[str, ...]
     columns = []
     for name in cylinders:
         c = machine.cylinder_names.index(name)
-        columns.append(force[:, c] + machine.friction_map(speed[:, c], name))
+        columns.append(force[:, c] + np.where(moves[name], machine.friction_map(speed[:, c], name), 0.0))
     return np.stack(columns, axis=1)
 
 
 def motion_of(machine: Machine, log: Log, joints: dict[str, float], bandwidth: float) -> Motion:
-    """The motion of a log by its joints' sensors below `bandwidth`, Hz; joints without one stand where `joints` says."""
+    """The motion of a log by its joints' sensors below `bandwidth`, Hz; those without one stand where `joints` says."""
     columns = []
-    for joint in machine.joint_names:
+    for joint, signal in zip(machine.joint_names, joint_signals(machine, log), strict=True):
         name = f"joint.{joint}.q"
-        if name in log:
-            columns.append(_joint(log, name, bandwidth))
+        if signal is not None:
+            columns.append(_joint(log, _joint_readings(machine, log, joint, signal), bandwidth))
         elif joint in joints:
             still = np.zeros(log.time.size)
             columns.append((still + joints[joint], still, still, still))
         else:
             raise InputError(
                 f"{log.source} has no `{name}`, and the scenario does not say where joint `{joint}` stands; map its "
-                f"column, or give joints={{{joint!r}: ...}}"
+                f"column or its cylinder's stroke, `cylinder.<name>.x`, or give joints={{{joint!r}: ...}}"
             )
     q, qd, qdd, error = (np.stack(part, axis=1) for part in zip(*columns, strict=True))
     return Motion(q, qd, qdd, error)
 
 
-def _joint(log: Log, name: str, bandwidth: float) -> tuple[Array, Array, Array, Array]:
+def joint_signals(machine: Machine, log: Log) -> list[str | None]:
+    """The signal that tells each joint: its own, the stroke of its cylinder, or None."""
+    found: list[str | None] = []
+    for j, joint in enumerate(machine.joint_names):
+        own = f"joint.{joint}.q"
+        lever = machine.stroke_jacobian(machine.home)[:, j]
+        strokes = [f"cylinder.{c}.x" for c, arm in zip(machine.cylinder_names, lever, strict=True) if arm != 0.0]
+        found.append(next((name for name in (own, *strokes) if name in log), None))
+    return found
+
+
+def _joint_readings(machine: Machine, log: Log, joint: str, signal: str) -> Array:
+    """Readings (m,) of a joint, rad or m; NaN where there is none."""
+    readings = np.where(log.spoilt(signal), np.nan, log[signal])
+    if not signal.startswith("cylinder."):
+        return readings
+    good = np.isfinite(readings)
+    strokes = np.tile(machine.strokes(machine.home), (int(good.sum()), 1))
+    strokes[:, machine.cylinder_names.index(signal.split(".")[1])] = readings[good]
+    found = np.full(readings.size, np.nan)
+    found[good] = machine.joints_from_strokes(strokes)[:, machine.joint_names.index(joint)]
+    return found
+
+
+def _joint(log: Log, readings: Array, bandwidth: float) -> tuple[Array, Array, Array, Array]:
     """A joint's coordinate, its derivatives, and the standard error of the first."""
+    if np.isfinite(readings).sum() < LEAST_READINGS:
+        raise InputError(f"{log.source}: a joint has fewer than {LEAST_READINGS} usable readings")
     rate = (log.time.size - 1) / float(log.time[-1] - log.time[0])
-    q = _below(log.time, np.where(log.spoilt(name), np.nan, log[name]), bandwidth)
+    q = _below(log.time, readings, bandwidth)
     qd = np.gradient(q, log.time)
     # White noise below the bandwidth, once differentiated.
-    error = noise_of(log[name]).total * 2.0 * np.pi * bandwidth * np.sqrt(2.0 * bandwidth / (3.0 * rate))
+    error = noise_of(readings).total * 2.0 * np.pi * bandwidth * np.sqrt(2.0 * bandwidth / (3.0 * rate))
     return q, qd, np.gradient(qd, log.time), np.full(q.size, error)
 
 
@@ -144,16 +177,20 @@ def _below(time: Array, values: Array, bandwidth: float) -> Array:
     return np.asarray(np.interp(time, even, smooth))
 
 
-def measured_forces(machine: Machine, log: Log, motion: Motion, bandwidth: float) -> dict[str, Array]:
-    """Measured A_1 p_1 - A_2 p_2 (m,) of each cylinder with both pressures below `bandwidth`, Hz, in N.
+def measured_forces(
+    machine: Machine, log: Log, motion: Motion, bandwidth: float, at_rest: bool
+) -> tuple[dict[str, Array], dict[str, np.ndarray]]:
+    """Measured A_1 p_1 - A_2 p_2 (m,) of each cylinder with both pressures below `bandwidth`, Hz, in N; and where its
+    piston moves for certain (m,), by its name.
 
-    NaN where its piston may stand still or touches an end stop, and as long as the filter remembers before and after.
+    NaN where it touches an end stop and, unless `at_rest`, where it may stand still, and as long as the filter
+    remembers before and after.
     """
-    found = {}
+    found, moves = {}, {}
     lever = machine.stroke_jacobian(motion.q)
     speed = np.einsum("tcj,tj->tc", lever, motion.qd)
     error = np.sqrt(np.einsum("tcj,tj->tc", lever**2, motion.error**2))
-    joints = [name for name in (f"joint.{j}.q" for j in machine.joint_names) if name in log]
+    joints = [name for name in joint_signals(machine, log) if name is not None]
     memory = max(int(np.searchsorted(log.time, log.time[0] + MEMORY / bandwidth)), 1)
     for c, name in enumerate(machine.cylinder_names):
         signals = [f"cylinder.{name}.p{i}" for i in (1, 2)]
@@ -163,17 +200,19 @@ def measured_forces(machine: Machine, log: Log, motion: Motion, bandwidth: float
         force = sum(
             sign * area * log[s] for sign, area, s in zip((1, -1), machine.piston_areas[c], signals, strict=True)
         )
-        doubtful = lost | (np.abs(speed[:, c]) < np.maximum(CLEAR * error[:, c], LEAST_SPEED))
-        doubtful |= _at_an_end(machine, c, motion.q) | (_way_since_turn(log.time, speed[:, c]) < WAY)
+        still = np.abs(speed[:, c]) < np.maximum(CLEAR * error[:, c], LEAST_SPEED)
+        still |= _way_since_turn(log.time, speed[:, c]) < WAY
+        doubtful = lost | _at_an_end(machine, c, motion.q)
         doubtful[[0, -1]] = True
-        near = maximum_filter1d(doubtful, 2 * memory + 1)
+        moves[name] = ~maximum_filter1d(still, 2 * memory + 1)
+        near = maximum_filter1d(doubtful, 2 * memory + 1) | (~moves[name] & (not at_rest))
         found[FORCE.format(name)] = np.where(near, np.nan, _below(log.time, np.where(lost, np.nan, force), bandwidth))
     if not found:
         raise InputError(
             f"{log.source} has no cylinder with both pressures; map columns to `cylinder.<name>.p1` and "
             "`cylinder.<name>.p2`"
         )
-    return found
+    return found, moves
 
 
 def _at_an_end(machine: Machine, c: int, q: Array) -> np.ndarray:

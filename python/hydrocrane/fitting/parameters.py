@@ -17,12 +17,14 @@ import numpy as np
 
 from hydrocrane import _core
 from hydrocrane.arrays import real_array
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import HydrocraneError, InputError, unknown
 from hydrocrane.identification.output_error import Unknown
 from hydrocrane.machine.machine import Machine
 
 # Standard deviation of a value's prior as a share of it, by where the machine file has the value from.
 SHARES = {"measured": 0.02, "setting": 0.05, "fitted": 0.1, "literature": 0.2, "assumed": 1.0}
+# How far a key is tried beforehand, in standard deviations, and how finely the end of its values is found.
+FARTHEST, HALVINGS = 10.0, 30
 # Of a value that was given in the call: a guess.
 GUESSED = 1.0
 # Standard deviations of a data sheet's accuracy, taken as a bound within which errors are evenly likely: half of it at
@@ -60,8 +62,12 @@ def sensor_error(name: str, signals: Sequence[str]) -> SensorError | None:
     return SensorError(signal, kind) if kind in ERRORS and signal in signals else None
 
 
-def unknown_key(machine: Machine, key: str, priors: Priors) -> Unknown:
-    """A key of the machine file as an unknown, with a prior by the provenance of its value unless one is given."""
+def unknown_key(machine: Machine, key: str, priors: Priors, alone: bool) -> Unknown:
+    """A key of the machine file as an unknown, with a prior by the provenance of its value unless one is given.
+
+    It may go as far as the file allows; where it is not `alone`, as another unknown of its table may move that end, as
+    far as its sign allows.
+    """
     path, _, element = key.partition("[")
     known = machine.value(path)
     values = np.atleast_1d(real_array(known.si, path))
@@ -81,10 +87,32 @@ def unknown_key(machine: Machine, key: str, priors: Priors) -> Unknown:
             f"priors={{{key!r}: ...}} in {known.unit or 'its unit'}"
         )
     prior = _prior(key, value, priors.get(key, deviation))
-    bounds = (-np.inf, np.inf) if signed(path) else (0.0, np.inf)
     start = value if prior is None or key not in priors else prior[0]
     scale = prior[1] if prior is not None else (0.2 * abs(value) or 1.0)
-    return Unknown(key, start, scale, prior, bounds)
+    low, high = (-np.inf, np.inf) if signed(path) else (0.0, np.inf)
+    if alone:
+        low = max(low, _end(machine, key, start, max(start - FARTHEST * scale, low)))
+        high = min(high, _end(machine, key, start, start + FARTHEST * scale))
+    return Unknown(key, start, scale, prior, (low, high))
+
+
+def _end(machine: Machine, key: str, start: float, far: float) -> float:
+    """Where a key's values end on the way from `start` to `far`; infinity where `far` is allowed too."""
+    if _allowed(machine, key, far):
+        return float(np.copysign(np.inf, far - start))
+    good = start
+    for _ in range(HALVINGS):
+        middle = 0.5 * (good + far)
+        good, far = (middle, far) if _allowed(machine, key, middle) else (good, middle)
+    return good
+
+
+def _allowed(machine: Machine, key: str, value: float) -> bool:
+    try:
+        machine.changed(machine.overrides_at([key], [value]))
+    except HydrocraneError:
+        return False
+    return True
 
 
 def unknown_error(machine: Machine, error: SensorError, spread: float, priors: Priors) -> Unknown:

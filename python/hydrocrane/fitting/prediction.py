@@ -12,7 +12,7 @@ from hydrocrane.arrays import Array
 from hydrocrane.fitting.parameters import SensorError
 from hydrocrane.fitting.records import Record
 
-# Half of a central difference, in standard deviations of a parameter.
+# Half of a central difference, in standard deviations of a parameter: of smooth functions.
 DIFFERENCE = 1e-2
 
 
@@ -72,8 +72,10 @@ def _delayed(time: Array, y: Array, by: Array, delay: tuple[int, float] | None) 
     by[:, column] = -np.interp(earlier, time, rate)
 
 
-def by_differences(function: Callable[[Array], Array], values: Array, scales: Sequence[float]) -> tuple[Array, Array]:
-    """A function's value (m, n) and its derivatives (m, n, k) by central differences over shares of `scales` (k,).
+def by_differences(
+    function: Callable[[Array], Array], values: Array, scales: Sequence[float], share: float = DIFFERENCE
+) -> tuple[Array, Array]:
+    """A function's value (m, n) and its derivatives (m, n, k) by central differences over a `share` of `scales` (k,).
 
     Where one side cannot be evaluated, the difference is taken to the other.
     """
@@ -83,7 +85,7 @@ def by_differences(function: Callable[[Array], Array], values: Array, scales: Se
         ends = []
         for sign in (1.0, -1.0):
             moved = values.copy()
-            moved[j] += sign * DIFFERENCE * scale
+            moved[j] += sign * share * scale
             try:
                 ends.append((moved[j], function(moved)))
             except ValueError:

@@ -47,6 +47,8 @@ class Record:
     every : int
         Of these samples every so-many-th is a row of the record.
     notes : tuple of str
+    unmodelled : (m, n) array or float
+        Standard deviation of what the model leaves out by its nature, such as friction at rest, SI.
     """
 
     name: str
@@ -59,6 +61,7 @@ class Record:
     log: Log
     every: int = 1
     notes: tuple[str, ...] = field(default=())
+    unmodelled: Array | float = 0.0
 
     @property
     def used(self) -> np.ndarray:
@@ -113,10 +116,10 @@ def record_of(
 def chosen_signals(
     log: Log, asked: Sequence[str] | None, known: Mapping[str, str], also: Sequence[str] = ()
 ) -> list[str]:
-    """Names of what is fitted: those asked for, or all that both the log and the model have."""
+    """Names of what is fitted: those asked for, or all that both the log and the model have and that change."""
     there = [*map(str, log.data.data_vars), *also]
     if asked is None:
-        found = [name for name in known if name in there]
+        found = [name for name in known if name in there and (name in also or _changes(log, name))]
         if not found:
             raise InputError(
                 f"{log.source}: no column is named as a signal of the model; it has {', '.join(there)}. Say in a "
@@ -160,6 +163,12 @@ def at_start(log: Log, name: str, longest: float) -> Start:
     return Start(float(line[0]), 2.0 * noise / float(np.sqrt(good.sum())))
 
 
+def _changes(log: Log, name: str) -> bool:
+    """Whether a column holds more than one value."""
+    values = log[name][np.isfinite(log[name])]
+    return values.size > 0 and float(np.ptp(values)) > 0.0
+
+
 def _readings(log: Log, name: str, unit: str, values: Mapping[str, Array]) -> Array:
     if name in values:
         return values[name]
@@ -170,6 +179,8 @@ def _readings(log: Log, name: str, unit: str, values: Mapping[str, Array]) -> Ar
             f'[signal."{name}"]'
         )
     readings = np.where(log.spoilt(name), np.nan, log[name])
+    if not _changes(log, name):
+        raise InputError(f"{log.source}: `{name}` never changes; leave it out of signals, and check its sensor")
     if np.isfinite(readings).sum() < LEAST_SAMPLES:
         raise InputError(f"{log.source}: `{name}` has fewer than {LEAST_SAMPLES} usable readings")
     return readings

@@ -1,7 +1,7 @@
 """The search of a fit: least squares whose weights follow from the residuals, from one start or from many.
                                                               theory: docs/theory/identification/fitting.md
 
-With residuals r of the signals, each over its standard deviation, the fit minimises sum w r^2 + the terms of the priors.
+With residuals r of the signals, each over its standard deviation, the fit minimises sum w r^2 and the priors' terms.
 A crane swings on its oil, and a swing of the wrong frequency falls out of step: the squares of its residuals have many
 minima. Means over stretches of time have few, so the first searches compare means over long stretches, then over short.
 
@@ -146,20 +146,30 @@ def next_weights(task: Task, values: Array, before: Weights) -> Weights:
     deviations, roots = {}, [np.ones(d.shape) for d in differences]
     for signal in task.signals:
         places = [(i, m.record.signals.index(signal)) for i, m in enumerate(task.models) if signal in m.record.signals]
-        rest = np.concatenate([differences[i][task.models[i].record.used[:, k], k] for i, k in places])
-        spread = BY_MEDIAN * float(np.median(np.abs(rest))) if task.robust else float(np.sqrt(np.mean(rest**2)))
+        rest = np.concatenate([differences[i][_modelled(task.models[i].record)[:, k], k] for i, k in places])
+        if rest.size and task.robust:
+            spread = BY_MEDIAN * float(np.median(np.abs(rest)))
+        else:
+            spread = float(np.sqrt(np.mean(rest**2))) if rest.size else 0.0
         deviations[signal] = max(spread, _noise(task, signal), 1e-9 * before.deviations[signal])
-        for i, k in places if task.robust else ():
-            size = np.abs(differences[i][:, k]) / (HUBER * deviations[signal])
-            roots[i][:, k] = np.sqrt(1.0 / np.maximum(np.nan_to_num(size), 1.0))
-    return Weights(deviations, tuple(roots))
+    found = Weights(deviations, tuple(roots))
+    if task.robust:
+        for model, difference, root in zip(task.models, differences, roots, strict=True):
+            size = np.abs(difference) / (HUBER * _deviations(model.record, found))
+            root[:] = np.sqrt(1.0 / np.maximum(np.nan_to_num(size), 1.0))
+    return found
+
+
+def _modelled(record: Record) -> np.ndarray:
+    """(m, n) True where a reading takes part in the fit and the model leaves nothing out."""
+    return np.asarray(record.used & (np.broadcast_to(record.unmodelled, record.used.shape) == 0.0))
 
 
 def means(task: Task, weights: Weights, values: Array, stretch: float) -> tuple[Array, Array]:
     """Weighted residuals and their derivatives, means over stretches of time (s) times the root of their number."""
     rows, slopes = [], []
     for i, (model, (y, by)) in enumerate(zip(task.models, task.read(values), strict=True)):
-        record, scale = model.record, weights.roots[i] / _scales(model.record, weights)
+        record, scale = model.record, weights.roots[i] / _deviations(model.record, weights)
         part = (record.time / stretch).astype(int)
         for k in range(len(record.signals)):
             used = record.used[:, k]
@@ -177,7 +187,7 @@ def residuals(task: Task, weights: Weights, values: Array) -> tuple[Array, Array
     rows, slopes, places = [], [], []
     for i, (model, (y, by)) in enumerate(zip(task.models, task.read(values), strict=True)):
         record, used = model.record, model.record.used
-        scale = weights.roots[i] / _scales(record, weights)
+        scale = weights.roots[i] / _deviations(record, weights)
         rows.append(((y - record.readings) * scale)[used])
         slopes.append((by * scale[:, :, None])[used])
         time = np.broadcast_to(record.time[:, None], used.shape)[used]
@@ -191,9 +201,10 @@ def readings(model: LogModel, signal: str) -> Array:
     return model.record.readings[model.record.used[:, column], column]
 
 
-def _scales(record: Record, weights: Weights) -> Array:
-    """(n,) standard deviations of a record's signals."""
-    return np.array([weights.deviations[signal] for signal in record.signals])
+def _deviations(record: Record, weights: Weights) -> Array:
+    """(m, n) standard deviations of a record's readings."""
+    of_signals = np.array([weights.deviations[signal] for signal in record.signals])
+    return np.asarray(np.broadcast_to(np.hypot(of_signals, record.unmodelled), record.readings.shape))
 
 
 def _noise(task: Task, signal: str) -> float:

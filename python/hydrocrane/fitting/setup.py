@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hydrocrane.errors import InputError
-from hydrocrane.fitting.measured_motion import MeasuredMotion, measured_forces, motion_of
+from hydrocrane.fitting.measured_motion import MeasuredMotion, joint_signals, measured_forces, motion_of
 from hydrocrane.fitting.parameters import (
     Priors,
     SensorError,
@@ -18,14 +18,18 @@ from hydrocrane.fitting.parameters import (
     unknown_key,
     unknown_start,
 )
+from hydrocrane.fitting.plausible import swapped_pressures
 from hydrocrane.fitting.prediction import LogModel, Reading
-from hydrocrane.fitting.records import HoldOut, Record, chosen_signals, record_of
+from hydrocrane.fitting.records import LEAST_SAMPLES, HoldOut, Record, chosen_signals, record_of
 from hydrocrane.fitting.search import Task
 from hydrocrane.fitting.simulated import ClosedLoop, OpenLoop, modelled_signals, replayed, starts_moving
 from hydrocrane.identification.output_error import Unknown
 from hydrocrane.logs import Log
 from hydrocrane.machine.machine import Machine
 from hydrocrane.scenario.scenario import Scenario
+
+# Stands for a piston about to move, m/s: friction is at its largest there.
+SLOW = 1e-3
 
 
 @dataclass(frozen=True)
@@ -40,6 +44,7 @@ class Setup:
     hold_out: HoldOut
     interpolation: str
     bandwidth: float
+    at_rest: bool
     sensor_errors: bool
     robust: bool
 
@@ -50,7 +55,7 @@ class Setup:
         for log in windows:
             records.append(self._record(log, chosen_signals(log, self.signals, units), units, {}))
             replays.append(replayed(self.plan, self.machine, log, self.interpolation))
-            notes += [*records[-1].notes, starts_moving(self.machine, log)]
+            notes += [*records[-1].notes, starts_moving(self.machine, log), *swapped_pressures(self.machine, log)]
         keys = self._keys(_signals(records), ())
         errors = self._errors(_signals(records), records)
         errors += [
@@ -73,25 +78,30 @@ class Setup:
         records, motions, notes = [], [], []
         for log in windows:
             motion = motion_of(self.machine, log, dict(self.plan.joints), self.bandwidth)
-            forces = measured_forces(self.machine, log, motion, self.bandwidth)
+            forces, moves = measured_forces(self.machine, log, motion, self.bandwidth, self.at_rest)
+            idle = [name for name, force in forces.items() if np.isfinite(force).sum() < LEAST_SAMPLES]
+            notes += [f"{log.source}: `{name}` is not compared: its piston never moves for certain" for name in idle]
+            forces = {name: force for name, force in forces.items() if name not in idle}
+            if not forces:
+                raise InputError(f"{log.source}: no piston moves for certain; compare them at rest with at_rest=True")
             units = dict.fromkeys(forces, "N")
             records.append(self._record(log, chosen_signals(log, self.signals, units, list(forces)), units, forces))
-            motions.append(motion.every(records[-1].every))
-            still = 1.0 - float(np.isfinite(records[-1].readings).mean())
-            notes += [
-                *records[-1].notes,
-                f"{log.source}: pistons may stand still in {still:.0%} of the samples, left out",
-            ]
-        joints = [f"joint.{j}.q" for j in self.machine.joint_names]
+            every = records[-1].every
+            if self.at_rest:
+                records[-1] = replace(records[-1], unmodelled=self._friction_at_rest(records[-1], moves))
+            motions.append((motion.every(every), {name: moving[::every] for name, moving in moves.items()}))
+            notes += [*records[-1].notes, _at_rest(log, moves, self.at_rest), *swapped_pressures(self.machine, log)]
+        told = [joint_signals(self.machine, log) for log in windows]
+        joints = [f"joint.{j}.q" for i, j in enumerate(self.machine.joint_names) if all(row[i] for row in told)]
         pressures = [f"cylinder.{c}.p{side}" for c in self.machine.cylinder_names for side in (1, 2)]
-        inputs = [name for name in (*joints, *pressures) if all(name in log for log in windows)]
+        inputs = [*joints, *(name for name in pressures if all(name in log for log in windows))]
         keys = self._keys(_signals(records), inputs)
         errors = [error for error, _ in self._errors(inputs, records)]
         for error in errors:
             if error.kind != "zero" and (error.kind == "delay" or error.signal in joints):
                 raise InputError(
-                    f"`{error.name}`: of a measured motion the zeros of joints and pressures, and the spans of pressures, "
-                    "can be fitted"
+                    f"`{error.name}`: of a measured motion the zeros of joints and pressures, and the spans of "
+                    "pressures, can be fitted"
                 )
         own = (*keys, *(unknown for _, unknown in self._errors(inputs, records)))
         models: list[LogModel] = [
@@ -99,18 +109,29 @@ class Setup:
                 self.machine, record, motion, tuple(name.split(".")[1] for name in record.signals),
                 tuple(u.name for u in keys), tuple(errors),
                 {name: np.nan_to_num(record.log[name])[:: record.every] for name in pressures if name in record.log},
-                tuple(u.scale for u in own),
+                moves, tuple(u.scale for u in own),
             )
-            for record, motion in zip(records, motions, strict=True)
+            for record, (motion, moves) in zip(records, motions, strict=True)
         ]  # fmt: skip
         return self._task(own, len(keys), models, self._errors(_signals(records), records), records), notes
 
+    def _friction_at_rest(self, record: Record, moves: dict[str, np.ndarray]) -> np.ndarray:
+        """Standard deviation (m, n) of the friction of pistons that may stand still, N: evenly likely to break-away."""
+        columns = []
+        for signal in record.signals:
+            name = signal.split(".")[1]
+            most = max(abs(float(self.machine.friction_map(speed, name))) for speed in (SLOW, -SLOW))
+            columns.append(np.where(moves[name][:: record.every], 0.0, most / np.sqrt(3.0)))
+        return np.stack(columns, axis=1)
+
     def _record(self, log: Log, signals: Sequence[str], units: dict[str, str], values: dict[str, np.ndarray]) -> Record:
         record = record_of(log, signals, units, self.hold_out, values)
-        if not record.used.any():
-            raise InputError(
-                f"{record.name}: no usable reading is left to fit; see window, hold_out and the log's flags"
-            )
+        for i, name in enumerate(record.signals):
+            if not record.used[:, i].any():
+                raise InputError(
+                    f"{record.name}: `{name}` has no usable reading to fit; see window and hold_out, or leave it out "
+                    "of signals"
+                )
         return record
 
     def _named(self, signals: Sequence[str]) -> list[SensorError | None]:
@@ -123,7 +144,11 @@ class Setup:
         keys = [name for name, error in zip(self.parameters, errors, strict=True) if error is None]
         if not keys:
             raise InputError("name at least one key of the machine file among the parameters, such as `payload.mass`")
-        return [unknown_key(self.machine, name, self.priors) for name in keys]
+        tables = [name.rpartition(".")[0] for name in keys]
+        return [
+            unknown_key(self.machine, name, self.priors, tables.count(table) == 1)
+            for name, table in zip(keys, tables, strict=True)
+        ]
 
     def _errors(self, signals: Sequence[str], records: Sequence[Record]) -> list[tuple[SensorError, Unknown]]:
         """Errors of the signals' sensors: those named, and those that the machine file bounds."""
@@ -160,4 +185,11 @@ def _spread(records: Sequence[Record], name: str) -> float:
         for record in records
         if name in record.signals or name in record.log
     ]
-    return max(float(np.nanmax(values) - np.nanmin(values)) for values in columns)
+    return max((float(np.nanmax(values) - np.nanmin(values)) for values in columns), default=1.0)
+
+
+def _at_rest(log: Log, moves: dict[str, np.ndarray], compared: bool) -> str:
+    """How often pistons may stand still, and what that means."""
+    shares = ", ".join(f"`{name}` in {1.0 - float(moving.mean()):.0%}" for name, moving in moves.items())
+    then = "compared without friction, which may be anything up to the break-away force" if compared else "left out"
+    return f"{log.source}: pistons may stand still, {shares} of the samples; these are {then}"

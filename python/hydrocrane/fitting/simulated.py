@@ -20,6 +20,9 @@ from hydrocrane.scenario.command import Command
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.simulation.running import simulate
 
+# Half of a difference between runs with a sampled controller, in standard deviations of a parameter: what it decides at
+# thresholds makes its runs rough functions of everything.
+SAMPLED = 0.1
 # Least and most time at the start of a log over which its pose and pressures are read, s.
 START = (0.1, 2.0)
 
@@ -72,7 +75,7 @@ class ClosedLoop:
     scales: tuple[float, ...]
 
     def predict(self, values: Array) -> tuple[Array, Array]:
-        return by_differences(self._signals, values, self.scales)
+        return by_differences(self._signals, values, self.scales, SAMPLED)
 
     @cached_property
     def _machine(self) -> Machine:
@@ -132,7 +135,8 @@ def replayed(plan: Scenario, machine: Machine, log: Log, interpolation: str) -> 
     both = [c for c in machine.cylinder_names if f"cylinder.{c}.p1" in log and f"cylinder.{c}.p2" in log]
     if len(both) == len(machine.cylinder_names):
         changes["pressures"] = {
-            c: tuple(at_start(log, f"cylinder.{c}.p{i}", still).value for i in (1, 2)) for c in both
+            c: (at_start(log, f"cylinder.{c}.p1", still).value, at_start(log, f"cylinder.{c}.p2", still).value)
+            for c in both
         }
     errors = {f"joint.{joint}.q": start.error for joint, start in starts.items() if start.error > 0.0}
     return Replay(plan.changed(**changes), errors)
