@@ -78,9 +78,8 @@ def information(task: Task, weights: Weights, values: Array) -> Information:
     count = int(labels.max()) + 1
     sums = np.zeros((count, scales.size))
     np.add.at(sums, labels, slopes * rows[:, None])
-    # What the residuals' scatter alone would give is the least: few blocks may agree by chance.
-    scatter = float(rows @ rows) / max(rows.size - scales.size, 1)
-    meat = _larger(sums.T @ sums * count / max(count - 1, 1), slopes.T @ slopes * scatter)
+    # What the weights promise is the least: few blocks may agree by chance.
+    meat = _larger(sums.T @ sums * count / max(count - 1, 1), slopes.T @ slopes)
     bread = _inverse(slopes.T @ slopes + np.diag(told**2))
     covariance = bread @ (meat + np.diag(told**2)) @ bread
     names = [u.name for u in task.unknowns]

@@ -135,7 +135,7 @@ class Fit:
     def quality(self) -> tuple[SignalQuality, ...]:
         """How well each signal of each log is followed."""
         rows = []
-        for model, (y, _), roots in zip(self.task.models, self._read, self.found.weights.roots, strict=True):
+        for model, (y, _), outliers in zip(self.task.models, self._read, self.found.weights.outliers, strict=True):
             record = model.record
             for i, signal in enumerate(record.signals):
                 rest = y[:, i] - record.readings[:, i]
@@ -150,7 +150,7 @@ class Fit:
                         held_out=_rms(rest[judged]),
                         span=float(np.ptp(readings)),
                         noise=float(record.noise[i]),
-                        outliers=float(np.mean(roots[used, i] < 1.0)) if used.any() else 0.0,
+                        outliers=float(np.mean(outliers[used, i])) if used.any() else 0.0,
                     )
                 )
         return tuple(rows)

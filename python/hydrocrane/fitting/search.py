@@ -24,6 +24,8 @@ from hydrocrane.fitting.prediction import LogModel, Reading
 from hydrocrane.fitting.records import Record
 from hydrocrane.identification.output_error import TOLERANCE, Estimate, Unknown
 from hydrocrane.identification.output_error import fit as output_error_fit
+from hydrocrane.logs.checks import runs
+from hydrocrane.signals.statistics import correlation_samples
 
 # As an executor's ``map``: a function over sequences of arguments.
 RunAll: TypeAlias = "Callable[..., Iterable[Estimate | None]]"
@@ -82,10 +84,22 @@ class Task:
 
 @dataclass(frozen=True)
 class Weights:
-    """Standard deviation of each signal, and the square root of each reading's weight (m, n), log by log."""
+    """What a residual counts.
+
+    Attributes
+    ----------
+    deviations : dict of float
+        Standard deviation of each signal, SI.
+    roots : tuple of (m, n) arrays
+        Square root of each reading's weight, log by log. Neighbours that agree share one weight: Huber's weight is
+        divided by the correlation time of the signal's residuals in samples.
+    outliers : tuple of (m, n) arrays of bool
+        Readings that Huber's weight takes down.
+    """
 
     deviations: dict[str, float]
     roots: tuple[Array, ...]
+    outliers: tuple[np.ndarray, ...]
 
 
 @dataclass(frozen=True)
@@ -137,32 +151,48 @@ def first_weights(task: Task) -> Weights:
         columns = [readings(model, signal) for model in task.models if signal in model.record.signals]
         spread = float(np.ptp(np.concatenate(columns)))
         deviations[signal] = max(FIRST_SHARE * spread, _noise(task, signal), 1e-300)
-    return Weights(deviations, tuple(np.ones(model.record.readings.shape) for model in task.models))
+    roots = tuple(1.0 / np.sqrt(np.maximum(_rests(model.record), 1.0)) for model in task.models)
+    return Weights(deviations, roots, tuple(np.zeros(root.shape, dtype=bool) for root in roots))
 
 
 def next_weights(task: Task, values: Array, before: Weights) -> Weights:
     """Weights by the residuals at `values`."""
-    differences = [y - model.record.readings for model, (y, _) in zip(task.models, task.read(values), strict=True)]
-    deviations, roots = {}, [np.ones(d.shape) for d in differences]
+    records = [model.record for model in task.models]
+    differences = [y - record.readings for record, (y, _) in zip(records, task.read(values), strict=True)]
+    deviations, shares = {}, {}
     for signal in task.signals:
-        places = [(i, m.record.signals.index(signal)) for i, m in enumerate(task.models) if signal in m.record.signals]
-        rest = np.concatenate([differences[i][_modelled(task.models[i].record)[:, k], k] for i, k in places])
+        places = [(i, r.signals.index(signal)) for i, r in enumerate(records) if signal in r.signals]
+        columns = [differences[i][_modelled(records[i])[:, k], k] for i, k in places]
+        rest = np.concatenate(columns)
         if rest.size and task.robust:
             spread = BY_MEDIAN * float(np.median(np.abs(rest)))
         else:
             spread = float(np.sqrt(np.mean(rest**2))) if rest.size else 0.0
         deviations[signal] = max(spread, _noise(task, signal), 1e-9 * before.deviations[signal])
-    found = Weights(deviations, tuple(roots))
-    if task.robust:
-        for model, difference, root in zip(task.models, differences, roots, strict=True):
-            size = np.abs(difference) / (HUBER * _deviations(model.record, found))
-            root[:] = np.sqrt(1.0 / np.maximum(np.nan_to_num(size), 1.0))
-    return found
+        shares[signal] = max([correlation_samples(column) for column in columns if column.size > 3], default=1.0)
+    found = Weights(deviations, (), ())
+    roots, outliers = [], []
+    for record, difference in zip(records, differences, strict=True):
+        size = np.nan_to_num(np.abs(difference)) / (HUBER * _deviations(record, found)) * float(task.robust)
+        shared = np.where(_rests(record) > 0, _rests(record), [shares[signal] for signal in record.signals])
+        roots.append(1.0 / np.sqrt(np.maximum(size, 1.0) * shared))
+        outliers.append(size > 1.0)
+    return replace(found, roots=tuple(roots), outliers=tuple(outliers))
 
 
 def _modelled(record: Record) -> np.ndarray:
     """(m, n) True where a reading takes part in the fit and the model leaves nothing out."""
-    return np.asarray(record.used & (np.broadcast_to(record.unmodelled, record.used.shape) == 0.0))
+    return np.asarray(record.used & (_rests(record) == 0))
+
+
+def _rests(record: Record) -> np.ndarray:
+    """(m, n) in how many readings on end the model leaves something out, the same in all of them; 0 where in none."""
+    missing = np.broadcast_to(record.unmodelled, record.used.shape) > 0.0
+    lengths = np.zeros(missing.shape, dtype=int)
+    for k, column in enumerate(missing.T):
+        for a, b in runs(column):
+            lengths[a:b, k] = b - a
+    return lengths
 
 
 def means(task: Task, weights: Weights, values: Array, stretch: float) -> tuple[Array, Array]:
