@@ -128,8 +128,8 @@ def section(folder: Path) -> list[str]:
         _row("0 to 13 s, moving, friction by the jump", found["jump"], largest),
         _row(f"0 to {LIFTED:g} s, both cylinders, at rest too", whole, largest),
         "",
-        "*Friction by the jump*: the measured force jumps by 3.7 to 4.9 kN between holding and lifting, half to all of "
-        f"which is friction; taken as {FRICTION[0] * 1e-3:g} kN, standard deviation {FRICTION[1] * 1e-3:g} kN.",
+        "*Friction by the jump*: the measured force jumps by 3.7 to 4.9 kN between holding and lifting, half to all "
+        f"of which is friction; taken as {FRICTION[0] * 1e-3:g} kN, standard deviation {FRICTION[1] * 1e-3:g} kN.",
         "",
         "What the program says of the first fit:",
         "",
