@@ -119,7 +119,7 @@ def section(folder: Path) -> list[str]:
         "[patu655.toml](measured/patu655.toml), after the authors' publications.",
         "",
         "**Compared**: pressures times areas of both cylinders against weight, inertia and friction along the "
-        f"measured strokes (`hc.fit`, measured motion, below {BANDWIDTH:g} Hz). Shares are of the largest force of each "
+        f"measured strokes (`hc.fit`, measured motion, below {BANDWIDTH:g} Hz). Shares are of the largest force of a "
         f"cylinder, {largest['lift'] * 1e-3:.0f} kN and {largest['tilt'] * 1e-3:.0f} kN. Intervals are of 95 %.",
         "",
         headings,

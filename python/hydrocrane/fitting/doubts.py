@@ -18,6 +18,8 @@ USELESS = 0.5
 # must correlate by so much more.
 AGAINST, ALIKE, BETTER = -0.6, 0.6, 0.3
 MANY_OUTLIERS = 0.2
+# Residuals beyond so many times the noise are the model's; so many signals are named.
+MISFIT, NAMED = 4.0, 3
 # Held-out residuals larger than the fitted ones by this factor.
 WORSE = 2.0
 # Correlation of two parameters beyond which each stands for the other.
@@ -36,6 +38,7 @@ def doubts(
         *_search(task, found),
         *_columns(differences),
         *_quality(quality),
+        *_misfit(quality),
         *(f"the logs do not tell {text}: its prior decides; add logs in which they act apart" for text in known.untold),
         *_together(task, known),
         *_blocks(known),
@@ -98,6 +101,19 @@ def _quality(quality: Sequence[SignalQuality]) -> Iterator[str]:
                 f"{q.log}: {q.outliers:.0%} of the readings of `{q.signal}` are weighed down as outliers; look at the "
                 "picture for a part that the model does not describe"
             )
+
+
+def _misfit(quality: Sequence[SignalQuality]) -> Iterator[str]:
+    """Residuals that are no noise, all in one sentence."""
+    beyond = {f"`{q.signal}` {q.rms / q.noise:.0f}": q.rms / q.noise for q in quality if q.rms > MISFIT * q.noise > 0.0}
+    if beyond:
+        worst = sorted(beyond, key=lambda text: -beyond[text])[:NAMED]
+        more = f" and {len(beyond) - NAMED} more" if len(beyond) > NAMED else ""
+        yield (
+            f"residuals are many times the signals' noise ({', '.join(worst)} times{more}): something that is not "
+            "fitted is wrong too, the fitted values take up a part of it, and the intervals do not hold that; look at the "
+            "picture, and free what may be wrong"
+        )
 
 
 def _together(task: Task, known: Information) -> Iterator[str]:

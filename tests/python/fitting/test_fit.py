@@ -126,6 +126,14 @@ def test_a_controller_in_the_loop():
     assert found.value("payload.mass") == pytest.approx(60.0, rel=0.1)
 
 
+def test_what_is_wrong_and_not_fitted_is_said(log: dict[str, np.ndarray]):
+    """The valve of the lift is 13 % smaller than its file says: the load takes up a part of that."""
+    found = hc.fit(plan(0), log, ["payload.mass"], overrides=OVERRIDES)
+    assert any("something that is not fitted" in text for text in found.warnings), found.warnings
+    right = hc.fit(plan(0), log, ["payload.mass", "valve.lift.nominal-flow"], overrides=OVERRIDES)
+    assert not any("something that is not fitted" in text for text in right.warnings), right.warnings
+
+
 def test_what_the_log_cannot_tell_is_named(log: dict[str, np.ndarray]):
     found = hc.fit(plan(0), log, ["payload.mass", "friction.extension.coulomb[0]"], overrides=OVERRIDES)
     assert any("`friction.extension.coulomb[0]`" in text for text in found.cannot_tell)
