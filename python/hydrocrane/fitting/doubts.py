@@ -111,8 +111,8 @@ def _misfit(quality: Sequence[SignalQuality]) -> Iterator[str]:
         more = f" and {len(beyond) - NAMED} more" if len(beyond) > NAMED else ""
         yield (
             f"residuals are many times the signals' noise ({', '.join(worst)} times{more}): something that is not "
-            "fitted is wrong too, the fitted values take up a part of it, and the intervals do not hold that; look at the "
-            "picture, and free what may be wrong"
+            "fitted is wrong too, the fitted values take up a part of it, and the intervals do not hold that; look at "
+            "the picture, and free what may be wrong"
         )
 
 
