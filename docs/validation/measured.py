@@ -1,4 +1,4 @@
-"""Friction identified from logs of measured machines and judged on parts held out; writes docs/validation/measured.md.
+"""Logs of measured machines, judged on parts held out; writes docs/validation/measured.md.
 
     python docs/validation/measured.py --data FOLDER
 
@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import measured_patu as patu
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -139,7 +140,7 @@ def servo_points(folder: Path, sample: int) -> FrictionPoints:
 
 def missing(folder: Path) -> list[str]:
     """Names of the files that are not in the folder."""
-    names = [WEC, *(SERVO.format(side=s, volts=v, sample=k) for s in "AB" for v in VOLTS for k in (1, 2))]
+    names = [WEC, patu.CYCLE, *(SERVO.format(side=s, volts=v, sample=k) for s in "AB" for v in VOLTS for k in (1, 2))]
     return [name for name in names if not (folder / name).is_file()]
 
 
@@ -220,49 +221,38 @@ def wec_section(folder: Path) -> list[str]:
     return [
         "## 1. Cylinder of a wave-energy converter (MBARI)",
         "",
-        f"`{WEC}`: `FrictionIDMovesWithBiasCurr.exp` of <https://github.com/osrf/mbari_wec_gz> (commit "
-        "71fe25a, folder "
-        "`buoy_tests/test_inputdata`), packed with gzip. Licence Apache-2.0. A test machine pulls a hydraulic "
-        "piston with "
-        "gas springs at held speeds; position, pressures and pull at 50 Hz for 400 s.",
+        f"`{WEC}`: `FrictionIDMovesWithBiasCurr.exp` of <https://github.com/osrf/mbari_wec_gz> (commit 71fe25a, "
+        "folder `buoy_tests/test_inputdata`), packed with gzip. Licence Apache-2.0. A test machine pulls a "
+        "hydraulic piston with gas springs at held speeds; position, pressures and pull at 50 Hz for 400 s.",
         "",
-        "**Balance.** Pull of the test machine = lower gas spring - upper gas spring + (lower - upper "
-        "hydraulic pressure) "
-        "x area + friction. Areas by the source: hydraulic piston 1.375 in^2 both ways, gas springs 0.0127 m^2 "
-        "(upper) "
-        "and 0.0115 m^2 (lower). Velocity is positive where the position grows. Gas pressures are read as "
-        "absolute and "
-        "hydraulic ones as gauge, as the header says.",
+        "**Balance.** Pull of the test machine = lower gas spring - upper gas spring + (lower - upper hydraulic "
+        "pressure) x area + friction. Areas by the source: hydraulic piston 1.375 in^2 both ways, gas springs "
+        "0.0127 m^2 (upper) and 0.0115 m^2 (lower). Velocity is positive where the position grows. Gas pressures "
+        "are read as absolute and hydraulic ones as gauge, as the header says.",
         "",
-        "**Assumed.** The areas hold for this machine; the pull is positive outwards (its sign follows from the gas "
-        "springs: it rises by the force that they gain over the stroke); `lbs` are pounds-force; inertia is "
-        "left out, since the moving "
-        f"mass is not stated ({WEC_MASS:g} kg in the check for vibration alone).",
+        "**Assumed.** The areas hold for this machine; the pull is positive outwards (its sign follows from the "
+        "gas springs: it rises by the force that they gain over the stroke); `lbs` are pounds-force; inertia is "
+        f"left out, since the moving mass is not stated ({WEC_MASS:g} kg in the check for vibration alone).",
         "",
-        "**Cannot be known.** Weight, the air's pressure on the rod, and zeros of pressures and load cell add "
-        "up to one "
-        "constant force, which no data here part from Coulomb friction that differs between the directions. If "
-        "Coulomb "
-        f"friction is alike both ways, the constant is {shift:.0f} N. Pressure is measured at the manifold or in the "
-        "chamber: what oil lost between them counts as friction.",
+        "**Cannot be known.** Weight, the air's pressure on the rod, and zeros of pressures and load cell add up "
+        "to one constant force, which no data here part from Coulomb friction that differs between the directions. "
+        f"If Coulomb friction is alike both ways, the constant is {shift:.0f} N. Pressure is measured at the "
+        "manifold or in the chamber: what oil lost between them counts as friction.",
         "",
-        f"Fitted to {len(fitted)} steady windows of the first 200 s, which hold speeds up to {top * 1e3:.0f} "
-        "mm/s alone: "
-        "two each way, so that friction is taken as a constant and a part in proportion to speed, nothing "
-        "checks that "
-        "form, and what goes beyond those speeds is extrapolation.",
+        f"Fitted to {len(fitted)} steady windows of the first 200 s, which hold speeds up to {top * 1e3:.0f} mm/s "
+        "alone: two each way, so that friction is taken as a constant and a part in proportion to speed, nothing "
+        "checks that form, and what goes beyond those speeds is extrapolation.",
         "",
         *parameter_table(fit),
         "",
-        f"The last 200 s go up to {moving.speed.max() * 1e3:.0f} mm/s; the pull ranges over {span:.0f} N. "
-        f"*Held speeds* are samples within steady windows, *all motion* those faster than {MOVES * 1e3:g} mm/s, "
-        "with starts and stops.",
+        f"The last 200 s go up to {moving.speed.max() * 1e3:.0f} mm/s; the pull ranges over {span:.0f} N. *Held "
+        f"speeds* are samples within steady windows, *all motion* those faster than {MOVES * 1e3:g} mm/s, with "
+        "starts and stops.",
         "",
         *rows,
         "",
-        "The range is mostly that of gas springs and oil pressure, which are measured; the last column says "
-        "how far the "
-        "same balance is off with no friction at all.",
+        "The range is mostly that of gas springs and oil pressure, which are measured; the last column says how "
+        "far the same balance is off with no friction at all.",
         "",
         _beyond(held_out, fit, top),
         "",
@@ -284,8 +274,7 @@ def _beyond(held_out: FrictionPoints, fit: StaticFit, top: float) -> str:
         parts.append(f"{word} they lie {sizes}")
     return (
         f"Beyond {top * 1e3:.0f} mm/s the straight lines of the slow part are continued: {parts[0]}; {parts[1]}. "
-        "Friction "
-        "of this machine is no straight line over speed."
+        "Friction of this machine is no straight line over speed."
     )
 
 
@@ -305,36 +294,30 @@ def servo_section(folder: Path) -> list[str]:
         "",
         f"`{SERVO.format(side='{A,B}', volts='{2..5}', sample='{1,2}')}`: from "
         "<https://github.com/ingxfm/find-the-viscous-friction-value-from-a-bunch-of-.mat-data-files>, averaged "
-        "from 10 kHz to "
-        "1 kHz. No licence is stated; nothing of it is copied here. A servo valve at a constant voltage moves "
-        "a free piston out and back. Position 0.02 "
-        "m/V, pressure 10 bar/V.",
+        "from 10 kHz to 1 kHz. No licence is stated; nothing of it is copied here. A servo valve at a constant "
+        "voltage moves a free piston out and back. Position 0.02 m/V, pressure 10 bar/V.",
         "",
-        "**Pairing.** The pressures of both sides come from separate runs. A run of side A and one of side B "
-        "of the same "
-        "voltage and the same sample number are put side by side by the time since the valve opened; position and "
-        "velocity are those of the run of side A. Friction = p_A A_A - p_B A_B.",
+        "**Pairing.** The pressures of both sides come from separate runs. A run of side A and one of side B of "
+        "the same voltage and the same sample number are put side by side by the time since the valve opened; "
+        "position and velocity are those of the run of side A. Friction = p_A A_A - p_B A_B.",
         "",
-        "**Assumed.** Equal voltages give equal motion in both runs; the cylinder lies, so that no weight "
-        "acts; bore 16 mm "
-        f"and rod 10 mm are exact; the pressure sensors have no zero error. The moving mass ({SERVO_MASS:g} "
-        "kg) enters the check for "
-        "vibration alone.",
+        "**Assumed.** Equal voltages give equal motion in both runs; the cylinder lies, so that no weight acts; "
+        "bore 16 mm and rod 10 mm are exact; the pressure sensors have no zero error. The moving mass "
+        f"({SERVO_MASS:g} kg) enters the check for vibration alone.",
         "",
-        "The position stands at one value at the far end of the stroke, again and again (flag `clipped`): its range "
-        "ends there, and such samples are in no window.",
+        "The position stands at one value at the far end of the stroke, again and again (flag `clipped`): its "
+        "range ends there, and such samples are in no window.",
         "",
-        "**Cannot be known.** A zero error of 0.1 bar on side A moves friction by 2.0 N, one on side B by 1.2 "
-        "N, in opposite "
-        "senses out and back: Coulomb friction of both directions carries it, and the intervals do not.",
+        "**Cannot be known.** A zero error of 0.1 bar on side A moves friction by 2.0 N, one on side B by 1.2 N, "
+        "in opposite senses out and back: Coulomb friction of both directions carries it, and the intervals do not.",
         "",
         f"Fitted to {len(fitted)} steady windows of sample 1:",
         "",
         *parameter_table(fit),
         "",
         f"Judged on {len(held_out)} windows of sample 2: rms {rms:.2f} N, largest {np.abs(errors[1]).max():.2f} N; "
-        f"{rms / float(np.mean(np.abs(held_out.force))):.1%} of the mean friction, {rms / span:.1%} "
-        "of the range over both directions.",
+        f"{rms / float(np.mean(np.abs(held_out.force))):.1%} of the mean friction, {rms / span:.1%} of the range "
+        "over both directions.",
         "",
         "![residuals](measured/servo.png)",
         "",
@@ -351,16 +334,15 @@ def page(folder: Path) -> str:
         "",
         "<!-- generated by docs/validation/measured.py -->",
         "",
-        "Friction identified from logs of machines that others measured, judged on parts that were held out. "
-        "It compares the "
-        "identification of steady friction with measurements; no simulated crane is compared with a measured "
-        "one here. The data "
-        "are not part of the project: `python docs/validation/measured.py --data FOLDER` makes this page from "
-        "a folder with "
-        "the files that each section names.",
+        "Logs of machines that others measured, judged on parts that were held out: friction identified from two "
+        "cylinders, and weight, friction and payload of a crane against its pressures. No simulated motion of a "
+        "crane is compared with a measured one here. The data are not part of the project: `python "
+        "docs/validation/measured.py --data FOLDER` makes this page from a folder with the files that each section "
+        "names.",
         "",
         *wec_section(folder),
         *servo_section(folder),
+        *patu.section(folder),
     ]
     return "\n".join(lines).rstrip() + "\n"
 

@@ -17,7 +17,10 @@ INCH, POUND, PSI = 0.0254, 0.45359237 * 9.80665, 0.45359237 * 9.80665 / 0.0254**
 
 @pytest.fixture(scope="module")
 def script():
-    return runpy.run_path(str(SCRIPT))
+    """What the script defines; it finds the other one of its folder where it is run as one."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(SCRIPT.parent))
+        return runpy.run_path(str(SCRIPT))
 
 
 def test_a_folder_without_the_files_says_so(script, tmp_path, capsys):
