@@ -153,21 +153,6 @@ def parameter_table(fit: StaticFit) -> list[str]:
     return rows
 
 
-def point_table(fitted: FrictionPoints, held_out: FrictionPoints, fit: StaticFit) -> list[str]:
-    """Friction over speed as measured in each window, with the map's value and its error."""
-    rows = [
-        "| part | velocity [mm/s] | friction [N] | its error [N] | fitted map [N] | map - measured [N] |",
-        "|---|---|---|---|---|---|",
-    ]
-    for name, points in (("fitted", fitted), ("held out", held_out)):
-        for i in np.argsort(points.velocity):
-            v, force = points.velocity[i], points.force[i]
-            found = float(fit.force(np.array([v]))[0])
-            cells = (f"{v * 1e3:.1f}", f"{force:.1f}", f"{points.force_error[i]:.1f}", f"{found:.1f}")
-            rows.append(f"| {name} | {' | '.join(cells)} | {found - force:+.1f} |")
-    return rows
-
-
 @styled
 def residual_chart(
     fitted: tuple[Array, Array], held_out: tuple[Array, Array], title: str, cloud: tuple[Array, Array] | None = None
@@ -258,8 +243,6 @@ def wec_section(folder: Path) -> list[str]:
         "",
         "![residuals](measured/mbari.png)",
         "",
-        *point_table(fitted, held_out, fit),
-        "",
     ]
 
 
@@ -320,8 +303,6 @@ def servo_section(folder: Path) -> list[str]:
         "over both directions.",
         "",
         "![residuals](measured/servo.png)",
-        "",
-        *point_table(fitted, held_out, fit),
         "",
     ]
 

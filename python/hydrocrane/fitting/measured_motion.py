@@ -11,7 +11,7 @@ backwards, before the motion is differentiated (as Gautier, Dynamic identificati
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -213,6 +213,17 @@ def measured_forces(
             "`cylinder.<name>.p2`"
         )
     return found, moves
+
+
+def force_noise(machine: Machine, log: Log, signals: Sequence[str]) -> Array:
+    """(n,) standard deviation of a force's fast noise by those of its pressures, N, before any filter."""
+    found = []
+    for signal in signals:
+        name = signal.split(".")[1]
+        areas = machine.piston_areas[machine.cylinder_names.index(name)]
+        noise = [noise_of(log[f"cylinder.{name}.p{side}"]).total for side in (1, 2)]
+        found.append(float(np.linalg.norm(areas * noise)))
+    return np.array(found)
 
 
 def _at_an_end(machine: Machine, c: int, q: Array) -> np.ndarray:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hydrocrane.errors import InputError
-from hydrocrane.fitting.measured_motion import MeasuredMotion, joint_signals, measured_forces, motion_of
+from hydrocrane.fitting.measured_motion import MeasuredMotion, force_noise, joint_signals, measured_forces, motion_of
 from hydrocrane.fitting.parameters import (
     Priors,
     SensorError,
@@ -86,6 +86,7 @@ class Setup:
                 raise InputError(f"{log.source}: no piston moves for certain; compare them at rest with at_rest=True")
             units = dict.fromkeys(forces, "N")
             records.append(self._record(log, chosen_signals(log, self.signals, units, list(forces)), units, forces))
+            records[-1] = replace(records[-1], noise=force_noise(self.machine, log, records[-1].signals))
             every = records[-1].every
             if self.at_rest:
                 records[-1] = replace(records[-1], unmodelled=self._friction_at_rest(records[-1], moves))
