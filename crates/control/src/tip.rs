@@ -398,6 +398,11 @@ impl<const N: usize> State<N> {
         let force = self.drives.map(|drive| drive.force());
         let excess: [f64; N] =
             std::array::from_fn(|c| measured.lever_arm[c] * (force[c] - self.drives[c].planned(&demands[c])));
+        if s.drive.pressures != Pressures::Measured && self.still == 0.0 {
+            // In motion a wrong flow looks like a swing.
+            self.damping = Damping::at(s.damping, &excess);
+            return;
+        }
         let rates = self.damping.step(modes, measured, self.forces_known.then_some(&excess));
         if rates.iter().any(|rate| !rate.is_finite()) {
             // Near a dead centre a pose can have no modes.

@@ -47,7 +47,7 @@ def test_a_load_that_the_file_states_is_carried_from_the_first_line_on():
 
 @pytest.mark.parametrize(
     ("name", "start", "payload", "most"),
-    [(LAB, START, 200.0, 0.5e-3), (LOADER, LOADER_START, 80.0, 10e-3)],
+    [(LAB, START, 200.0, 0.5e-3), (LOADER, LOADER_START, 80.0, 30e-3)],
 )
 def test_a_load_that_nobody_told_is_found_by_driving(name, start, payload, most):
     after = lines_after_driving(crane(name), {"payload.mass": payload}, 1, start=start)
