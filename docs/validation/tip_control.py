@@ -42,7 +42,8 @@ FIXED = """
 ## The benchmark's cases
 
 Version {version}: the fixed tasks, conditions that the controller does not know unless the name says so, and random
-lines drawn by seed 1. Where the condition is a machine with slow spools or a dead time, the controller knows it.
+lines drawn by seed 1. Where the condition is a machine with slow spools, a dead time or no pressure sensors, the
+controller knows it. One that cannot run under a condition has dashes there and scores nothing.
 
 ![control-benchmark](tip-control/control-benchmark.png)
 
@@ -149,6 +150,10 @@ def millimetres(text: str) -> str:
     return f"{float(text) * 1e3:.2f}" if text else "-"
 
 
+def scaled(text: str, factor: float) -> str:
+    return f"{float(text) * factor:.0f}" if text else "-"
+
+
 def rows() -> list[str]:
     """One row per case, the controllers side by side."""
     table = table_of(TABLE)
@@ -161,9 +166,9 @@ def rows() -> list[str]:
     lines = headed(f"| task | condition | {' | '.join(head)} |")
     for (task, under), found in cases.items():
         cells = [
-            f"{100 * float(found[name]['reached'] or 'nan'):.0f} | "
+            f"{scaled(found[name]['reached'], 100.0)} | "
             f"{millimetres(found[name]['path_max'])} | {millimetres(found[name]['path_rms'])} | "
-            f"{float(found[name]['rho_set_point'] or 'nan') * 1e3:.0f}"
+            f"{scaled(found[name]['rho_set_point'], 1e3)}"
             for name in controllers
         ]
         lines.append(f"| {task} | {under} | {' | '.join(cells)} |")
