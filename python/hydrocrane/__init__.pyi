@@ -19,6 +19,8 @@ from hydrocrane.errors import MachineFileError as MachineFileError
 from hydrocrane.errors import OutOfReachError as OutOfReachError
 from hydrocrane.errors import ResultFileError as ResultFileError
 from hydrocrane.errors import SimulationError as SimulationError
+from hydrocrane.fitting import Fit as Fit
+from hydrocrane.fitting import fit as fit
 from hydrocrane.identification import Identification as Identification
 from hydrocrane.identification import identify_friction as identify_friction
 from hydrocrane.logs import Log as Log

@@ -14,6 +14,7 @@ import typer
 
 from hydrocrane.app.console import bar, complain, say, waiting, warn
 from hydrocrane.app.control import control
+from hydrocrane.app.fit import fit
 from hydrocrane.app.identify import identify
 from hydrocrane.app.live import live
 from hydrocrane.app.rig import rig
@@ -38,6 +39,9 @@ app = typer.Typer(
 app.add_typer(control)
 app.add_typer(identify)
 app.add_typer(rig)
+app.command(epilog="Example:  hydrocrane fit my-scenario.toml drive.csv -p payload.mass -p friction.lift.coulomb[0]")(
+    fit
+)
 app.command(epilog="Example:  hydrocrane live rottne-f9-lab")(live)
 app.command(epilog="Example:  hydrocrane view results/vertical-lift-open-loop.nc")(view)
 app.command(epilog="Example:  hydrocrane schema machine -o machine.schema.json")(schema)

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from hydrocrane.app.console import complain, reporting, say
+from hydrocrane.app.options import stretch, wanted_suffix
 
 identify = typer.Typer(name="identify", help="Identification from measured logs.", no_args_is_help=True)
 
@@ -51,10 +52,11 @@ def identify_friction(
 
     mpl.use("Agg")
     # A wrong name shall not cost the fit.
-    _check_suffixes(report, write)
+    wanted_suffix("--report", report, ".html", ".htm")
+    wanted_suffix("--write", write, ".toml")
     with reporting() as tell:
         found = hc.identify_friction(
-            logs, rig, ramps=ramp, steps=step, mapping=mapping, payload=payload, zero=_stretch(zero),
+            logs, rig, ramps=ramp, steps=step, mapping=mapping, payload=payload, zero=stretch("--zero", zero, "0:1"),
             load_cell=load_cell, rod_mass=rod_mass, exponents=exponents.value, progress=tell,
         )  # fmt: skip
     say(found.summary())
@@ -73,27 +75,3 @@ def identify_friction(
         complain(message)
     if failed:
         raise typer.Exit(1)
-
-
-def _check_suffixes(report: Path | None, write: Path | None) -> None:
-    from hydrocrane.errors import ResultFileError
-
-    for option, path, suffixes in (("--report", report, (".html", ".htm")), ("--write", write, (".toml",))):
-        if path is not None and path.suffix.lower() not in suffixes:
-            raise ResultFileError(f"{option} takes a file that ends in {suffixes[0]}, unlike `{path.name}`")
-
-
-def _stretch(text: str | None) -> tuple[float, float] | None:
-    """``0:1`` as two times, s."""
-    from hydrocrane.errors import InputError
-
-    if text is None:
-        return None
-    first, _, last = text.partition(":")
-    try:
-        start, end = float(first), float(last)
-    except ValueError:
-        raise InputError(f"--zero takes two times in s, FROM:TO, for example 0:1; got `{text}`") from None
-    if not start < end:
-        raise InputError(f"--zero takes FROM:TO with FROM before TO, for example 0:1; got `{text}`")
-    return start, end

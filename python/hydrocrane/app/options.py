@@ -7,7 +7,7 @@ import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, ResultFileError, unknown
 from hydrocrane.units import converted
 
 if TYPE_CHECKING:
@@ -92,6 +92,26 @@ def _length_or_angle(text: str, unit: str) -> float:
     if not math.isfinite(value):
         raise ValueError(text)
     return value
+
+
+def stretch(option: str, text: str | None, example: str) -> tuple[float, float] | None:
+    """``0:1`` as two times, s."""
+    if text is None:
+        return None
+    first, _, last = text.partition(":")
+    try:
+        start, end = float(first), float(last)
+    except ValueError:
+        raise InputError(f"{option} takes two times in s, FROM:TO, for example {example}; got `{text}`") from None
+    if not start < end:
+        raise InputError(f"{option} takes FROM:TO with FROM before TO, for example {example}; got `{text}`")
+    return start, end
+
+
+def wanted_suffix(option: str, path: Path | None, *suffixes: str) -> None:
+    """Refuse a file of another kind before anything is computed for it."""
+    if path is not None and path.suffix.lower() not in suffixes:
+        raise ResultFileError(f"{option} takes a file that ends in {suffixes[0]}, unlike `{path.name}`")
 
 
 def checked_machine(source: str) -> str:

@@ -17,6 +17,7 @@ from hydrocrane.logs.columns import LogLike
 from hydrocrane.logs.mapping import MappingLike
 from hydrocrane.machine.machine import Machine
 from hydrocrane.signals import ZeroCalibrated, zero_calibrated
+from hydrocrane.signals.resample import at_common_rate
 
 STEADY, RAMP, STEP = "steady", "ramp", "step"
 # What a log that names its experiment is for; empty: no stage uses it.
@@ -90,20 +91,16 @@ class Reading:
             experiment = getattr(getattr(given, "data", None), "attrs", {}).get("experiment", "")
             log = Log.of(given, self.mapping, source=str(experiment))
         role = _role(log, role)
-        for signal in (
-            "x",
-            "p1",
-            "p2",
-            *(["force"] if self.load_cell else []),
-            *(["command"] if role != STEADY else []),
-        ):
-            if role:
-                log[signal]  # Names the missing signal and the cure.
+        signals = ("x", "p1", "p2", *(["force"] if self.load_cell else []))
+        for signal in (*signals, *(["command"] if role != STEADY else [])) if role else ():
+            log[signal]  # Names the missing signal and the cure.
         payload, notes = self._payload(log)
         about = log.data.attrs
         if about.get("machine", self.rig.name) != self.rig.name:
             notes.append(f"was recorded on {about['machine']} and is identified as of {self.rig.name}")
         notes += _cut_off(log)
+        if role and not log.fatal:
+            log = at_common_rate(log, *signals)
         supply = float(about.get("supply", self.rig.supply_pressure))
         if not role:
             notes.append(f"is of the experiment `{about['experiment']}`, which no stage uses")

@@ -77,15 +77,7 @@ def with_map(rig: Machine, law: StaticMap) -> Machine:
 
 def with_values(rig: Machine, keys: Sequence[str], values: Array) -> Machine:
     """The rig with other values of some keys, SI; ``[0]`` and ``[1]`` are the sides of a pair."""
-    pairs: dict[str, list[float]] = {}
-    singles: dict[str, float] = {}
-    for key, value in zip(keys, values.tolist(), strict=True):
-        name, _, side = key.partition("[")
-        if side:
-            pairs.setdefault(name, np.broadcast_to(rig.value(name).si, (2,)).tolist())[int(side[0])] = value
-        else:
-            singles[name] = value
-    return rig.changed({**singles, **pairs})
+    return rig.changed(rig.overrides_at(keys, values))
 
 
 def unknowns_of(

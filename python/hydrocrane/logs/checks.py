@@ -9,7 +9,9 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 from hydrocrane.logs.flags import Flag
+from hydrocrane.logs.hum import hum_of
 from hydrocrane.logs.noise import carries_noise, noise_of
+from hydrocrane.logs.rates import own_samples
 from hydrocrane.logs.signals import PRESSURES
 
 if TYPE_CHECKING:
@@ -20,11 +22,21 @@ LEAST_SAMPLES = 10
 GAP, JITTER = 5.0, 0.2
 # A constant stretch is suspicious from this many samples on, and from this many times the usual length.
 LONGEST_CONSTANT, USUAL_TIMES = 25, 5
+# So many samples in a row at an end of the range are no chance, where noise is larger than the converter's step; and so
+# many in all tell of a range that is too narrow.
+CLIPPED_RUN, LEAST_CLIPPED = 3, 12
 # Nothing hydraulic happens within these bounds, or beyond them.
 LEAST_PRESSURE, MOST_PRESSURE = 2000.0, 2e8
 LONGEST_STROKE = 20.0
 SLOWEST_SAMPLING = 0.5
 MOST_RUNS = 20
+# Signals of sensors; a command stands still by itself.
+MEASURED = ("x", "v", "p1", "p2", "force")
+# Flags that come from the values themselves; a log that was brought to a lower rate shows its slow signals no more.
+_OF_VALUES = (
+    "too-short", "time-not-increasing", "not-finite", "gap", "irregular-time", "saturated", "frozen", "unmoving",
+    "clipped", "wrong-unit", "hum", "slow-signal",
+)  # fmt: skip
 # Beyond this, in any SI unit, a number is a mark and no reading.
 ABSURD = 1e30
 
@@ -34,15 +46,25 @@ def checked(data: xr.Dataset, notes: Iterable[Flag] = ()) -> tuple[Flag, ...]:
     time = np.asarray(data["time"].values, dtype=np.float64)
     ends = (float(np.nanmin(time, initial=0.0)), float(np.nanmax(time, initial=0.0)))
     flags = [_placed(note, *ends) for note in notes]
-    flags += _time_flags(time)
+    flags += _time_flags(time, data)
     if not any(flag.fatal for flag in flags):
         signals = {str(name): readings(data[name].values) for name in data.data_vars}
         for name, values in signals.items():
-            flags += _missing(time, name, values)
-        for name in [n for n in ("x", "p1", "p2", "force") if n in signals]:
-            flags += _stuck(time, name, signals)
-        flags += _unmoving(time, signals) + _wrong_units(time, signals)
+            flags += _slow(time, name, values) or _missing(time, name, values)
+        for name in [n for n in MEASURED if n in signals and n != "v"]:
+            stuck = _stuck(time, name, signals)
+            told = any(flag.kind == "saturated" for flag in stuck)
+            flags += stuck if told else stuck + _clipped(time, name, signals[name])
+        flags += _hums(time, signals) + _unmoving(time, signals) + _wrong_units(time, signals)
     return tuple(sorted(flags, key=lambda flag: (not flag.fatal, flag.start)))
+
+
+def rechecked(data: xr.Dataset, flags: Iterable[Flag]) -> tuple[Flag, ...]:
+    """Flags of a part of a log, or of one corrected: its own, and what earlier `flags` say that its values do not."""
+    kept = [flag for flag in flags if flag.kind not in _OF_VALUES]
+    found = checked(data, kept)
+    slow = {flag.signal for flag in found if flag.kind == "slow-signal"}
+    return found + tuple(flag for flag in flags if flag.kind == "slow-signal" and flag.signal not in slow)
 
 
 def readings(values: Array) -> Array:
@@ -60,7 +82,7 @@ def _placed(note: Flag, start: float, end: float) -> Flag:
 # --- time -----------------------------------------------------------------------------------------------------------
 
 
-def _time_flags(time: Array) -> list[Flag]:
+def _time_flags(time: Array, data: xr.Dataset) -> list[Flag]:
     if not np.isfinite(time).all():
         where = int(np.argmin(np.isfinite(time)))
         message = f"the time of sample {where + 1} is missing; repair the column or give `sample-rate` in a mapping"
@@ -72,20 +94,31 @@ def _time_flags(time: Array) -> list[Flag]:
     interval = np.diff(time)
     if (interval <= 0).any():
         first = int(np.argmax(interval <= 0))
-        message = (
-            f"time does not increase at {int((interval <= 0).sum())} of its steps, first after {time[first]:.6g} s; "
-            f"cut the log where the clock restarts, or give `sample-rate` in a mapping"
-        )
+        if (interval >= 0).all():
+            cause = "it stands there: times have too few digits, or rows stand twice; give `sample-rate` in a mapping"
+        else:
+            back = float(-interval.min())
+            cause = (
+                f"it goes back by up to {back:.4g} s: the clock was set, or several recordings follow each other; cut "
+                "the log there, or give `sample-rate` in a mapping where no sample is missing"
+            )
+        count = int((interval <= 0).sum())
+        message = f"time does not increase at {count} of its steps, first after {time[first]:.6g} s; {cause}"
         return [Flag("time-not-increasing", "time", start, end, message, fatal=True)]
-    return _intervals(time, interval)
+    return _intervals(time, interval, readings(data["x"].values) if "x" in data else None)
 
 
-def _intervals(time: Array, interval: Array) -> list[Flag]:
+def _intervals(time: Array, interval: Array, x: Array | None) -> list[Flag]:
     usual = float(np.median(interval))
     gaps = np.flatnonzero(interval > GAP * usual)
     flags = []
     for i in gaps[:MOST_RUNS]:
         message = f"no sample for {interval[i]:.4g} s after {time[i]:.6g} s, usual is {usual:.4g} s; no window spans it"
+        if x is not None and _goes_on(x, int(i), float(interval[i]) / usual):
+            message += (
+                ". The piston moves before and after, and stands where it would without the gap: the clock was set "
+                "rather than samples lost; give `sample-rate` in a mapping"
+            )
         flags.append(Flag("gap", "time", float(time[i]), float(time[i + 1]), message))
     if gaps.size > MOST_RUNS:
         message = f"{gaps.size} gaps in time; is the sampling irregular on purpose?"
@@ -98,6 +131,19 @@ def _intervals(time: Array, interval: Array) -> list[Flag]:
         )
         flags.append(Flag("irregular-time", "time", float(time[0]), float(time[-1]), message))
     return flags
+
+
+def _goes_on(x: Array, i: int, rows: float) -> bool:
+    """Whether the piston moves about row i, and by one row's way over a gap that is `rows` long."""
+    before, after = x[max(i - 20, 0) : i + 1], x[i + 1 : i + 22]
+    if before.size < 10 or after.size < 10 or not np.isfinite([*before, *after]).all():
+        return False
+    speeds = [np.polyfit(np.arange(part.size), part, 1) for part in (before[::-1], after)]
+    # Both lines are read half a row off their ends, where they meet if no sample is lost.
+    apart = abs(float(np.polyval(speeds[0], -0.5) - np.polyval(speeds[1], -0.5)))
+    way = abs(float(speeds[1][0])) * rows
+    noise = noise_of(x)
+    return way > 20.0 * (noise.total + abs(float(speeds[1][0]))) and apart < 0.1 * way
 
 
 # --- values ---------------------------------------------------------------------------------------------------------
@@ -117,13 +163,41 @@ def _missing(time: Array, name: str, values: Array) -> list[Flag]:
     if lost == values.size:
         message = f"`{name}` holds no finite number; is it the right column?"
         return [Flag("not-finite", name, float(time[0]), float(time[-1]), message, fatal=name in ("x", *PRESSURES))]
+    longest = max(float(time[b - 1] - time[a]) for a, b in stretches) + float(np.median(np.diff(time)))
+    text = (
+        f"`{name}` misses {lost} values in {len(stretches)} stretches, the longest {longest:.3g} s; windows go on "
+        f"across up to {GAP - 1:g} samples and end at longer ones. Look for a loose contact or a full buffer"
+    )
     if len(stretches) > MOST_RUNS:
         stretches = [(stretches[0][0], stretches[-1][1])]
-    cure = "they are left out; look for a loose contact or a full buffer"
-    return [
-        Flag("not-finite", name, float(time[a]), float(time[b - 1]), f"`{name}` misses {lost} values in all; {cure}")
-        for a, b in stretches
-    ]
+    return [Flag("not-finite", name, float(time[a]), float(time[b - 1]), text) for a, b in stretches]
+
+
+def _slow(time: Array, name: str, values: Array) -> list[Flag]:
+    """A signal with fewer samples of its own than the log has rows."""
+    own = own_samples(values) if name in MEASURED else None
+    if own is None:
+        return []
+    rate, usual = (1.0 / float(np.median(np.diff(t))) for t in (time[own.rows], time))
+    text = (
+        f"`{name}` was sampled at {rate:.4g} Hz beside {usual:.4g} Hz of the log and is {own.between} between; windows "
+        "and friction are computed at the slowest rate, with means of the faster signals. If that is too slow, sample "
+        "it faster"
+    )
+    return [Flag("slow-signal", name, float(time[0]), float(time[-1]), text)]
+
+
+def _hums(time: Array, signals: dict[str, Array]) -> list[Flag]:
+    flags = []
+    for name in [n for n in ("p1", "p2", "force") if n in signals and "x" in signals]:
+        for hum in hum_of(time, signals[name], signals["x"]):
+            size = f"{hum.amplitude / 1e5:.3g} bar" if name in PRESSURES else f"{hum.amplitude:.3g} N"
+            text = (
+                f"`{name}` carries {size} at {hum.frequency:.4g} Hz whatever the piston does: hum of {hum.mains:g} Hz "
+                "mains, not taken for motion. Shield and earth its cable, at one end"
+            )
+            flags.append(Flag("hum", name, float(time[0]), float(time[-1]), text))
+    return flags
 
 
 def _stuck(time: Array, name: str, signals: dict[str, Array]) -> list[Flag]:
@@ -154,6 +228,37 @@ def _stuck(time: Array, name: str, signals: dict[str, Array]) -> list[Flag]:
                 f"is exactly {values[a]:.6g} from {start:.6g} to {end:.6g} s while others move; check sensor and cable"
             )
             flags.append(Flag("frozen", name, start, end, f"`{name}` {text}"))
+    return flags
+
+
+def clipped_at(values: Array) -> list[float]:
+    """Ends of its range at which a noisy sensor stands again and again, for a few samples each time.
+
+    Noise beyond the converter's step never repeats one value, the outermost at that, for three samples in a row.
+    """
+    finite = values[np.isfinite(values)]
+    if finite.size < LEAST_CLIPPED * 2 or not carries_noise(finite):
+        return []
+    noise = noise_of(finite)
+    if noise.sigma <= noise.step:
+        return []
+    ends = []
+    for end in (float(finite.max()), float(finite.min())):
+        stretches = [b - a for a, b in runs(finite == end) if b - a >= CLIPPED_RUN]
+        if sum(stretches) >= LEAST_CLIPPED and len(stretches) > 1 and max(stretches) < finite.size / 2:
+            ends.append(end)
+    return ends
+
+
+def _clipped(time: Array, name: str, values: Array) -> list[Flag]:
+    flags = []
+    for end in clipped_at(values):
+        at = np.flatnonzero(values == end)
+        text = (
+            f"`{name}` is cut off at {end:.6g} in {at.size} samples, again and again: its range or that of its "
+            "converter ends there; widen it. No window holds such samples"
+        )
+        flags.append(Flag("clipped", name, float(time[at[0]]), float(time[at[-1]]), text))
     return flags
 
 
@@ -198,18 +303,20 @@ def _wrong_units(time: Array, signals: dict[str, Array]) -> list[Flag]:
     ends = (float(time[0]), float(time[-1]))
     flags = []
     held = {n: signals[n] for n in PRESSURES if n in signals and np.isfinite(signals[n]).any()}
+    x = signals.get("x")
+    travel = float(np.nanmax(x) - np.nanmin(x)) if x is not None and np.isfinite(x).any() else 0.0
     highest = {name: float(np.nanmax(np.abs(values))) for name, values in held.items()}
     for name, peak in highest.items():
         if 0.0 < peak < LEAST_PRESSURE:
             message = f"`{name}` reaches {peak:.4g} Pa only; is it in bar? State the unit in the file or the mapping"
+            if travel > LONGEST_STROKE:
+                message += f". x travels {travel:.4g} m: are the columns of `{name}` and x exchanged?"
             # One chamber alone may be open to the tank.
             flags.append(Flag("wrong-unit", name, *ends, message, fatal=max(highest.values()) < LEAST_PRESSURE))
         if peak > MOST_PRESSURE:
             message = f"`{name}` reaches {peak:.4g} Pa; check its unit and its scale"
             flags.append(Flag("wrong-unit", name, *ends, message, fatal=True))
-    x = signals.get("x")
-    if x is not None and np.isfinite(x).any() and float(np.nanmax(x) - np.nanmin(x)) > LONGEST_STROKE:
-        travel = np.nanmax(x) - np.nanmin(x)
+    if travel > LONGEST_STROKE:
         message = f"the piston travels {travel:.4g} m; is it in mm? State the unit in the file or the mapping"
         flags.append(Flag("wrong-unit", "x", *ends, message, fatal=True))
     usual = float(np.median(np.diff(time)))

@@ -10,7 +10,9 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 
-_CLOCK = re.compile(r"^\d{1,2}:\d{2}:\d{2}([.,]\d+)?$")
+_CLOCK = re.compile(r"^\d{1,2}:\d{2}:\d{2}([.,]\d+)?( ?[AaPp][Mm])?$")
+# Day first with points, 31.12.2024; month or day first with slashes, 12/31/2024; year first with either sign.
+_DATE = re.compile(r"^(?:(\d{4})[/.](\d{1,2})[/.](\d{1,2})|(\d{1,2})([/.])(\d{1,2})[/.](\d{4}))[ T]+(.*)$")
 _DAY = 86400.0
 # Seconds of a time column beyond this are no seconds: they would be 3000 years.
 _LATEST = 1e11
@@ -59,12 +61,29 @@ def _moment(cell: str) -> datetime | None:
     text = cell.strip()
     try:
         if _CLOCK.match(text):
-            hours, minutes, seconds = text.replace(",", ".").split(":")
-            part = timedelta(hours=int(hours), minutes=int(minutes), seconds=float(seconds))
-            return datetime(1970, 1, 1, tzinfo=UTC) + part
+            return datetime(1970, 1, 1, tzinfo=UTC) + _time_of_day(text)
+        dated = _DATE.match(text)
+        if dated and _CLOCK.match(dated[8]):
+            return datetime(*_day(dated), tzinfo=UTC) + _time_of_day(dated[8])
         if ":" not in text or "-" not in text:
             return None
         found = datetime.fromisoformat(text)
     except ValueError:
         return None
     return found if found.tzinfo else found.replace(tzinfo=UTC)
+
+
+def _time_of_day(text: str) -> timedelta:
+    half = text[-2:].lower() if text[-1] in "mM" else ""
+    hours, minutes, seconds = text.replace(",", ".").rstrip("aApPmM ").split(":")
+    hour = int(hours) % 12 + 12 * (half == "pm") if half else int(hours)
+    return timedelta(hours=hour, minutes=int(minutes), seconds=float(seconds))
+
+
+def _day(dated: re.Match[str]) -> tuple[int, int, int]:
+    """Year, month, day. Where slashes leave open which is the month, it is the first, as in the United States."""
+    if dated[1]:
+        return int(dated[1]), int(dated[2]), int(dated[3])
+    first, second, year = int(dated[4]), int(dated[6]), int(dated[7])
+    day_first = dated[5] == "." or first > 12
+    return (year, second, first) if day_first else (year, first, second)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeAlias, cast
@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError
 from hydrocrane.files.columns import is_dataset
-from hydrocrane.logs.readers import read_table
-from hydrocrane.logs.table import Table, as_column
+from hydrocrane.logs.readers import read_table, table_of_dataset
+from hydrocrane.logs.table import Table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -39,26 +39,36 @@ def columns_of(log: LogLike) -> dict[str, Array]:
     """
     if isinstance(log, str | PathLike):
         return read_table(Path(log)).in_si()
+    return table_of_log(log).columns
+
+
+def table_of_log(log: LogLike) -> Table:
+    """The columns of what people have in memory, and which were left out."""
     held = getattr(log, "data", None)
     data = held if is_dataset(held) else log
-    columns: object = data
     if is_dataset(data):
-        columns = {str(name): data[name].values for name in data.variables}
-    elif hasattr(data, "columns") and hasattr(data, "iloc"):
+        return table_of_dataset(data)
+    if hasattr(data, "columns") and hasattr(data, "iloc"):
         columns = _of_frame(cast("pd.DataFrame", data))
-    if not isinstance(columns, Mapping):
+    elif isinstance(data, Mapping):
+        columns = data.items()
+    else:
         raise InputError(
             f"a log is an xarray Dataset, a pandas DataFrame, a mapping or a path; got {type(log).__name__}"
         )
-    table = {str(name): as_column(values) for name, values in columns.items()}
-    return {name: column for name, column in table.items() if column is not None and column.ndim == 1}
+    table = Table({})
+    for name, values in columns:
+        table.take(str(name), values)
+    return table
 
 
-def _of_frame(frame: pd.DataFrame) -> dict[str, object]:
-    """Columns of a table, with its index where that has a name or holds dates."""
+def _of_frame(frame: pd.DataFrame) -> Iterable[tuple[object, object]]:
+    """Columns of a table, with its index where that has a name or holds dates; names may be equal."""
     dates = getattr(frame.index, "dtype", np.dtype("O")).kind == "M"
-    index = {str(frame.index.name or "time"): frame.index} if frame.index.name or dates else {}
-    return index | {str(name): frame[name] for name in frame.columns}
+    if frame.index.name or dates:
+        yield frame.index.name or "time", frame.index
+    for i, name in enumerate(frame.columns):
+        yield name, frame.iloc[:, i]
 
 
 def time_of(table: dict[str, Array]) -> Array:

@@ -11,14 +11,12 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, nearest
-from hydrocrane.files.columns import is_dataset
-from hydrocrane.logs.checks import checked, readings
-from hydrocrane.logs.clock import epoch_unit
+from hydrocrane.logs.assembly import signals_of
+from hydrocrane.logs.checks import checked, clipped_at, readings, rechecked
 from hydrocrane.logs.flags import Flag
-from hydrocrane.logs.mapping import LogMapping, MappingLike, Source, log_mapping, si_values
-from hydrocrane.logs.readers import read_table, table_of_dataset
-from hydrocrane.logs.signals import SIGNALS
-from hydrocrane.logs.table import Table, known_unit, split_name
+from hydrocrane.logs.mapping import LogMapping, MappingLike, log_mapping
+from hydrocrane.logs.readers import read_table
+from hydrocrane.logs.table import Table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,13 +46,15 @@ class Log:
 
     @classmethod
     def of(cls, data: LogLike, mapping: MappingLike = None, source: str = "") -> Log:
-        """A checked log of a Dataset, DataFrame, mapping of arrays or run, in SI unless `mapping` says otherwise."""
+        """A checked log of a file, Dataset, DataFrame, mapping of arrays or run; in SI unless `mapping` or file says
+        otherwise."""
         if isinstance(data, Log):
             return data if mapping is None else cls.of(data.data, mapping, data.source)
-        from hydrocrane.logs.columns import columns_of
+        if isinstance(data, str | PathLike):
+            return read_log(data, mapping)
+        from hydrocrane.logs.columns import table_of_log
 
-        held = data if is_dataset(data) else getattr(data, "data", None)
-        table = table_of_dataset(held) if is_dataset(held) else Table(columns_of(data))
+        table = table_of_log(data)
         table.in_memory = True
         return _log(table, log_mapping(mapping), source or type(data).__name__)
 
@@ -88,14 +88,21 @@ class Log:
         return self
 
     def spoilt(self, *signals: str) -> np.ndarray:
-        """(n,) True where one of the `signals` is missing, frozen or at the end of its range, or time has a gap."""
+        """(n,) True where one of the `signals` is missing, frozen or at the end of its range."""
+        bad = self.stuck(*signals)
+        for name in signals:
+            bad |= ~np.isfinite(self[name])
+        return bad
+
+    def stuck(self, *signals: str) -> np.ndarray:
+        """(n,) True where one of the `signals` is frozen or at the end of its range."""
         time = self.time
         bad = np.zeros(time.size, dtype=bool)
         for flag in self.flags:
-            if flag.kind in ("frozen", "saturated", "not-finite", "gap") and flag.signal in ("", "time", *signals):
+            if flag.kind in ("frozen", "saturated") and flag.signal in signals:
                 bad |= (time >= flag.start) & (time <= flag.end)
-        for name in signals:
-            bad |= ~np.isfinite(self[name])
+            elif flag.kind == "clipped" and flag.signal in signals:
+                bad |= np.isin(self[flag.signal], clipped_at(self[flag.signal]))
         return bad
 
     def between(self, start: float, end: float) -> Log:
@@ -104,7 +111,7 @@ class Log:
         if not inside.any():
             raise InputError(f"{self.source}: no sample between {start:.6g} and {end:.6g} s")
         part = self.data.isel(time=inside)
-        return replace(self, data=part, flags=checked(part))
+        return replace(self, data=part, flags=rechecked(part, self.flags))
 
     def summary(self) -> str:
         """Length, signals and flags, one line each."""
@@ -131,7 +138,8 @@ def read_log(path: str | PathLike[str], mapping: MappingLike = None) -> Log:
     Parameters
     ----------
     path : str or path
-        ``.csv`` (also ``.txt``, ``.tsv``, ``.dat``, ``.log``), ``.mat`` of any version, ``.h5``, ``.nc`` or ``.mf4``.
+        ``.csv`` (also ``.txt``, ``.tsv``, ``.dat``, ``.log``, ``.exp``, each also with ``.gz``), ``.mat`` of any
+        version, ``.h5``, ``.nc`` or ``.mf4``.
     mapping : path, dict or LogMapping, optional
         Which column is which signal, see ``docs/reference/log-files.md``; without it every numeric column is kept
         under its own name.
@@ -147,88 +155,5 @@ def read_log(path: str | PathLike[str], mapping: MappingLike = None) -> Log:
 
 
 def _log(table: Table, mapping: LogMapping | None, source: str) -> Log:
-    import xarray as xr
-
-    time, consumed = _time(table, mapping, source)
-    notes, assumed = list(table.notes), []
-    variables = {"time": ("time", time, {"units": "s", "long_name": "time"})}
-    for name, entry in _wanted(table, mapping, consumed).items():
-        column = table.find(entry.column)
-        if column is None:
-            where = mapping.origin if mapping else source
-            raise InputError(f"{where}: {source} {_no_column(table, entry.column)}")
-        values = table.columns[column]
-        if values.size != time.size:
-            raise InputError(f"{source}: column `{column}` has {values.size} values for {time.size} times")
-        stated = table.unit_of(column)
-        if entry.unit is None and stated and not known_unit(stated):
-            notes.append(_foreign_unit(name, column, stated, time))
-            si, stated_unit = values * entry.sign, stated
-        else:
-            where = f"{mapping.origin}: [signal.{name}]" if mapping else f"{source}: column `{column}`"
-            si, stated_unit = si_values(values, entry, stated, name, where)
-            if name in SIGNALS and not stated and entry.unit is None:
-                assumed.append(name)
-        about = SIGNALS[name].long_name if name in SIGNALS else column
-        variables[name] = ("time", si, {"units": stated_unit, "long_name": about})
-    # All at once: a dataset checks all that it has with each one that it is given.
-    data = xr.Dataset(variables, attrs={**table.about, "source": source})
-    if assumed and not table.in_memory:
-        notes.append(_assumed(assumed, time))
+    data, notes = signals_of(table, mapping, source)
     return Log(data, checked(data, notes), source)
-
-
-def _wanted(table: Table, mapping: LogMapping | None, time_column: str | None) -> dict[str, Source]:
-    if mapping is not None and mapping.signals:
-        return dict(mapping.signals)
-    wanted: dict[str, Source] = {}
-    for column in table.columns:
-        if column != time_column:
-            short = split_name(column)[0]
-            wanted[short if short not in wanted and short != "time" else column] = Source(column)
-    return wanted
-
-
-def _time(table: Table, mapping: LogMapping | None, source: str) -> tuple[Array, str | None]:
-    """Times, s, and the full name of the column that they came from."""
-    if mapping is not None and mapping.sample_rate is not None:
-        length = max(values.size for values in table.columns.values())
-        return np.arange(length) / mapping.sample_rate, None
-    entry = mapping.time if mapping is not None and mapping.time is not None else None
-    column = table.find(entry.column) if entry else table.time_column()
-    if column is None and entry is not None:
-        raise InputError(f"{source} {_no_column(table, entry.column)}")
-    if column is None:
-        raise InputError(
-            f"{source} has no time column; name it `time`, or say which it is, or the sample rate, under [time] of a "
-            f"mapping. It has {', '.join([*table.columns, *table.words])}"
-        )
-    stated = table.unit_of(column)
-    where = f"{source}: time column `{column}`"
-    seems = epoch_unit(table.columns[column])
-    if seems and not stated and (entry is None or entry.unit is None):
-        raise InputError(f'{where} cannot be in seconds, it seems to count {seems}; say [time] unit = "{seems}"')
-    return si_values(table.columns[column], entry or Source(column), stated, "time", where)[0], column
-
-
-def _no_column(table: Table, wanted: str | int) -> str:
-    if isinstance(wanted, int):
-        return f"has no column `{wanted}`; columns count from 1 to {len(table.columns)}"
-    if wanted in table.words:
-        return (
-            f"has no numbers in its column `{wanted}`, which begins with `{table.words[wanted]}`; times are written "
-            "as seconds or as ISO 8601, 2024-05-01T12:30:00.25"
-        )
-    return f"has no column `{wanted}`{nearest(wanted, table.columns)}"
-
-
-def _assumed(names: list[str], time: Array) -> Flag:
-    message = f"no unit is stated for {', '.join(names)}; SI units are taken. State them in the file or a mapping"
-    return Flag("assumed-unit", "", float(time[0]), float(time[-1]), message)
-
-
-def _foreign_unit(name: str, column: str, unit: str, time: Array) -> Flag:
-    message = (
-        f"the unit `{unit}` of column `{column}` is not known; its numbers stand as they are. Give it in a mapping"
-    )
-    return Flag("unknown-unit", name, float(time[0]), float(time[-1]), message, fatal=name in SIGNALS)

@@ -12,10 +12,11 @@ from hydrocrane import _core
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, nearest
 from hydrocrane.files.toml_file import read_toml
-from hydrocrane.logs.signals import SIGNALS
-from hydrocrane.logs.table import LEAST_UNIT, known_unit, scaled
+from hydrocrane.logs.signals import PRESSURES, SIGNALS
+from hydrocrane.logs.table import LEAST_UNIT, scaled
+from hydrocrane.logs.units import ATMOSPHERE, LogUnit, known_unit, log_unit
 
-_SIGNAL_KEYS = ("column", "unit", "sign", "offset")
+_SIGNAL_KEYS = ("column", "unit", "sign", "offset", "time")
 _TIME_KEYS = ("column", "unit", "sample-rate")
 
 
@@ -32,12 +33,15 @@ class Source:
     sign : {1, -1}
     offset : str
         Added after unit and sign, with its unit, for example ``"-625 mm"``.
+    time : str, optional
+        Name of the column of its times, where it was sampled at others than the rest; both clocks must be the same.
     """
 
     column: str | int
     unit: str | None = None
     sign: int = 1
     offset: str | None = None
+    time: str | None = None
 
 
 @dataclass(frozen=True)
@@ -53,6 +57,11 @@ class LogMapping:
     origin: str = "the mapping"
 
 
+# What a sensor's raw output needs before it is what the sensor measures.
+_OUTPUT_CURE = (
+    '. These are the sensor\'s raw output: say what one volt or milliampere means, unit = "25 bar" and offset = '
+    '"-100 bar" for 4 to 20 mA over 400 bar'
+)
 # A path to a TOML file, its content, or a mapping made before.
 MappingLike: TypeAlias = "str | PathLike[str] | Mapping[str, object] | LogMapping | None"
 
@@ -113,7 +122,8 @@ def _source(entry: Mapping[str, object], name: str, where: str) -> Source:
     if offset is not None:
         offset = _text(offset, f"{where} offset")
         _offset(offset, name, f"{where} offset")
-    return Source(column, unit, int(sign), offset)
+    own = entry.get("time")
+    return Source(column, unit, int(sign), offset, None if own is None else _text(own, f"{where} time"))
 
 
 def _rate(text: object, where: str) -> float:
@@ -124,16 +134,17 @@ def _rate(text: object, where: str) -> float:
     return rate / one
 
 
-def factor_of(unit: str, name: str, where: str) -> float:
-    """SI value of one of a column's numbers, with its dimension checked against the signal `name`."""
-    starts_with_number = unit.strip()[:1] in tuple("+-.0123456789")
-    # "1" alone is the unit of a ratio, "40 bar" a scale; a bare unit is one of itself.
-    factor, dimension = _quantity(unit if starts_with_number else f"1 {unit}", where)
-    _check_dimension(dimension, name, unit, where)
-    if not LEAST_UNIT <= abs(factor) <= 1 / LEAST_UNIT:
+def factor_of(unit: str, name: str, where: str) -> LogUnit:
+    """The unit of a column's numbers, with its dimension checked against the signal `name`."""
+    try:
+        found = log_unit(unit)
+    except ValueError as error:
+        raise InputError(f"{where}: {error}") from None
+    _check_dimension(found.dimension, name, unit, where)
+    if not LEAST_UNIT <= abs(found.factor) <= 1 / LEAST_UNIT:
         bounds = f"{LEAST_UNIT:g} to {1 / LEAST_UNIT:g}"
-        raise InputError(f"{where}: one `{unit}` is {factor:g} in SI; give a unit of {bounds} in SI")
-    return factor
+        raise InputError(f"{where}: one `{unit}` is {found.factor:g} in SI; give a unit of {bounds} in SI")
+    return found
 
 
 def _offset(text: str, name: str, where: str) -> float:
@@ -158,7 +169,10 @@ def _text(text: object, where: str) -> str:
 def _check_dimension(dimension: str, name: str, given: str, where: str) -> None:
     expected = expected_units(name)
     if expected and dimension not in [_core.quantity(f"1 {unit}")[1] for unit in expected]:
-        raise InputError(f"{where}: `{given}` is no unit of `{name}`; give one of {' or '.join(expected)}")
+        cure = ""
+        if dimension in [_core.quantity(f"1 {unit}")[1] for unit in ("V", "A")]:
+            cure = _OUTPUT_CURE
+        raise InputError(f"{where}: `{given}` is no unit of `{name}`; give one of {' or '.join(expected)}{cure}")
 
 
 def expected_units(name: str) -> tuple[str, ...]:
@@ -171,24 +185,27 @@ def expected_units(name: str) -> tuple[str, ...]:
 def si_values(values: Array, source: Source, stated: str, name: str, where: str) -> tuple[Array, str]:
     """A column as the signal `name` in SI, and the SI unit it then has.
 
-    `stated` is the unit that the file gives; it counts where the source names none.
+    `stated` is the unit that the file gives; it counts where the source names none. Pressures of the rig are gauge: an
+    absolute reading loses the standard atmosphere.
     """
     unit = source.unit if source.unit is not None else stated
+    zero = 0.0
     if not unit:
         si = (expected_units(name) or ("",))[0]
     else:
-        values = scaled(values, factor_of(unit, name, f"{where} unit"))
+        found = factor_of(unit, name, f"{where} unit")
+        values = scaled(values, found.factor)
+        zero = found.zero - (ATMOSPHERE if found.absolute and name in PRESSURES else 0.0)
         si = si_unit(unit)
     offset = 0.0 if source.offset is None else _offset(source.offset, name, f"{where} offset")
-    return source.sign * values + offset, si
+    return source.sign * (values + zero) + offset, si
 
 
 def si_unit(unit: str) -> str:
     """The SI unit of a unit's dimension, by its own name where it has one."""
-    text = unit if unit.strip()[:1] in tuple("+-.0123456789") else f"1 {unit}"
-    if not known_unit(unit) and text == f"1 {unit}":
+    if not known_unit(unit):
         return unit
-    dimension = _core.quantity(text)[1]
+    dimension = log_unit(unit).dimension
     named = ("Pa", "N", "m", "s", "m/s", "m/s^2", "V", "A", "W", "J", "rad", "rad/s", "m^3/s", "kg", "K")
     if dimension == _core.quantity("1")[1]:
         return "1"

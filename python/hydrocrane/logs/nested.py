@@ -8,8 +8,10 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from hydrocrane.logs.table import Table, as_column, plain_facts
+from hydrocrane.logs.units import tidy_unit
 
-Leaf: TypeAlias = "np.ndarray | float"
+# What may be a column: values, or nothing where an object of a MATLAB class hides them.
+Leaf: TypeAlias = "np.ndarray | float | None"
 
 
 class Measured(NamedTuple):
@@ -19,11 +21,21 @@ class Measured(NamedTuple):
     unit: str
 
 
+class Found(NamedTuple):
+    """A leaf of a nested structure: its name, what it holds, its unit, and the capture of dSPACE that it is part of."""
+
+    name: str
+    leaf: Leaf
+    unit: str = ""
+    capture: str = ""
+
+
 def table_of(content: Mapping[str, object]) -> Table:
     """Columns of a nested mapping: members joined by dots, matrices cut along their longer axis.
 
     Three habits are known: the `units` and `names` beside the vectors of this package's own files; captures of dSPACE
-    (`X.Data` the time, `Y` a list of structures with `Name` and `Data`); and Simulink's structure with time.
+    (`X.Data` the time, `Y` a list of structures with `Name` and `Data`); and Simulink's structure with time. Single
+    numbers are facts about the log, ``file_NAME`` in its attributes.
     """
     names, units = content.get("names"), content.get("units")
     full = names if isinstance(names, Mapping) else {}
@@ -31,49 +43,75 @@ def table_of(content: Mapping[str, object]) -> Table:
     about = content.get("about")
     table = Table({}, about=plain_facts(about) if isinstance(about, Mapping) else {})
     own = ("names", "units", "about")
-    for path, leaf, unit in _leaves({k: v for k, v in content.items() if not (k in own and isinstance(v, Mapping))}):
-        for name, column in _columns(path, leaf):
-            long_name = str(full.get(name, name))
-            table.columns[long_name] = column
-            unit_text = unit or stated.get(name, "")
-            if isinstance(unit_text, str) and unit_text:
-                table.units[long_name] = unit_text
+    clocks: dict[str, str] = {}
+    members: dict[str, str] = {}
+    for found in _leaves({k: v for k, v in content.items() if not (k in own and isinstance(v, Mapping))}):
+        if isinstance(found.leaf, float | int) or (isinstance(found.leaf, np.ndarray) and found.leaf.size == 1):
+            _add_fact(table, found)
+            continue
+        for name, column in _columns(table, found):
+            unit = found.unit or stated.get(name, "")
+            added = table.add(
+                str(full.get(name, name)), column, tidy_unit(unit) if isinstance(unit, str) else "", found.capture
+            )
+            if found.capture:
+                members[added] = found.capture
+                if name == "time":
+                    clocks[found.capture] = added
+    table.times = {name: clocks[capture] for name, capture in members.items() if capture in clocks}
     return table
 
 
-def _leaves(node: object, path: str = "") -> Iterator[tuple[str, Leaf, str]]:
-    """(dotted path, array, unit) of everything that may be a column."""
+def _add_fact(table: Table, found: Found) -> None:
+    table.about |= plain_facts({"file_" + found.name.replace(".", "_"): found.leaf})
+
+
+def _leaves(node: object, path: str = "", capture: str = "") -> Iterator[Found]:
+    """Everything that may be a column."""
     if isinstance(node, Mapping):
-        yield from _structure(node, path)
+        yield from _structure(node, path, capture)
     elif isinstance(node, list):
         for i, item in enumerate(node):
-            yield from _leaves(item, f"{path}[{i + 1}]")
+            yield from _leaves(item, f"{path}[{i + 1}]", capture)
     elif isinstance(node, Measured):
-        yield path, node.values, node.unit
+        yield Found(path, node.values, node.unit, capture)
+    elif isinstance(node, np.ndarray) and node.dtype.fields:
+        yield Found(path, None, "", capture)
     elif isinstance(node, np.ndarray) and node.dtype == object:
-        yield from _leaves(list(node.ravel()), path)
-    elif isinstance(node, np.ndarray | float | int):
-        yield path, node, ""
+        yield from _leaves(list(node.ravel()), path, capture)
+    elif isinstance(node, np.ndarray | np.generic | float | int):
+        yield Found(path, np.asarray(node), "", capture)
 
 
-def _structure(node: Mapping[str, object], path: str) -> Iterator[tuple[str, Leaf, str]]:
+def _structure(node: Mapping[str, object], path: str, owner: str) -> Iterator[Found]:
     if "Data" in node and isinstance(node.get("Name", ""), str) and not isinstance(node["Data"], Mapping):
         unit = node.get("Unit", "")
         where = node.get("Name") or path
-        for _, leaf, stated in _leaves(node["Data"], path):
-            yield str(where), leaf, stated or (unit if isinstance(unit, str) else "")
+        for found in _leaves(node["Data"], path):
+            yield Found(str(where), found.leaf, found.unit or (unit if isinstance(unit, str) else ""), owner)
         return
     capture = isinstance(node.get("Y"), list | Mapping | np.ndarray) and isinstance(node.get("X"), Mapping)
+    owner = (path or "capture") if capture else owner
     for name, child in node.items():
         if capture and name == "X" and isinstance(child, Mapping):
-            yield from _leaves({**child, "Name": "time"}, "time")
+            yield from _leaves({**child, "Name": "time"}, "time", owner)
         else:
-            yield from _leaves(child, name if not path or capture else f"{path}.{name}")
+            yield from _leaves(child, name if not path or capture else f"{path}.{name}", owner)
 
 
-def _columns(path: str, leaf: Leaf) -> Iterator[tuple[str, np.ndarray]]:
-    column = as_column(leaf)
+def _columns(table: Table, found: Found) -> Iterator[tuple[str, np.ndarray]]:
+    """Columns of a leaf by name; what is none is left out of the table with its reason."""
+    path = found.name
+    column = as_column(found.leaf) if found.leaf is not None else None
     if column is None or column.ndim > 2:
+        values = np.asarray(found.leaf)
+        # Texts are no columns, and nothing is none.
+        if found.leaf is None:
+            table.leave(path, "an object of a MATLAB class; save it as a structure or an array")
+        elif column is not None:
+            table.leave(path, f"{column.ndim} dimensions, where a signal has one")
+        elif values.size and values.dtype.kind not in "SU":
+            table.leave(path, "no real numbers")
         return
     column = np.atleast_1d(column)
     if column.ndim == 1:

@@ -11,10 +11,14 @@ import numpy as np
 
 from hydrocrane.errors import ResultFileError, nearest
 from hydrocrane.logs.flags import Flag
-from hydrocrane.logs.table import Table, as_column, check_width, plain_facts, tidy_unit
+from hydrocrane.logs.table import NO_NUMBERS, Table, check_width, plain_facts
+from hydrocrane.logs.units import tidy_unit
 
 if TYPE_CHECKING:
     import xarray as xr
+    from asammdf import Signal
+
+    from hydrocrane.arrays import Array
 
 
 def read_table(path: Path) -> Table:
@@ -28,6 +32,10 @@ def read_table(path: Path) -> Table:
     if path.is_dir():
         raise ResultFileError(f"{path} is a folder; name a log in it")
     suffix = path.suffix.lower()
+    if suffix == ".gz":
+        suffix = Path(path.stem).suffix.lower()
+        if _READERS.get(suffix) not in (None, _text):
+            raise ResultFileError(f"{path} is a packed `{suffix}`, and only texts are read packed; unpack it first")
     if suffix not in _READERS:
         raise ResultFileError(f"cannot read `{path.name}`: unknown suffix `{suffix}`{nearest(suffix, _READERS)}")
     if not path.is_file():
@@ -47,10 +55,7 @@ def table_of_dataset(data: xr.Dataset) -> Table:
     """Columns of a dataset: its one-dimensional numeric variables, with their `units`."""
     table = Table({})
     for name in data.variables:
-        column = as_column(data[name].values)
-        if column is not None and column.ndim == 1:
-            table.columns[str(name)] = column
-            table.units[str(name)] = tidy_unit(str(data[name].attrs.get("units", "")))
+        table.take(str(name), data[name].values, tidy_unit(str(data[name].attrs.get("units", ""))))
     table.about = plain_facts(data.attrs)
     return table
 
@@ -94,23 +99,32 @@ def _mdf(path: Path) -> Table:
     try:
         with mdf_class(path) as stored:
             about = _header_facts(stored.header.description)
-            signals = [s for s in stored.iter_channels() if s.samples.dtype.kind in "buif" and s.samples.ndim == 1]
+            signals = list(stored.iter_channels())
     except Exception as error:  # The library raises its own and many built-in exceptions for damaged files.
         raise ResultFileError(f"{path} is not an MDF file that can be read: {error}") from None
-    signals = [signal for signal in signals if len(signal.timestamps)]
-    if not signals:
+    readable = [s for s in signals if s.samples.dtype.kind in "buif" and s.samples.ndim == 1 and len(s.timestamps)]
+    if not readable:
         return Table({})
-    time = max((signal.timestamps for signal in signals), key=len).astype(np.float64)
+    time = max((signal.timestamps for signal in readable), key=len).astype(np.float64)
     table = Table({"time": time}, {"time": "s"}, about=about)
     for signal in signals:
-        values = signal.samples.astype(np.float64)
-        if not np.array_equal(signal.timestamps, time):
-            values = np.interp(time, signal.timestamps, values, left=np.nan, right=np.nan)
-            message = f"`{signal.name}` was sampled at other times than the rest and is interpolated at theirs"
-            table.notes.append(Flag("resampled", signal.name, float(time[0]), float(time[-1]), message))
-        table.columns[signal.name] = values
-        table.units[signal.name] = str(signal.unit or "")
+        if not len(signal.timestamps):
+            table.leave(signal.name, "no samples")
+        elif signal.samples.dtype.kind not in "buif" or signal.samples.ndim != 1:
+            table.leave(signal.name, NO_NUMBERS)
+        else:
+            _add_channel(table, signal, time)
     return table
+
+
+def _add_channel(table: Table, signal: Signal, time: Array) -> None:
+    values = signal.samples.astype(np.float64)
+    if not np.array_equal(signal.timestamps, time):
+        values = np.interp(time, signal.timestamps, values, left=np.nan, right=np.nan)
+    name = table.add(signal.name, values, tidy_unit(str(signal.unit or "")))
+    if not np.array_equal(signal.timestamps, time):
+        message = f"`{name}` was sampled at other times than the rest and is interpolated at theirs"
+        table.notes.append(Flag("resampled", name, float(time[0]), float(time[-1]), message))
 
 
 def _header_facts(text: str) -> dict[str, str | float | int]:
@@ -133,7 +147,7 @@ def mdf_reader() -> type:
 
 
 _READERS = {
-    **dict.fromkeys((".csv", ".txt", ".tsv", ".dat", ".log"), _text),
+    **dict.fromkeys((".csv", ".txt", ".tsv", ".dat", ".log", ".exp"), _text),
     **dict.fromkeys((".h5", ".hdf5"), _hdf5),
     ".mat": _matlab,
     ".nc": _netcdf,

@@ -5,38 +5,32 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import count
 from pathlib import Path
 
 import numpy as np
 
-from hydrocrane import _core
 from hydrocrane.arrays import Array
 from hydrocrane.errors import ResultFileError
 from hydrocrane.logs.clock import seconds_of_dates
 from hydrocrane.logs.flags import Flag
+from hydrocrane.logs.units import known_unit, log_unit, tidy_unit
 
 TIME_NAMES = (
-    "time", "t", "time [s]", "time_s", "timestamp", "time stamp", "time_stamp", "datetime", "date time", "date_time",
+    "time", "t", "time [s]", "time_s", "t_s", "timestamp", "time stamp", "time_stamp", "datetime", "date time",
+    "date_time",
 )  # fmt: skip
 # A name with its unit after it: "x [mm]", "p1 (bar)".
-_NAME_AND_UNIT = re.compile(r"^(?P<name>.*\S)\s*[\[(](?P<unit>[^\])]*)[\])]$")
+# A number in brackets counts the columns of a matrix.
+_NAME_AND_UNIT = re.compile(
+    r"^(?P<name>.*\S)\s*(?!\[\d+\]$)(?:\[(?P<unit>[^\]]*)\]|\((?P<round>[^()]*(?:\([^()]*\))?)\))$"
+)
 # SI units that one unit of a log is at least; its inverse is the most. Beyond that its numbers are lost.
 LEAST_UNIT = 1e-30
+# Why a column was left out.
+NO_NUMBERS = "no numbers"
 # Columns of a log: checks and summaries look at each of them.
 MOST_COLUMNS = 2000
-# How loggers write units that the machine file writes otherwise.
-_SPELLINGS = {
-    "sec": "s",
-    "seconds": "s",
-    "milliseconds": "ms",
-    "microseconds": "1e-6 s",
-    "nanoseconds": "1e-9 s",
-    "°": "deg",
-    "μm": "um",
-    "Nm": "N m",
-    "-": "",
-    "counts": "",
-}
 
 
 @dataclass
@@ -59,6 +53,10 @@ class Table:
         Columns that hold dates or times of day; their values are seconds from the first.
     words : dict of str
         Columns that were left out since they hold no numbers, with their first text.
+    left_out : dict of str
+        Every column that was left out, with the reason.
+    times : dict of str
+        Full name of the time column that a column belongs to, where the file holds several recordings.
     """
 
     columns: dict[str, Array]
@@ -68,6 +66,45 @@ class Table:
     about: dict[str, str | float | int] = field(default_factory=dict)
     clocks: list[str] = field(default_factory=list)
     words: dict[str, str] = field(default_factory=dict)
+    left_out: dict[str, str] = field(default_factory=dict)
+    times: dict[str, str] = field(default_factory=dict)
+
+    def add(self, name: str, values: Array, unit: str = "", owner: str = "") -> str:
+        """Put in a column; one whose name is taken gets its `owner` before it, or a number behind it. Its full name."""
+        full = self._free(name, owner)
+        if full != name:
+            message = f"a second column is called `{name}`; it is read as `{full}`"
+            self.notes.append(Flag("renamed", full, np.nan, np.nan, message))
+        self.columns[full] = values
+        if unit:
+            self.units[full] = unit
+        return full
+
+    def _free(self, name: str, owner: str) -> str:
+        taken = self.columns.keys() | self.left_out.keys()
+        owned = f"{owner}.{name}" if owner else name
+        if name not in taken or owned not in taken:
+            return name if name not in taken else owned
+        found = _NAME_AND_UNIT.match(name.strip())
+        short = found["name"] if found else name
+        return next(n for i in count(2) if (n := f"{short}.{i}{name[len(short) :]}") not in taken)
+
+    def take(self, name: str, values: object, unit: str = "") -> None:
+        """Put in a column, or leave it out where it is no series of numbers."""
+        column = as_column(values)
+        if column is None:
+            self.leave(name, NO_NUMBERS)
+        elif column.ndim != 1:
+            self.leave(name, f"{column.ndim} dimensions, where a signal has one")
+        else:
+            self.add(name, column, unit)
+
+    def leave(self, name: str, reason: str, word: str = "") -> None:
+        """Leave out a column, which must not happen unsaid."""
+        name = self._free(name, "")
+        self.left_out[name] = reason
+        if word:
+            self.words[name] = word
 
     def find(self, wanted: str | int) -> str | None:
         """Full name of a column by its name, its name without the unit, or its number counted from 1."""
@@ -111,29 +148,15 @@ def check_width(path: Path, columns: int) -> None:
 def split_name(text: str) -> tuple[str, str]:
     """``"x [mm]"`` as name and unit; the unit is empty where there is none."""
     found = _NAME_AND_UNIT.match(text.strip())
-    return (found["name"], tidy_unit(found["unit"])) if found else (text.strip(), "")
-
-
-def tidy_unit(text: str) -> str:
-    """A logger's unit as this package writes it: without brackets, with the usual spelling."""
-    # NetCDF counts times as "seconds since 2024-05-01".
-    bare = text.strip().strip("[]()").strip().split(" since ")[0]
-    return _SPELLINGS.get(bare, bare)
-
-
-def known_unit(unit: str) -> bool:
-    try:
-        _core.quantity(f"1 {unit}")
-    except ValueError:
-        return False
-    return True
+    return (found["name"], tidy_unit(found["unit"] or found["round"] or "")) if found else (text.strip(), "")
 
 
 def converted(values: Array, unit: str) -> Array:
     """`values` of `unit` in SI; unchanged where the unit is not known."""
     if not unit or not known_unit(unit):
         return values
-    return scaled(values, _core.quantity(f"1 {unit}")[0])
+    found = log_unit(unit)
+    return scaled(values, found.factor) + found.zero
 
 
 def scaled(values: Array, factor: float) -> Array:

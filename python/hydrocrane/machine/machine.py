@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -127,6 +127,21 @@ class Machine:
         given = {**self.overrides, **plain_overrides(overrides)}
         with translated():
             return Machine(self.core.rebuilt(list(given.items())), self.source, given)
+
+    def overrides_at(self, keys: Sequence[str], values: ArrayLike) -> dict[str, Override]:
+        """Overrides that give `keys` these `values` (n_keys,), SI; ``[0]`` and ``[1]`` are the two values of a pair.
+
+        Values of a pair that are not named stay as they are.
+        """
+        found: dict[str, Override] = {}
+        for key, value in zip(keys, real_array(values, "values").tolist(), strict=True):
+            name, _, side = key.partition("[")
+            if not side:
+                found[name] = value
+                continue
+            pair = found.setdefault(name, np.broadcast_to(self.value(name).si, (2,)).tolist())
+            cast("list[float]", pair)[int(side[0])] = value
+        return found
 
     def made(self, core: _core.Machine) -> Machine:
         """What the core made of this machine's file, or of another one; itself where it made nothing new."""

@@ -14,7 +14,7 @@ from hydrocrane.logs.log import Log
 from hydrocrane.logs.noise import noise_of
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.signals.derivative import derivative
-from hydrocrane.signals.resample import resample, unbroken
+from hydrocrane.signals.resample import at_common_rate, resample, unbroken
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ def friction_force(log: LogLike, rig: RigParameters | MachineLike, *, load_cell:
     """
     rig = rig if isinstance(rig, RigParameters) else RigParameters.of(rig)
     signals = ("x", "p1", "p2", *(("force",) if load_cell else ()))
-    log = resample(Log.of(log).usable(*signals))
+    log = resample(at_common_rate(Log.of(log).usable(*signals), *signals))
     table = {name: np.full(log.time.size, np.nan) for name in _UNITS}
     rate = (log.time.size - 1) / (log.time[-1] - log.time[0])
     noise = noise_of(log["x"])

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import xarray as xr
 
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError
-from hydrocrane.logs.checks import GAP, checked, runs
+from hydrocrane.logs.checks import GAP, MEASURED, checked, runs
 from hydrocrane.logs.log import Log
+from hydrocrane.logs.rates import own_samples
 from hydrocrane.signals.filters import low_pass
 
 # Cut-off before a lower rate, as a share of it: half of where folding begins.
@@ -49,6 +52,42 @@ def resample(log: Log, rate: float | None = None, *, longest_gap: float | None =
     carried = [flag for flag in log.flags if flag.kind not in ("gap", "irregular-time", "not-finite")]
     fresh = [flag for flag in checked(data) if flag.kind in ("not-finite", "gap")]
     return Log(data, tuple(carried + fresh), log.source)
+
+
+def readable(log: Log, *signals: str) -> Log:
+    """The log at the rate of the slowest of the `signals`, without rows in which one of them is missing.
+
+    Up to a few rows missing leave a gap that windows go on across; more of them end one, see :func:`unbroken`.
+    """
+    log = at_common_rate(log, *signals)
+    whole = np.isfinite(np.stack([log[name] for name in signals])).all(axis=0)
+    return log if whole.all() or not whole.any() else replace(log, data=log.data.isel(time=whole))
+
+
+def at_common_rate(log: Log, *signals: str) -> Log:
+    """The log at the times at which the slowest of the `signals` was sampled; itself where all have the log's rate.
+
+    Faster signals are means of all samples around each of these times, half way to the next ones: filtered, so that
+    nothing folds down, and no sample is lost. Commands are taken as they stand at these times.
+    """
+    own = [found.rows for name in signals if (found := own_samples(log[name])) is not None]
+    if not own:
+        return log
+    rows = min(own, key=len)
+    # Blocks at both ends would reach to one side only.
+    edges = (rows[:-1] + rows[1:] + 1) // 2
+    rows = rows[1:-1]
+    data = log.data.isel(time=rows).copy()
+    for name in map(str, data.data_vars):
+        values = log[name]
+        slow = own_samples(values) if name in MEASURED else None
+        if name in MEASURED and (slow is None or slow.rows.size > rows.size + 2):
+            known = np.isfinite(values)
+            total = np.add.reduceat(np.where(known, values, 0.0)[: edges[-1]], edges[:-1])
+            count = np.add.reduceat(known[: edges[-1]].astype(np.float64), edges[:-1])
+            mean = np.divide(total, count, out=np.full(rows.size, np.nan), where=count > 0)
+            data[name] = ("time", mean, dict(log.data[name].attrs))
+    return replace(log, data=data)
 
 
 def _series(time: Array, values: Array, even: Array, usual: float, rate: float, limit: float) -> Array:

@@ -6,11 +6,12 @@ import numpy as np
 
 from hydrocrane.errors import InputError
 from hydrocrane.logs.columns import LogLike
+from hydrocrane.logs.hum import at_mains, hum_of
 from hydrocrane.logs.log import Log
-from hydrocrane.logs.noise import noise_of
+from hydrocrane.logs.noise import Noise, noise_of
 from hydrocrane.machine.machine import Machine
 from hydrocrane.signals.friction import RigParameters, pressure_force, steady_friction
-from hydrocrane.signals.resample import unbroken
+from hydrocrane.signals.resample import readable, unbroken
 from hydrocrane.signals.rounding import noise_before_rounding
 from hydrocrane.signals.segments import LEAST_SAMPLES, command_changes, straight_pieces
 from hydrocrane.signals.steadiness import (
@@ -76,18 +77,21 @@ def steady_windows(
     if not ((settle_travel is None or settle_travel >= 0) and straightness >= 0):
         raise InputError("settle_travel and straightness must not be negative")
     signals = ("x", "p1", "p2", *(("force",) if load_cell else ()))
-    log = Log.of(log).usable(*signals)
+    given = Log.of(log).usable(*signals)
+    log = readable(given, *signals)
     limits = (least_duration, least_travel, settle_travel)
     found = _Reader(log, rig, load_cell, limits, _pieces(log, signals, straightness)).judged()
     windows = tuple(w for w in found if isinstance(w, Window))
     rejected = tuple(r for r in found if isinstance(r, Rejected))
-    return SteadyWindows(windows, rejected, (*log.flags, *checked_windows(log, rig, windows)), log, rig, load_cell)
+    return SteadyWindows(
+        windows, rejected, (*given.flags, *checked_windows(given, rig, windows)), given, rig, load_cell
+    )
 
 
 def _pieces(log: Log, signals: tuple[str, ...], straightness: float) -> list[tuple[int, int]]:
     """Straight pieces between gaps, changes of the command and spoilt stretches."""
-    time, x, noise = log.time, log["x"], noise_of(log["x"])
-    edges = np.flatnonzero(np.diff(log.spoilt(*signals).astype(np.int8))) + 1
+    time, x, noise = log.time, log["x"], _position_noise(log)
+    edges = np.flatnonzero(np.diff(log.stuck(*signals).astype(np.int8))) + 1
     cuts = sorted({*_jumps(log), *edges.tolist()})
     pieces = []
     # Below a micrometre nothing is known of a piston. A reading that wavers between two codes is half a step off.
@@ -96,6 +100,11 @@ def _pieces(log: Log, signals: tuple[str, ...], straightness: float) -> list[tup
         inner = straight_pieces(time[a:b], x[a:b], sigma, straightness, [cut - a for cut in cuts])
         pieces += [(a + first, a + last) for first, last in inner]
     return pieces
+
+
+def _position_noise(log: Log) -> Noise:
+    """Noise of the position where its sensor reads: at the end of its range it shows none."""
+    return noise_of(log["x"][~log.stuck("x")])
 
 
 def _jumps(log: Log) -> list[int]:
@@ -117,13 +126,14 @@ class _Reader:
     ) -> None:
         self.log, self.rig, self.time, self.x = log, rig, log.time, log["x"]
         self.least_duration, self.least_travel, self.settle_travel = limits
-        self.noise = noise_of(self.x)
+        self.noise = _position_noise(log)
         self.friction = steady_friction(log, rig, load_cell=load_cell)
         self.pressure_force = pressure_force(log, rig)
         self.parts = [log["p1"] * rig.piston_area, log["p2"] * rig.rod_area]
         factors = {"p1": rig.piston_area, "p2": rig.rod_area} | ({"force": 1.0} if load_cell else {})
         self.noises = {name: (noise_before_rounding(log[name]), factor) for name, factor in factors.items()}
-        self.bad = log.spoilt(*self.noises, "x")
+        self.bad = log.stuck(*self.noises, "x")
+        self.hums = hum_of(log.time, self.pressure_force, self.x)
         self.jumps = set(_jumps(log))
         self.pieces = pieces
         self.motions = [self._motion(a, b) for a, b in pieces]
@@ -211,10 +221,13 @@ class _Reader:
         motion = self._motion(a, b)
         if motion.error > 0.1 * abs(motion.velocity):
             return f"velocity is known to {motion.error / abs(motion.velocity):.0%} only; record for longer"
-        swing, frequency = oscillation(time, self.pressure_force[a:b], self.rig.mass)
+        swing, frequency = oscillation(time, self.pressure_force[a:b], self.rig.mass, self.hums)
         if swing > OSCILLATION_SHARE * abs(motion.velocity):
             share = swing / abs(motion.velocity)
-            return f"velocity swings by {share:.0%} at {frequency:.3g} Hz, so that friction is no single value"
+            reason = f"velocity swings by {share:.0%} at {frequency:.3g} Hz, so that friction is no single value"
+            return reason + (
+                "; if it is mains hum, log some seconds at rest, which tells" if at_mains(frequency) else ""
+            )
         readings = [(self.log[name][a:b], noise, factor) for name, (noise, factor) in self.noises.items()]
         force, error, effective = mean_force(time, self.friction[a:b], readings)
         return Window(

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from hydrocrane.arrays import Array
+from hydrocrane.logs.hum import Hum
 from hydrocrane.logs.noise import Noise
 from hydrocrane.signals.rounding import rounding_bias
 from hydrocrane.signals.statistics import fitted_line
@@ -19,6 +21,8 @@ HALF_WAY_SHARE = 0.1
 # A peak of the spectrum is a line from this many times the mean of the rest on; the velocity by which it swings may
 # be this share of the mean velocity.
 LINE, OSCILLATION_SHARE = 25.0, 0.2
+# Hum spreads so far about its frequency, Hz; a line so many times as strong is more than hum.
+HUM_WIDTH, HUM_FACTOR = 0.6, 2.0
 # Drift over a window that still counts as steady: as a share of the friction, and in its standard errors.
 STEADY_SHARE, STEADY_ERRORS = 0.03, 2.5
 # Pressures may drift more than friction: common drift of both chambers moves nothing.
@@ -149,11 +153,11 @@ def _settling(piece: Piece) -> str:
     return f"friction still settles, by {change:.3g} N over the second half of the way so far; travel further"
 
 
-def oscillation(time: Array, force: Array, mass: float) -> tuple[float, float]:
+def oscillation(time: Array, force: Array, mass: float, hums: Sequence[Hum] = ()) -> tuple[float, float]:
     """Amplitude of velocity, m/s, and frequency, Hz, of the strongest line in the pressure force (n,); 0 where none.
 
     A force that swings with amplitude F at frequency f shakes the mass by F / (2 pi f m); the position sensor would
-    not show it.
+    not show it. Lines of `hums` count where they are stronger here than hum is.
     """
     n = force.size
     if n < 32:
@@ -162,16 +166,21 @@ def oscillation(time: Array, force: Array, mass: float) -> tuple[float, float]:
     power = np.abs(np.fft.rfft(residual)) ** 2
     # The slowest lines are drift, which is judged elsewhere.
     power[:4] = 0.0
+    width = (n - 1) / (n * float(time[-1] - time[0]))
+    for hum in hums:
+        middle = int(round(hum.frequency / width))
+        near = slice(max(middle - 3 - int(HUM_WIDTH / width), 0), middle + 4 + int(HUM_WIDTH / width))
+        # The window holds 3/8 of the power of a sine.
+        if np.sqrt(float(power[near].sum()) / (n * n * 0.375 / 4.0)) < HUM_FACTOR * hum.amplitude:
+            power[near] = 0.0
     peak = int(np.argmax(power))
     near = slice(max(peak - 3, 0), peak + 4)
     line = float(power[near].sum())
     others = (float(power.sum()) - line) / max(power.size - 11, 1)
     if power[peak] <= LINE * others:
         return 0.0, 0.0
-    frequency = peak * (n - 1) / (n * float(time[-1] - time[0]))
-    # The window holds 3/8 of the power of a sine.
     amplitude = np.sqrt(line / (n * n * 0.375 / 4.0))
-    return float(amplitude / (2.0 * np.pi * frequency * mass)), frequency
+    return float(amplitude / (2.0 * np.pi * peak * width * mass)), peak * width
 
 
 def _least_marginal_error(values: Array) -> int:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from hydrocrane.arrays import Array
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.log import Log
 from hydrocrane.signals.friction import RigParameters
@@ -15,6 +16,8 @@ from hydrocrane.signals.windows import Window
 SAME_LEVEL, LEAST_LEVELS = 0.15, 3
 # Slips of the bristles after which friction is that of steady motion: less than a hundredth is still to come.
 SETTLED_SLIPS = 5.0
+# Ratio of friction in both directions from which something else is likelier than a seal.
+LOPSIDED = 3.0
 DIRECTIONS = ((1, "extending"), (-1, "retracting"))
 
 
@@ -35,11 +38,63 @@ def checked_windows(log: Log, rig: RigParameters, windows: Sequence[Window]) -> 
             texts.append(("friction-drives", text))
         if len(driven) * 2 > len(moving):
             text = (
-                f"in {len(driven)} of {len(moving)} windows {word} friction would push the piston on; are p1 and p2 "
-                f"exchanged, is the sign of x right, is the mass ({rig.mass:.4g} kg) that of the rig?"
+                f"in {len(driven)} of {len(moving)} windows {word} friction would push the piston on; "
+                f"{_likely_cause(windows, rig)}"
             )
             texts.append(("friction-drives", text))
+    if not any(kind == "friction-drives" for kind, _ in texts):
+        texts += _lopsided(windows)
     return [Flag(kind, "", start, end, text) for kind, text in texts]
+
+
+def _likely_cause(windows: Sequence[Window], rig: RigParameters) -> str:
+    """Which single mistake would explain that friction drives: those that put all windows right, once undone."""
+    v, force = (np.array([getattr(w, name) for w in windows]) for name in ("velocity", "force"))
+    cures = []
+    if all(w.chambers is not None for w in windows):
+        c1, c2 = np.array([w.chambers for w in windows], dtype=np.float64).T
+        if _opposes(v, force - (c1 - c2) + c2 * rig.piston_area / rig.rod_area - c1 * rig.rod_area / rig.piston_area):
+            cures.append("p1 and p2 exchanged")
+    if _opposes(-v, force):
+        cures.append("the sign of x")
+    out, back = force[v > 0], force[v < 0]
+    if out.size and back.size and out.min() > back.max():
+        # What must be added lies between these; the middle leaves friction alike in both directions.
+        lacking = -0.5 * float(np.median(out) + np.median(back))
+        if rig.gravity:
+            cures.append(
+                f"the mass: it takes {rig.mass + lacking / rig.gravity:.4g} kg for friction alike both ways, where the "
+                f"rig has {rig.mass:.4g} kg"
+            )
+        else:
+            cures.append(
+                f"a force of {lacking:.4g} N along the piston that the rig does not know, or zeros of p1 and p2"
+            )
+    if cures:
+        return "undone, each of these would put that right: " + "; ".join(cures)
+    return (
+        "neither exchanged pressures, nor the sign of x, nor another mass would put all windows right: check the areas "
+        f"({rig.piston_area * 1e4:.4g} and {rig.rod_area * 1e4:.4g} cm^2), units, scales, and whether this is the rig"
+    )
+
+
+def _opposes(velocity: Array, force: Array) -> bool:
+    """Whether friction opposes motion in nearly all windows."""
+    return bool(np.mean(velocity * force > 0.0) >= 0.9)
+
+
+def _lopsided(windows: Sequence[Window]) -> list[tuple[str, str]]:
+    """Friction that is much larger one way than the other."""
+    medians = [float(np.median([abs(w.force) for w in windows if w.direction == d] or [np.nan])) for d in (1, -1)]
+    errors = [float(np.median([w.force_error for w in windows if w.direction == d] or [np.nan])) for d in (1, -1)]
+    low, high = sorted(medians)
+    if not np.isfinite(low) or high < LOPSIDED * low or high - low < 10.0 * max(errors):
+        return []
+    text = (
+        f"friction extending is {medians[0]:.4g} N and retracting {medians[1]:.4g} N in the median, a seal's is seldom "
+        "so lopsided: check mass and weight, zeros and units of p1 and p2, and both areas"
+    )
+    return [("lopsided-friction", text)]
 
 
 def velocity_levels(windows: Sequence[Window], direction: int) -> list[float]:

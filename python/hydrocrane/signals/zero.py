@@ -9,10 +9,11 @@ import numpy as np
 
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError, unknown
-from hydrocrane.logs.checks import checked
+from hydrocrane.logs.checks import rechecked
 from hydrocrane.logs.log import Log
 from hydrocrane.logs.noise import noise_of
 from hydrocrane.signals.friction import RigParameters
+from hydrocrane.signals.resample import readable
 from hydrocrane.signals.rounding import noise_before_rounding, rounding_bias
 from hydrocrane.signals.statistics import fitted_line
 
@@ -79,19 +80,19 @@ def zero_calibrated(
             raise unknown("signal with a zero", name, SIGNALS)
     chosen = tuple(signals) or tuple(name for name in SIGNALS if name in log)
     log = log.usable(*(chosen or SIGNALS[:2]))
-    time = log.time
-    first = float(time[0]) if start is None else float(real_array(start, "start"))
-    inside = _inside(log, first, float(real_array(until, "until")))
-    if log.spoilt(*chosen)[inside].any():
+    whole = readable(log, *chosen)
+    first = float(log.time[0]) if start is None else float(real_array(start, "start"))
+    inside = _inside(whole, first, float(real_array(until, "until")))
+    if whole.stuck(*chosen)[inside].any():
         raise InputError(
-            f"{log.source}: between {first:g} and {until:g} s a sensor is frozen, missing or at the end of its range,"
+            f"{log.source}: between {first:g} and {until:g} s a sensor is frozen or at the end of its range,"
             f" so that its zero cannot be read; see the flags, or calibrate with another stretch"
         )
-    found = {name: _zero(log, name, inside, first, until) for name in chosen}
-    data = log.data.isel(time=time >= until).copy()
+    found = {name: _zero(whole, name, inside, first, until) for name in chosen}
+    data = log.data.isel(time=log.time >= until).copy()
     for name, (zero, _) in found.items():
         data[name] = (data[name] - zero).assign_attrs(log.data[name].attrs)
-    later = replace(log, data=data, flags=checked(data))
+    later = replace(log, data=data, flags=rechecked(data, log.flags))
     return ZeroCalibrated(later, {n: z for n, (z, _) in found.items()}, {n: e for n, (_, e) in found.items()})
 
 

@@ -6,6 +6,7 @@ import json
 import re
 import runpy
 import shlex
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +41,11 @@ def blocks(page: Path) -> list[tuple[str, str]]:
 @pytest.mark.evidence
 @pytest.mark.parametrize("page", [p for p in PAGES if blocks(p)], ids=name_of)
 def test_every_block_of_a_page_runs(page, tmp_path, monkeypatch):
-    """Top to bottom in an empty folder, as a reader would: files are written, commands run, Python shares its names."""
+    """Top to bottom as a reader would, in a folder with the logs beside the page: files are written, commands run,
+    Python shares its names.
+    """
+    for log in page.parent.glob("*.csv"):
+        shutil.copy(log, tmp_path)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "Agg")
     names: dict[str, Any] = {"__name__": "page"}

@@ -53,9 +53,11 @@ ROOMS = {
     "rig": BASE | {"logs", "machine", "scenario", "results", "simulation"},
     "signals": BASE | {"logs", "machine"},
     "identification": BASE | {"files", "logs", "machine", "scenario", "results", "analysis", "rig", "signals"},
+    "fitting": BASE
+    | {"files", "logs", "machine", "scenario", "results", "simulation", "analysis", "signals", "identification"},
     "studies": BASE | {"files", "machine", "scenario", "results", "simulation"},
     "gym": BASE | {"machine", "simulation"},
-    "plots": BASE | {"files", "machine", "results", "analysis", "benchmark", "signals", "identification"},
+    "plots": BASE | {"files", "machine", "results", "analysis", "benchmark", "signals", "identification", "fitting"},
 }  # fmt: skip
 # The app imports every room and is imported by none.
 APP = {"app", "__main__", "__init__"}
@@ -67,6 +69,7 @@ DRAW = {
     "hydrocrane.identification.comparison",
     "hydrocrane.identification.dynamic_result",
     "hydrocrane.identification.result",
+    "hydrocrane.fitting.result",
 }
 
 

@@ -1,0 +1,102 @@
+"""``hydrocrane fit``: values of a machine file fitted to logs."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hydrocrane.app.console import reporting, say
+
+if TYPE_CHECKING:
+    from hydrocrane.fitting.parameters import Prior
+    from hydrocrane.fitting.records import HoldOut
+
+
+class MotionChoice(StrEnum):
+    simulated = "simulated"
+    measured = "measured"
+
+
+class InterpolationChoice(StrEnum):
+    linear = "linear"
+    hold = "hold"
+
+
+def fit(
+    scenario: Annotated[str, typer.Argument(help="Bundled scenario or path of a scenario file.")],
+    logs: Annotated[list[Path], typer.Argument(help="Measured logs.")],
+    parameter: Annotated[list[str], typer.Option("-p", "--parameter", help="Key to fit; repeat for more.")],
+    mapping: Annotated[Path | None, typer.Option(help="Which column is which signal, TOML.")] = None,
+    signal: Annotated[list[str], typer.Option(help="Compare this signal alone; repeat for more.")] = [],  # noqa: B006
+    motion: Annotated[
+        MotionChoice, typer.Option(help="Simulate the motion, or take it as measured and compare forces.")
+    ] = MotionChoice.simulated,
+    interpolation: Annotated[
+        InterpolationChoice, typer.Option(help="How a logged command goes on between samples.")
+    ] = InterpolationChoice.linear,
+    bandwidth: Annotated[float, typer.Option(help="Of a measured motion, Hz.")] = 2.0,
+    window: Annotated[str | None, typer.Option(help="Part of the logs, FROM:TO, s.")] = None,
+    hold_out: Annotated[str | None, typer.Option(help="Judged, not fitted: last share, 0.3, or FROM:TO, s.")] = None,
+    prior: Annotated[
+        list[str], typer.Option(help="Standard deviation, SI: KEY=VALUE, or KEY=none; repeat for more.")
+    ] = [],  # noqa: B006
+    settings: Annotated[list[str], typer.Option("--set", help="Override a machine key: KEY=VALUE.")] = [],  # noqa: B006
+    payload: Annotated[float | None, typer.Option(help="Mass at the tip, kg.")] = None,
+    starts: Annotated[int, typer.Option(help="Searches; all but the first from drawn values.")] = 1,
+    seed: Annotated[int, typer.Option(help="Draws the starts.")] = 0,
+    report: Annotated[Path | None, typer.Option(help="Page with values, quality, pictures: .html.")] = None,
+    write: Annotated[Path | None, typer.Option(help="Part of a machine file: .toml.")] = None,
+) -> None:
+    """Fit values of a machine file, and errors of sensors, to measured logs; tell intervals and doubts."""
+    import matplotlib as mpl
+
+    import hydrocrane as hc
+    from hydrocrane.app.options import overrides, stretch, wanted_suffix
+    from hydrocrane.scenario.changes import Changes
+
+    mpl.use("Agg")
+    wanted_suffix("--report", report, ".html", ".htm")
+    wanted_suffix("--write", write, ".toml")
+    changes: Changes = {"overrides": overrides(settings)}
+    if payload is not None:
+        changes["payload"] = payload
+    with reporting() as tell:
+        found = hc.fit(
+            scenario, logs, parameter, mapping=mapping, signals=signal or None, motion=motion.value,
+            interpolation=interpolation.value, bandwidth=bandwidth,
+            window=stretch("--window", window, "0:20"), hold_out=_hold_out(hold_out),
+            priors=dict(map(_prior, prior)), starts=starts, starts_seed=seed, progress=tell, **changes,
+        )  # fmt: skip
+    say(found.summary())
+    written = [] if write is None else [found.write(write)]
+    if report is not None:
+        written.append(found.report().write(report))
+    if written:
+        say("", "written:", *(f"  {path}" for path in written))
+
+
+def _hold_out(text: str | None) -> HoldOut:
+    from hydrocrane.app.options import stretch
+    from hydrocrane.errors import InputError
+
+    if text is None or ":" in text:
+        return stretch("--hold-out", text, "10:20")
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"--hold-out takes a share such as 0.3, or FROM:TO in s; got `{text}`") from None
+
+
+def _prior(text: str) -> tuple[str, Prior]:
+    from hydrocrane.errors import InputError
+
+    key, _, value = text.partition("=")
+    try:
+        return key.strip(), None if value.strip() == "none" else float(value)
+    except ValueError:
+        raise InputError(
+            f"--prior takes KEY=VALUE in SI, for example payload.mass=20, or KEY=none; got `{text}`"
+        ) from None

@@ -1,0 +1,158 @@
+"""Fit values of a machine to logs: the call that people make."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from os import PathLike
+from typing import Literal, TypeAlias, Unpack
+
+from hydrocrane.arrays import check_positive, seed_number
+from hydrocrane.errors import InputError, unknown
+from hydrocrane.fitting.information import information
+from hydrocrane.fitting.parameters import Priors, check_names
+from hydrocrane.fitting.records import HoldOut, opened, window_of
+from hydrocrane.fitting.result import Fit
+from hydrocrane.fitting.search import searched
+from hydrocrane.fitting.setup import Setup
+from hydrocrane.logs import log_mapping
+from hydrocrane.logs.columns import LogLike
+from hydrocrane.logs.mapping import MappingLike
+from hydrocrane.machine.machine import Machine
+from hydrocrane.scenario.changes import Changes
+from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.scenario.scenario_file import load_scenario
+
+MOTIONS = ("simulated", "measured")
+MotionKind: TypeAlias = Literal["simulated", "measured"]
+# Starts of a search: beyond that it is no search.
+MOST_STARTS = 1000
+
+
+def fit(
+    scenario: str | PathLike[str] | Scenario,
+    logs: LogLike | list[LogLike] | tuple[LogLike, ...],
+    parameters: Sequence[str],
+    *,
+    mapping: MappingLike = None,
+    signals: Sequence[str] | None = None,
+    motion: MotionKind = "simulated",
+    interpolation: str = "linear",
+    bandwidth: float = 2.0,
+    at_rest: bool = False,
+    window: tuple[float, float] | None = None,
+    hold_out: HoldOut = None,
+    priors: Priors | None = None,
+    sensor_errors: bool = True,
+    robust: bool = True,
+    starts: int = 1,
+    starts_seed: int = 0,
+    executor: Executor | None = None,
+    progress: Callable[[str], None] | None = None,
+    **changes: Unpack[Changes],
+) -> Fit:
+    """Fit values of a machine file, and errors of sensors, to measured logs.
+
+    Parameters
+    ----------
+    scenario : str, path or Scenario
+        Says which machine, and what the logs do not: commands, pose, controller.
+    logs : path, DataFrame, Dataset, mapping, Run, or several
+        With a time column. Columns named as signals of a run, ``cylinder.lift.p1``, are compared with these; columns
+        ``cylinder.<name>.command`` are the spool commands that the run replays; angles and pressures at the start place
+        the crane.
+    parameters : sequence of str
+        Keys of the machine file, ``friction.lift.coulomb[0]``, ``payload.mass``, ``link.jib.mass``; and errors of
+        the sensor of a signal: ``cylinder.lift.p1.zero`` (in its unit), ``.span`` (share), ``.delay`` (s).
+    mapping : path or dict, optional
+        Which column of the logs is which signal, with unit and sign (docs/reference/log-files.md).
+    signals : sequence of str, optional
+        What to compare; default is all that the log and the model have in common.
+    motion : {"simulated", "measured"}
+        ``simulated``: the run follows from the commands. ``measured``: joints move as their sensors say; compared is
+        A_1 p_1 - A_2 p_2 of each cylinder, ``cylinder.<name>.pressure_force``, with weight, inertia and static
+        friction. Valve, supply and oil then do not matter.
+    interpolation : {"linear", "hold"}
+        How a logged command goes on between its samples.
+    bandwidth : float
+        Of a measured motion and its forces, Hz: what is faster is filtered out of both alike.
+    at_rest : bool
+        Of a measured motion also compare pistons that may stand still, without friction: it is anything up to the
+        break-away force there, so values and intervals may be off by that.
+    window : (float, float), optional
+        From when to when of each log is looked at, s of its clock.
+    hold_out : float or (float, float), optional
+        Not fitted but judged: the last share of each log, or a stretch, s.
+    priors : mapping, optional
+        Standard deviation, or (mean, standard deviation), SI, by parameter; None for no prior. Default is a share of
+        the value by the class of its source: 2 % measured, 5 % setting, 10 % fitted, 20 % literature, 100 % assumed or
+        given in the call.
+    sensor_errors : bool
+        Let zero and span of signals vary within the accuracy that the machine file states for their sensors.
+    robust : bool
+        Weigh outliers down (Huber).
+    starts : int
+        Searches; those after the first begin at values drawn from the priors by `starts_seed`.
+    executor : Executor, optional
+        Runs the starts, for example ``dask.distributed.Client(...).get_executor()``; default is here, in turn.
+    progress : callable, optional
+        Called with what is being done.
+    **changes
+        Fields of the scenario or its solver to change, as in :func:`hydrocrane.simulate`.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    HydrocraneError
+        Where a name, a file or an argument cannot be right, or the model cannot be run at the start.
+
+    Examples
+    --------
+    >>> log = hc.simulate("single-cylinder-step", overrides={"supply.pressure": "95 bar"}).data
+    >>> found = hc.fit("single-cylinder-step", log, ["supply.pressure"], signals=["cylinder.test.x"])
+    >>> found.value("supply.pressure")
+    9500000.0
+    """
+    if motion not in MOTIONS:
+        raise unknown("motion", motion, MOTIONS)
+    if not isinstance(starts, int) or isinstance(starts, bool) or not 1 <= starts <= MOST_STARTS:
+        raise InputError(f"starts must be a whole number from 1 to {MOST_STARTS}, got {starts!r}")
+    check_positive("bandwidth", bandwidth)
+    tell = progress or (lambda _: None)
+    plan = (scenario if isinstance(scenario, Scenario) else load_scenario(scenario)).changed(**changes)
+    machine = _machine(plan)
+    check_names(parameters, priors or {})
+    tell("reading the logs")
+    listed = list(logs) if isinstance(logs, list | tuple) else [logs]
+    if not listed:
+        raise InputError("no log was handed over; a fit needs one or more")
+    found_mapping = log_mapping(mapping)
+    windows = [window_of(opened(log, found_mapping), window) for log in listed]
+    setup = Setup(
+        plan,
+        machine,
+        tuple(parameters),
+        priors or {},
+        signals,
+        hold_out,
+        interpolation,
+        bandwidth,
+        at_rest,
+        sensor_errors,
+        robust,
+    )
+    task, notes = setup.measured(windows) if motion == "measured" else setup.simulated(windows)
+    found = searched(task, starts, seed_number(starts_seed), map if executor is None else executor.map, tell)
+    tell("intervals")
+    return Fit(
+        plan, machine, task, found, information(task, found.weights, found.estimate.values), motion, tuple(notes)
+    )
+
+
+def _machine(plan: Scenario) -> Machine:
+    """The scenario's machine with its payload among the values."""
+    machine = plan.load_machine()
+    return machine if plan.payload is None else machine.changed({"payload.mass": plan.payload})

@@ -1,0 +1,151 @@
+"""How well a fit knows its parameters, and what its logs cannot tell.    theory: docs/theory/identification/fitting.md
+
+Residuals of a real log are no white noise: neighbours agree, since a model is wrong for some time and not for a sample.
+Their covariance is therefore estimated from sums over blocks of time that are long against the residuals' correlation
+(the sandwich estimate with clusters: Huber 1967; Liang and Zeger, Biometrika 73, 1986).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import t as student
+
+from hydrocrane.arrays import Array
+from hydrocrane.fitting.search import Task, Weights, residuals
+from hydrocrane.signals.statistics import correlation_samples
+
+# Blocks of time in all logs together: so many where the correlation allows it, and never fewer than the second.
+MOST_BLOCKS, LEAST_BLOCKS = 40, 6
+# A block is so many correlation times long.
+BLOCK = 4.0
+# A combination of parameters is told by the data if they narrow its prior to less than this share.
+TOLD = 0.7
+# Parts of a combination below this share of the largest are left out of its sentence.
+NAMED = 0.15
+# Without a prior a combination is not told where its deviation exceeds so many scales.
+UNBOUNDED = 10.0
+
+
+@dataclass(frozen=True)
+class Information:
+    """What a fit knows.
+
+    Attributes
+    ----------
+    covariance : (k, k) array
+        Of all unknowns, SI.
+    blocks : int
+        Blocks of time that it was estimated from.
+    correlation_time : float
+        Of the residuals, s, the longest of all signals and logs.
+    untold : tuple of str
+        Combinations of keys that the data do not tell, the least known first.
+    narrowed : (k,) array
+        Standard deviation after over before the fit; 0 without a prior.
+    """
+
+    covariance: Array
+    blocks: int
+    correlation_time: float
+    untold: tuple[str, ...]
+    narrowed: Array
+
+    @property
+    def deviations(self) -> Array:
+        """(k,) standard deviations, SI."""
+        return np.sqrt(np.diag(self.covariance))
+
+    def factor(self, level: float) -> float:
+        """Half of an interval of this `level` in standard deviations (Student's t by the number of blocks)."""
+        return float(student.ppf(0.5 + 0.5 * level, max(self.blocks - 1, 1)))
+
+    @property
+    def correlation(self) -> Array:
+        """(k, k) correlations."""
+        return np.asarray(self.covariance / np.outer(self.deviations, self.deviations))
+
+
+def information(task: Task, weights: Weights, values: Array) -> Information:
+    """What is known at the fitted `values`."""
+    rows, slopes, places = residuals(task, weights, values)
+    scales = np.array([u.scale for u in task.unknowns])
+    told = np.array([1.0 / u.prior[1] if u.prior is not None else 0.0 for u in task.unknowns]) * scales
+    slopes = slopes * scales
+    longest, labels = _blocks(task, rows, places)
+    count = int(labels.max()) + 1
+    sums = np.zeros((count, scales.size))
+    np.add.at(sums, labels, slopes * rows[:, None])
+    # What the weights promise is the least: few blocks may agree by chance.
+    meat = _larger(sums.T @ sums * count / max(count - 1, 1), slopes.T @ slopes)
+    bread = _inverse(slopes.T @ slopes + np.diag(told**2))
+    covariance = bread @ (meat + np.diag(told**2)) @ bread
+    names = [u.name for u in task.unknowns]
+    before = np.where(told > 0.0, 1.0 / np.where(told > 0.0, told, 1.0), UNBOUNDED)
+    deviations = np.sqrt(np.diag(covariance))
+    return Information(
+        covariance=covariance * np.outer(scales, scales),
+        blocks=count,
+        correlation_time=longest,
+        untold=_untold(names[: task.keys], covariance[: task.keys, : task.keys], before[: task.keys]),
+        narrowed=np.where(told > 0.0, deviations * told, 0.0),
+    )
+
+
+def _blocks(task: Task, rows: Array, places: Array) -> tuple[float, np.ndarray]:
+    """The longest correlation time of the residuals, s, and the block of each."""
+    longest = 0.0
+    start = 0
+    for model in task.models:
+        used, time = model.record.used, model.record.time
+        mine = rows[start : start + used.sum()]
+        table = np.full(used.shape, np.nan)
+        table[used] = mine
+        start += used.sum()
+        interval = float(np.median(np.diff(time)))
+        for column in table.T:
+            rest = column[np.isfinite(column)]
+            if rest.size > 3:
+                longest = max(longest, correlation_samples(rest) * interval)
+    whole = sum(float(model.record.time[-1]) for model in task.models)
+    wanted = int(np.clip(whole / max(BLOCK * longest, 1e-12), LEAST_BLOCKS, MOST_BLOCKS))
+    length = whole / wanted
+    begun = np.concatenate([[0.0], np.cumsum([float(model.record.time[-1]) for model in task.models])])
+    since = begun[places[:, 0].astype(int)] + places[:, 1]
+    numbers = np.minimum((since / length).astype(int), wanted - 1)
+    return longest, np.unique(numbers, return_inverse=True)[1]
+
+
+def _larger(one: Array, other: Array) -> Array:
+    """The smallest covariance that is not below either: in the axes in which `other` is the unit."""
+    values, axes = np.linalg.eigh(other)
+    root = axes * np.sqrt(np.maximum(values, 1e-12 * max(values[-1], 1e-300)))
+    back = np.linalg.inv(root)
+    shares, turn = np.linalg.eigh(back @ one @ back.T)
+    return np.asarray(root @ (turn * np.maximum(shares, 1.0)) @ turn.T @ root.T)
+
+
+def _inverse(matrix: Array) -> Array:
+    values, axes = np.linalg.eigh(matrix)
+    return np.asarray((axes / np.maximum(values, 1e-14 * values[-1])) @ axes.T)
+
+
+def _untold(names: Sequence[str], covariance: Array, before: Array) -> tuple[str, ...]:
+    """Combinations of keys that are known no better than before; all in scales of the unknowns.
+
+    The axes are those of the covariance (k, k) after the fit, each key over its standard deviation `before` (k,).
+    """
+    values, axes = np.linalg.eigh(covariance / np.outer(before, before))
+    return tuple(_sentence(names, axes[:, i]) for i in np.argsort(-values) if values[i] > TOLD**2)
+
+
+def _sentence(names: Sequence[str], axis: Array) -> str:
+    """A direction in the space of the unknowns in words."""
+    order = [i for i in np.argsort(-np.abs(axis)) if abs(axis[i]) > NAMED * np.abs(axis).max()]
+    if len(order) == 1:
+        return f"`{names[order[0]]}` alone"
+    sign = np.sign(axis[order[0]])
+    parts = [f"{'more' if sign * axis[i] > 0 else 'less'} `{names[i]}`" for i in order]
+    return " with ".join([", ".join(parts[:-1]), parts[-1]])

@@ -1,0 +1,189 @@
+"""What a fit leaves free, and what is known of it beforehand.          theory: docs/theory/identification/fitting.md
+
+A parameter is a key of the machine file, ``friction.lift.coulomb[0]``, or an error of the sensor of a logged signal:
+``cylinder.lift.p1.zero`` (in the signal's unit), ``.span`` (a share of the reading) or ``.delay`` (s).
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TypeAlias
+
+import numpy as np
+
+from hydrocrane import _core
+from hydrocrane.arrays import real_array
+from hydrocrane.errors import HydrocraneError, InputError, unknown
+from hydrocrane.identification.output_error import Unknown
+from hydrocrane.machine.machine import Machine
+
+# Standard deviation of a value's prior as a share of it, by where the machine file has the value from.
+SHARES = {"measured": 0.02, "setting": 0.05, "fitted": 0.1, "literature": 0.2, "assumed": 1.0}
+# How far a key is tried beforehand, in standard deviations, and how finely the end of its values is found.
+FARTHEST, HALVINGS = 10.0, 30
+# Of a value that was given in the call: a guess.
+GUESSED = 1.0
+# Standard deviations of a data sheet's accuracy, taken as a bound within which errors are evenly likely: half of it at
+# zero, the other half by the span (docs/theory/sensor/analogue.md).
+ZERO_SHARE, SPAN_SHARE = 1 / np.sqrt(6.0), 1 / np.sqrt(3.0)
+# A delay whose prior nobody states, and the most it may be, s.
+DELAY, LONGEST_DELAY = 0.02, 0.5
+ERRORS = ("zero", "span", "delay")
+
+# A standard deviation; a mean and a standard deviation; None for no prior at all.
+Prior: TypeAlias = "float | tuple[float, float] | None"
+Priors: TypeAlias = "Mapping[str, Prior]"
+
+
+@dataclass(frozen=True)
+class SensorError:
+    """An error of the sensor of a signal: ``reading = (1 + span) signal(t - delay) + zero``.
+
+    The kind ``start`` is the error of the place that a run starts from, which was read from a log: a zero of that `log`
+    alone.
+    """
+
+    signal: str
+    kind: str
+    log: int | None = None
+
+    @property
+    def name(self) -> str:
+        return f"{self.signal}.{self.kind}" + ("" if self.log is None else f"[{self.log}]")
+
+
+def sensor_error(name: str, signals: Sequence[str]) -> SensorError | None:
+    """The sensor's error of that name; None where it is a key of the machine file."""
+    signal, _, kind = name.rpartition(".")
+    return SensorError(signal, kind) if kind in ERRORS and signal in signals else None
+
+
+def unknown_key(machine: Machine, key: str, priors: Priors, alone: bool) -> Unknown:
+    """A key of the machine file as an unknown, with a prior by the provenance of its value unless one is given.
+
+    It may go as far as the file allows; where it is not `alone`, as another unknown of its table may move that end, as
+    far as its sign allows.
+    """
+    path, _, element = key.partition("[")
+    known = machine.value(path)
+    values = np.atleast_1d(real_array(known.si, path))
+    if element not in ("", "0]", "1]") or (element and values.size < 2):
+        raise InputError(
+            f"`{key}` is no value of the machine file; the values of a pair are `{path}[0]` and `{path}[1]`"
+        )
+    if not element and np.ptp(values) > 0.0:
+        raise InputError(f"`{path}` holds two values: name one of them, `{path}[0]` or `{path}[1]`")
+    value = float(values[1 if element == "1]" else 0])
+    guessed = known.source == "override"
+    share = GUESSED if guessed else SHARES.get(known.provenance, GUESSED)
+    deviation = share * (abs(value) if values.size < 2 or signed(path) is False else float(np.linalg.norm(values)))
+    if key not in priors and deviation == 0.0:
+        raise InputError(
+            f"`{key}` is zero, so nothing says how far it may be off; give its standard deviation with "
+            f"priors={{{key!r}: ...}} in {known.unit or 'its unit'}"
+        )
+    prior = _prior(key, value, priors.get(key, deviation))
+    start = value if prior is None or key not in priors else prior[0]
+    scale = prior[1] if prior is not None else (0.2 * abs(value) or 1.0)
+    low, high = (-np.inf, np.inf) if signed(path) else (0.0, np.inf)
+    if alone:
+        low = max(low, _end(machine, key, start, max(start - FARTHEST * scale, low)))
+        high = min(high, _end(machine, key, start, start + FARTHEST * scale))
+    return Unknown(key, start, scale, prior, (low, high))
+
+
+def _end(machine: Machine, key: str, start: float, far: float) -> float:
+    """Where a key's values end on the way from `start` to `far`; infinity where `far` is allowed too."""
+    if _allowed(machine, key, far):
+        return float(np.copysign(np.inf, far - start))
+    good = start
+    for _ in range(HALVINGS):
+        middle = 0.5 * (good + far)
+        good, far = (middle, far) if _allowed(machine, key, middle) else (good, middle)
+    return good
+
+
+def _allowed(machine: Machine, key: str, value: float) -> bool:
+    try:
+        machine.changed(machine.overrides_at([key], [value]))
+    except HydrocraneError:
+        return False
+    return True
+
+
+def unknown_error(machine: Machine, error: SensorError, spread: float, priors: Priors) -> Unknown:
+    """A sensor's error as an unknown; `spread` is how far the signal varies, in its unit."""
+    deviation = _stated_error(machine, error)
+    if error.kind == "delay":
+        deviation = DELAY
+    given = priors.get(error.name, deviation)
+    prior = _prior(error.name, 0.0, given)
+    rough = {"zero": 0.1 * spread, "span": 0.1, "delay": DELAY}[error.kind]
+    bounds = (-LONGEST_DELAY, LONGEST_DELAY) if error.kind == "delay" else (-np.inf, np.inf)
+    start = prior[0] if prior is not None else 0.0
+    return Unknown(error.name, start, prior[1] if prior is not None else max(rough, 1e-12), prior, bounds)
+
+
+def unknown_start(signal: str, log: int, deviation: float) -> tuple[SensorError, Unknown]:
+    """The error of a start that was read within this standard deviation."""
+    error = SensorError(signal, "start", log)
+    return error, Unknown(error.name, 0.0, deviation, (0.0, deviation))
+
+
+def stated_errors(machine: Machine, signals: Sequence[str]) -> list[SensorError]:
+    """Zero and span of the signals whose sensors state an accuracy in the machine file."""
+    return [
+        error
+        for signal in signals
+        for error in (SensorError(signal, "zero"), SensorError(signal, "span"))
+        if _stated_error(machine, error)
+    ]
+
+
+def check_names(names: Sequence[str], priors: Priors) -> None:
+    """Refuse parameters named twice, and priors of what is not fitted."""
+    if isinstance(names, str) or not names or not all(isinstance(name, str) for name in names):
+        raise InputError(f'parameters must be a list of keys, such as ["payload.mass"]; got {names!r}')
+    for name in names:
+        if list(names).count(name) > 1:
+            raise InputError(f"`{name}` is named twice among the parameters; name each once")
+    for name in priors:
+        if name not in names:
+            raise unknown("parameter with a prior", name, names)
+
+
+def _stated_error(machine: Machine, error: SensorError) -> float | None:
+    """Standard deviation of a sensor's zero or span by its data sheet; None where the file states no accuracy."""
+    heads = [f"sensor.{name}." for name, measured in machine.sensors.items() if measured == error.signal]
+    for head in heads:
+        if {f"{head}accuracy", f"{head}range"} <= set(machine.keys):
+            accuracy, full = (float(np.max(np.abs(machine.value(head + key).si))) for key in ("accuracy", "range"))
+            return {"zero": ZERO_SHARE * accuracy * full, "span": SPAN_SHARE * accuracy}.get(error.kind)
+    return None
+
+
+def _prior(name: str, value: float, given: Prior) -> tuple[float, float] | None:
+    if given is None:
+        return None
+    numbers = np.atleast_1d(real_array(given, f"the prior of `{name}`"))
+    mean, deviation = (value, numbers[0]) if numbers.size == 1 else (numbers[0], numbers[-1])
+    if numbers.size > 2 or not np.isfinite(numbers).all() or not deviation > 0.0:
+        raise InputError(f"the prior of `{name}` is a deviation above zero, or (mean, deviation), in SI; got {given!r}")
+    return float(mean), float(deviation)
+
+
+def signed(path: str) -> bool:
+    """Whether a key of machine files may be negative."""
+    return next((sign for pattern, sign in _declared() if pattern.fullmatch(path)), True)
+
+
+@lru_cache(maxsize=1)
+def _declared() -> list[tuple[re.Pattern[str], bool]]:
+    """Every declared key as a pattern, and whether its values may be negative."""
+    rows = json.loads(_core.key_list("machine"))
+    named = [(re.sub(r"<[^>]+>", "*", row["path"]), row["sign"] == "any") for row in rows]
+    return [(re.compile(re.escape(path).replace(r"\*", r"[^.]+")), any_sign) for path, any_sign in named]

@@ -1,0 +1,253 @@
+"""What a fit found: values with intervals, how well the model follows the logs, and what the logs cannot tell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hydrocrane.arrays import Array
+from hydrocrane.errors import InputError, ResultFileError, unknown
+from hydrocrane.files.whole_file import write_text
+from hydrocrane.fitting.block import block
+from hydrocrane.fitting.doubts import doubts
+from hydrocrane.fitting.information import Information
+from hydrocrane.fitting.quality import SignalQuality
+from hydrocrane.fitting.search import Found, Task
+from hydrocrane.fitting.simulated import modelled_signals
+from hydrocrane.identification.report import Report, Section, Table
+from hydrocrane.identification.result import labelled
+from hydrocrane.machine.machine import Machine
+from hydrocrane.results.difference import Difference
+from hydrocrane.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A finished fit.
+
+    Attributes
+    ----------
+    scenario : Scenario
+    start : Machine
+        With the values that the fit began from.
+    motion : str
+        ``simulated`` or ``measured``.
+    notes : tuple of str
+        What was noticed in the logs.
+    """
+
+    scenario: Scenario
+    start: Machine
+    task: Task = field(repr=False)
+    found: Found = field(repr=False)
+    information: Information = field(repr=False)
+    motion: str
+    notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"<Fit of {len(self.names)} parameters to {len(self.task.models)} logs: {self._ended}>"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All unknowns: keys, then errors of sensors."""
+        return self.found.estimate.names
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Keys of the machine file among the unknowns."""
+        known = set(self.start.keys)
+        return tuple(name for name in self.names if name.partition("[")[0] in known)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Fitted value of every unknown, SI."""
+        return dict(zip(self.names, self.found.estimate.values.tolist(), strict=True))
+
+    def value(self, name: str) -> float:
+        """Fitted value of one unknown, SI."""
+        return self.values[self._checked(name)]
+
+    def unit(self, name: str) -> str:
+        """SI unit of an unknown; empty for a plain number."""
+        path = self._checked(name).partition("[")[0]
+        if path in self.start.keys:
+            return self.start.value(path).unit
+        signal, _, kind = path.rpartition(".")
+        return {"span": "", "delay": "s"}.get(kind, self._units.get(signal, ""))
+
+    def prior(self, name: str) -> float:
+        """Value of one unknown before the fit, SI."""
+        return self.task.unknowns[self.names.index(self._checked(name))].start
+
+    def interval(self, name: str, level: float = 0.95) -> tuple[float, float]:
+        """Interval of one unknown, SI, at a level of confidence; priors count as data."""
+        if not 0.0 < level < 1.0:
+            raise InputError(f"level must be between 0 and 1, got {level}")
+        at = self.names.index(self._checked(name))
+        half = self.information.factor(level) * float(self.information.deviations[at])
+        low, high = self.task.unknowns[at].bounds
+        value = self.value(name)
+        return max(value - half, low), min(value + half, high)
+
+    def intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
+        """Intervals of all unknowns, SI."""
+        return {name: self.interval(name, level) for name in self.names}
+
+    @property
+    def correlation(self) -> xr.DataArray:
+        """(k, k) correlations of the unknowns."""
+        return labelled(self.names, self.information.correlation)
+
+    @property
+    def cannot_tell(self) -> tuple[str, ...]:
+        """Combinations of parameters of which the logs say less than was known before."""
+        return self.information.untold
+
+    @cached_property
+    def machine(self) -> Machine:
+        """The machine with the fitted values."""
+        return self.start.changed(self.start.overrides_at(self.keys, [self.value(key) for key in self.keys]))
+
+    @cached_property
+    def differences(self) -> dict[tuple[str, str], Difference]:
+        """Model and readings of each (log, signal), held-out ones included; times are those of the window."""
+        found = {}
+        for model, (y, _) in zip(self.task.models, self._read, strict=True):
+            record = model.record
+            for i, signal in enumerate(record.signals):
+                good = np.isfinite(record.readings[:, i])
+                unit = self._units[signal]
+                found[record.name, signal] = Difference(
+                    signal, unit, record.time[good] + record.begin, y[good, i], record.readings[good, i]
+                )
+        return found
+
+    @cached_property
+    def quality(self) -> tuple[SignalQuality, ...]:
+        """How well each signal of each log is followed."""
+        rows = []
+        for model, (y, _), outliers in zip(self.task.models, self._read, self.found.weights.outliers, strict=True):
+            record = model.record
+            for i, signal in enumerate(record.signals):
+                rest = y[:, i] - record.readings[:, i]
+                used, judged = record.used[:, i], record.judged[:, i]
+                readings = record.readings[used | judged, i]
+                rows.append(
+                    SignalQuality(
+                        log=record.name,
+                        signal=signal,
+                        unit=self._units[signal],
+                        rms=_rms(rest[used]),
+                        held_out=_rms(rest[judged]),
+                        span=float(np.ptp(readings)),
+                        noise=float(record.noise[i]),
+                        outliers=float(np.mean(outliers[used, i])) if used.any() else 0.0,
+                    )
+                )
+        return tuple(rows)
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """What a reader must know before trusting the result, the most important first."""
+        return doubts(self.task, self.found, self.information, self.quality, self.differences)
+
+    @cached_property
+    def figure(self) -> Figure:
+        """Model and log over each other, one chart per signal of each log; what was held out is shaded."""
+        from hydrocrane.plots.fitting import fit_charts
+
+        return fit_charts(self)
+
+    def summary(self) -> str:
+        """Values, quality and warnings as text."""
+        width = max(len(name) for name in self.names)
+        lines = [f"fit of {len(self.names)} parameters, {self._ended}"]
+        for name in self.names:
+            low, high = self.interval(name)
+            ends = f"95 %: {low:.5g} to {high:.5g}, was {self.prior(name):.5g}"
+            lines.append(f"  {name:<{width}}  {self.value(name):.5g} {self.unit(name)}, {ends}")
+        for q in self.quality:
+            held = f", held out {q.held_out:.3g} ({q.held_out_share:.1%})" if np.isfinite(q.held_out) else ""
+            lines.append(f"  {q.log}: {q.signal} rms {q.rms:.3g} {q.unit} ({q.share:.1%} of its range){held}")
+        lines += [f"the logs do not tell {text}" for text in self.cannot_tell]
+        return "\n".join([*lines, *(f"warning: {text}" for text in self.warnings), *self.notes])
+
+    def toml(self, *, date: str = "") -> str:
+        """The fitted values as a part of a machine file, to be included; comments give the 95 % intervals."""
+        known = {key: self.interval(key) for key in self.keys}
+        return block(self.machine, known, [m.record.name for m in self.task.models], self.motion, self.warnings, date)
+
+    def write(self, path: str | PathLike[str]) -> Path:
+        """Write the part of a machine file."""
+        target = Path(path)
+        if target.suffix != ".toml":
+            raise ResultFileError(f"a part of a machine file ends in .toml, unlike `{target.name}`")
+        return write_text(target, self.toml())
+
+    def report(self) -> Report:
+        """A page with values, quality, pictures and warnings; ``.write("report.html")`` puts it into one file."""
+        logs = ", ".join(dict.fromkeys(model.record.name for model in self.task.models))
+        report = Report(f"Fit of {self.start.name}", f"Logs: {logs}. Motion: {self.motion}.")
+        report.add(Section("Fitted values", self._ended, self._parameter_table(), warnings=self.warnings))
+        quality = "How well the model follows the logs"
+        report.stage(quality, lambda: Section(quality, table=self._quality_table(), figure=self.figure))
+        report.stage("Correlation", lambda: Section("Correlation", table=self._correlation_table()))
+        if self.notes:
+            report.add(Section("The logs", "\n\n".join(self.notes)))
+        report.stage("Part of the machine file", lambda: Section("Part of the machine file", code=self.toml()))
+        return report
+
+    def _parameter_table(self) -> Table:
+        rows = []
+        for i, name in enumerate(self.names):
+            low, high = self.interval(name)
+            narrowed = float(self.information.narrowed[i])
+            numbers = (f"{number:.5g}" for number in (self.prior(name), self.value(name), low, high))
+            rows.append((name, self.unit(name) or "1", *numbers, f"{narrowed:.0%}" if narrowed > 0.0 else "-"))
+        return Table(("parameter", "unit", "before", "fitted", "95 % from", "to", "deviation after"), tuple(rows))
+
+    def _quality_table(self) -> Table:
+        rows = []
+        for q in self.quality:
+            held = f"{q.held_out:.3g}" if np.isfinite(q.held_out) else "-"
+            shares = (f"{q.rms:.3g}", f"{q.share:.1%}", held, f"{q.noise:.2g}", f"{q.outliers:.0%}")
+            rows.append((f"{q.log}: {q.signal}", q.unit, *shares))
+        headings = ("signal", "unit", "rms", "of its range", "rms held out", "noise", "weighed down")
+        return Table(headings, tuple(rows))
+
+    def _correlation_table(self) -> Table:
+        numbers = tuple(map(str, range(1, len(self.names) + 1)))
+        rows = zip(numbers, self.names, self.information.correlation.tolist(), strict=True)
+        return Table(("", *numbers), tuple((f"{i} {name}", *(f"{v:.2f}" for v in row)) for i, name, row in rows))
+
+    @property
+    def _ended(self) -> str:
+        estimate = self.found.estimate
+        return "converged" if estimate.converged else f"NOT converged ({estimate.message})"
+
+    @cached_property
+    def _read(self) -> list[tuple[Array, Array]]:
+        return self.task.read(self.found.estimate.values)
+
+    @cached_property
+    def _units(self) -> dict[str, str]:
+        known = modelled_signals(self.start)
+        return {signal: known.get(signal, "N") for model in self.task.models for signal in model.record.signals} | known
+
+    def _checked(self, name: str) -> str:
+        if name not in self.names:
+            raise unknown("parameter of the fit", name, self.names)
+        return name
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2))) if values.size else float("nan")

@@ -1,0 +1,277 @@
+"""The search of a fit: least squares whose weights follow from the residuals, from one start or from many.
+                                                              theory: docs/theory/identification/fitting.md
+
+With residuals r of the signals, each over its standard deviation, the fit minimises sum w r^2 and the priors' terms.
+A crane swings on its oil, and a swing of the wrong frequency falls out of step: the squares of its residuals have many
+minima. Means over stretches of time have few, so the first searches compare means over long stretches, then over short.
+
+No standard deviation is known beforehand: a model is never as good as the sensors. That of a signal is the larger of
+its noise and of what the residuals of the last pass show; weights w are Huber's. Both are found anew until they stay.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeAlias
+
+import numpy as np
+
+from hydrocrane.arrays import Array
+from hydrocrane.errors import HydrocraneError
+from hydrocrane.fitting.prediction import LogModel, Reading
+from hydrocrane.fitting.records import Record
+from hydrocrane.identification.output_error import TOLERANCE, Estimate, Unknown
+from hydrocrane.identification.output_error import fit as output_error_fit
+from hydrocrane.logs.checks import runs
+from hydrocrane.signals.statistics import correlation_samples
+
+# As an executor's ``map``: a function over sequences of arguments.
+RunAll: TypeAlias = "Callable[..., Iterable[Estimate | None]]"
+# Residuals beyond so many standard deviations count by their size, not by its square (Huber 1964).
+HUBER = 2.5
+# Standard deviation of a normal sample by its median absolute value.
+BY_MEDIAN = 1.4826
+# Stretches of time whose means the first searches compare, s.
+STRETCHES = (1.0, 0.2)
+# At first a signal's standard deviation is taken as this share of its range.
+FIRST_SHARE = 0.05
+# Relative change of cost or unknowns at which a search stops whose weights are not the last.
+ROUGHLY = 1e-3
+# Passes at most, and the relative change of the standard deviations at which they end.
+PASSES, SETTLED = 8, 0.02
+# Of other starts: spread in standard deviations of the priors.
+SPREAD = 1.0
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is fitted to what.
+
+    Attributes
+    ----------
+    unknowns : tuple of Unknown
+        Keys of the machine, inputs' zeros, then errors of the sensors.
+    models : tuple of LogModel
+        One of each log.
+    reading : Reading
+    own, keys : int
+        How many unknowns are the models', the rest are the reading's; and how many are keys of the machine file.
+    robust : bool
+    """
+
+    unknowns: tuple[Unknown, ...]
+    models: tuple[LogModel, ...]
+    reading: Reading
+    own: int
+    keys: int
+    robust: bool
+
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """All signals of all logs."""
+        return tuple(dict.fromkeys(name for model in self.models for name in model.record.signals))
+
+    def read(self, values: Array) -> list[tuple[Array, Array]]:
+        """Predicted readings (m, n) of each log and their derivatives (m, n, k)."""
+        found = []
+        for log, model in enumerate(self.models):
+            y, slopes = model.predict(values[: self.own])
+            found.append(self.reading.read(log, model.record, y, slopes, values[self.own :]))
+        return found
+
+
+@dataclass(frozen=True)
+class Weights:
+    """What a residual counts.
+
+    Attributes
+    ----------
+    deviations : dict of float
+        Standard deviation of each signal, SI.
+    roots : tuple of (m, n) arrays
+        Square root of each reading's weight, log by log. Neighbours that agree share one weight: Huber's weight is
+        divided by the correlation time of the signal's residuals in samples.
+    outliers : tuple of (m, n) arrays of bool
+        Readings that Huber's weight takes down.
+    """
+
+    deviations: dict[str, float]
+    roots: tuple[Array, ...]
+    outliers: tuple[np.ndarray, ...]
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a search found.
+
+    Attributes
+    ----------
+    estimate : Estimate
+    weights : Weights
+        Of the last pass.
+    passes : int
+    costs : tuple of float
+        Sum of squares that each start ended at, the best first.
+    """
+
+    estimate: Estimate
+    weights: Weights
+    passes: int
+    costs: tuple[float, ...]
+
+
+def searched(task: Task, starts: int, seed: int, run_all: RunAll, tell: Callable[[str], None]) -> Found:
+    """The best of several starts, with weights that follow from its residuals."""
+    first = first_weights(task)
+    rng = np.random.default_rng(seed)
+    others = [tuple(_drawn(unknown, rng) for unknown in task.unknowns) for _ in range(starts - 1)]
+    tell(f"fitting {len(task.unknowns)} parameters from {starts} start{'s' * (starts > 1)}")
+    tasks = [task, *(replace(task, unknowns=unknowns) for unknowns in others)]
+    given = [i == 0 for i in range(starts)]
+    ended = [e for e in run_all(_one_pass, tasks, [first] * starts, given) if e is not None]
+    best = min(ended, key=lambda e: e.variance)
+    estimate, weights, passes = best, first, 0
+    for passes in range(1, PASSES + 1):
+        before, weights = weights, next_weights(task, estimate.values, weights)
+        changes = [abs(weights.deviations[s] / before.deviations[s] - 1.0) for s in task.signals]
+        if max(changes) < SETTLED:
+            break
+        estimate = _fitted(_started(task, estimate.values), weights, ROUGHLY)
+        tell(f"pass {passes}: {estimate.evaluations} evaluations")
+    estimate = _fitted(_started(task, estimate.values), weights, TOLERANCE)
+    return Found(estimate, weights, passes, tuple(sorted(e.variance for e in ended)))
+
+
+def first_weights(task: Task) -> Weights:
+    """Signals by their range, all readings alike."""
+    deviations = {}
+    for signal in task.signals:
+        columns = [readings(model, signal) for model in task.models if signal in model.record.signals]
+        spread = float(np.ptp(np.concatenate(columns)))
+        deviations[signal] = max(FIRST_SHARE * spread, _noise(task, signal), 1e-300)
+    roots = tuple(1.0 / np.sqrt(np.maximum(_rests(model.record), 1.0)) for model in task.models)
+    return Weights(deviations, roots, tuple(np.zeros(root.shape, dtype=bool) for root in roots))
+
+
+def next_weights(task: Task, values: Array, before: Weights) -> Weights:
+    """Weights by the residuals at `values`."""
+    records = [model.record for model in task.models]
+    differences = [y - record.readings for record, (y, _) in zip(records, task.read(values), strict=True)]
+    deviations, shares = {}, {}
+    for signal in task.signals:
+        places = [(i, r.signals.index(signal)) for i, r in enumerate(records) if signal in r.signals]
+        columns = [differences[i][_modelled(records[i])[:, k], k] for i, k in places]
+        rest = np.concatenate(columns)
+        if rest.size and task.robust:
+            spread = BY_MEDIAN * float(np.median(np.abs(rest)))
+        else:
+            spread = float(np.sqrt(np.mean(rest**2))) if rest.size else 0.0
+        deviations[signal] = max(spread, _noise(task, signal), 1e-9 * before.deviations[signal])
+        shares[signal] = max([correlation_samples(column) for column in columns if column.size > 3], default=1.0)
+    found = Weights(deviations, (), ())
+    roots, outliers = [], []
+    for record, difference in zip(records, differences, strict=True):
+        size = np.nan_to_num(np.abs(difference)) / (HUBER * _deviations(record, found)) * float(task.robust)
+        shared = np.where(_rests(record) > 0, _rests(record), [shares[signal] for signal in record.signals])
+        roots.append(1.0 / np.sqrt(np.maximum(size, 1.0) * shared))
+        outliers.append(size > 1.0)
+    return replace(found, roots=tuple(roots), outliers=tuple(outliers))
+
+
+def _modelled(record: Record) -> np.ndarray:
+    """(m, n) True where a reading takes part in the fit and the model leaves nothing out."""
+    return np.asarray(record.used & (_rests(record) == 0))
+
+
+def _rests(record: Record) -> np.ndarray:
+    """(m, n) in how many readings on end the model leaves something out, the same in all of them; 0 where in none."""
+    missing = np.broadcast_to(record.unmodelled, record.used.shape) > 0.0
+    lengths = np.zeros(missing.shape, dtype=int)
+    for k, column in enumerate(missing.T):
+        for a, b in runs(column):
+            lengths[a:b, k] = b - a
+    return lengths
+
+
+def means(task: Task, weights: Weights, values: Array, stretch: float) -> tuple[Array, Array]:
+    """Weighted residuals and their derivatives, means over stretches of time (s) times the root of their number."""
+    rows, slopes = [], []
+    for i, (model, (y, by)) in enumerate(zip(task.models, task.read(values), strict=True)):
+        record, scale = model.record, weights.roots[i] / _deviations(model.record, weights)
+        part = (record.time / stretch).astype(int)
+        for k in range(len(record.signals)):
+            used = record.used[:, k]
+            number = np.unique(part[used], return_inverse=True)[1]
+            root = np.sqrt(np.bincount(number))
+            rest = ((y[:, k] - record.readings[:, k]) * scale[:, k])[used]
+            rows.append(np.bincount(number, rest) / root)
+            each = (by[:, k] * scale[:, k, None])[used]
+            slopes.append(np.stack([np.bincount(number, column) / root for column in each.T], axis=1))
+    return np.concatenate(rows), np.concatenate(slopes)
+
+
+def residuals(task: Task, weights: Weights, values: Array) -> tuple[Array, Array, Array]:
+    """Weighted residuals (r,) of all readings used, their derivatives (r, k), and the log and time of each (r, 2)."""
+    rows, slopes, places = [], [], []
+    for i, (model, (y, by)) in enumerate(zip(task.models, task.read(values), strict=True)):
+        record, used = model.record, model.record.used
+        scale = weights.roots[i] / _deviations(record, weights)
+        rows.append(((y - record.readings) * scale)[used])
+        slopes.append((by * scale[:, :, None])[used])
+        time = np.broadcast_to(record.time[:, None], used.shape)[used]
+        places.append(np.column_stack([np.full(time.size, i), time]))
+    return np.concatenate(rows), np.concatenate(slopes), np.concatenate(places)
+
+
+def readings(model: LogModel, signal: str) -> Array:
+    """A signal's readings that take part in the fit (r,)."""
+    column = model.record.signals.index(signal)
+    return model.record.readings[model.record.used[:, column], column]
+
+
+def _deviations(record: Record, weights: Weights) -> Array:
+    """(m, n) standard deviations of a record's readings."""
+    of_signals = np.array([weights.deviations[signal] for signal in record.signals])
+    return np.asarray(np.broadcast_to(np.hypot(of_signals, record.unmodelled), record.readings.shape))
+
+
+def _noise(task: Task, signal: str) -> float:
+    """Fast noise of a signal, of the quietest log that has it."""
+    logs = [m.record for m in task.models if signal in m.record.signals]
+    return min(float(record.noise[record.signals.index(signal)]) for record in logs)
+
+
+def _one_pass(task: Task, weights: Weights, given: bool) -> Estimate | None:
+    """A search with weights that stay; None where a start that was drawn, and not `given`, cannot be run."""
+    try:
+        for stretch in STRETCHES:
+            coarse = output_error_fit(task.unknowns, partial(means, task, weights, stretch=stretch), tolerance=ROUGHLY)
+            task = _started(task, coarse.values)
+        return _fitted(task, weights, ROUGHLY)
+    except HydrocraneError:
+        if given:
+            raise
+        return None
+
+
+def _started(task: Task, values: Array) -> Task:
+    """The task from another start."""
+    return replace(task, unknowns=tuple(replace(u, start=float(v)) for u, v in zip(task.unknowns, values, strict=True)))
+
+
+def _fitted(task: Task, weights: Weights, tolerance: float) -> Estimate:
+    return output_error_fit(task.unknowns, lambda values: residuals(task, weights, values)[:2], tolerance=tolerance)
+
+
+def _drawn(unknown: Unknown, rng: np.random.Generator) -> Unknown:
+    """Another start: positive quantities by their logarithm, the others by their value."""
+    low, high = unknown.bounds
+    draw = float(rng.standard_normal())
+    if low == 0.0 and unknown.start > 0.0:
+        share = min(unknown.scale / unknown.start, 1.0)
+        start = unknown.start * float(np.exp(SPREAD * share * draw))
+    else:
+        start = unknown.start + SPREAD * unknown.scale * draw
+    return replace(unknown, start=float(np.clip(start, low, high)))

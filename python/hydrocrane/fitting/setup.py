@@ -1,0 +1,195 @@
+"""From what a caller says to unknowns and models of logs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hydrocrane.errors import InputError
+from hydrocrane.fitting.measured_motion import MeasuredMotion, joint_signals, measured_forces, motion_of
+from hydrocrane.fitting.parameters import (
+    Priors,
+    SensorError,
+    sensor_error,
+    stated_errors,
+    unknown_error,
+    unknown_key,
+    unknown_start,
+)
+from hydrocrane.fitting.plausible import swapped_pressures
+from hydrocrane.fitting.prediction import LogModel, Reading
+from hydrocrane.fitting.records import LEAST_SAMPLES, HoldOut, Record, chosen_signals, record_of
+from hydrocrane.fitting.search import Task
+from hydrocrane.fitting.simulated import ClosedLoop, OpenLoop, modelled_signals, replayed, starts_moving
+from hydrocrane.identification.output_error import Unknown
+from hydrocrane.logs import Log
+from hydrocrane.machine.machine import Machine
+from hydrocrane.scenario.scenario import Scenario
+
+# Stands for a piston about to move, m/s: friction is at its largest there.
+SLOW = 1e-3
+
+
+@dataclass(frozen=True)
+class Setup:
+    """The arguments of a fit, checked one by one as they are used."""
+
+    plan: Scenario
+    machine: Machine
+    parameters: tuple[str, ...]
+    priors: Priors
+    signals: Sequence[str] | None
+    hold_out: HoldOut
+    interpolation: str
+    bandwidth: float
+    at_rest: bool
+    sensor_errors: bool
+    robust: bool
+
+    def simulated(self, windows: Sequence[Log]) -> tuple[Task, list[str]]:
+        """Logs whose motion follows from commands, and what was noticed in them."""
+        units = modelled_signals(self.machine)
+        records, replays, notes = [], [], []
+        for log in windows:
+            records.append(self._record(log, chosen_signals(log, self.signals, units), units, {}))
+            replays.append(replayed(self.plan, self.machine, log, self.interpolation))
+            notes += [*records[-1].notes, starts_moving(self.machine, log), *swapped_pressures(self.machine, log)]
+        keys = self._keys(_signals(records), ())
+        errors = self._errors(_signals(records), records)
+        errors += [
+            unknown_start(signal, log, error)
+            for log, (record, replay) in enumerate(zip(records, replays, strict=True))
+            for signal, error in replay.errors.items()
+            if signal in record.signals
+        ]
+        names, scales = tuple(u.name for u in keys), tuple(u.scale for u in keys)
+        models: list[LogModel] = [
+            ClosedLoop(replay.plan, record, names, scales)
+            if replay.plan.closed_loop
+            else OpenLoop(replay.plan, record, names)
+            for record, replay in zip(records, replays, strict=True)
+        ]
+        return self._task(keys, len(keys), models, errors, records), [note for note in notes if note]
+
+    def measured(self, windows: Sequence[Log]) -> tuple[Task, list[str]]:
+        """Logs whose motion is measured, and what was noticed in them."""
+        records, motions, notes = [], [], []
+        for log in windows:
+            motion = motion_of(self.machine, log, dict(self.plan.joints), self.bandwidth)
+            forces, moves = measured_forces(self.machine, log, motion, self.bandwidth, self.at_rest)
+            idle = [name for name, force in forces.items() if np.isfinite(force).sum() < LEAST_SAMPLES]
+            notes += [f"{log.source}: `{name}` is not compared: its piston never moves for certain" for name in idle]
+            forces = {name: force for name, force in forces.items() if name not in idle}
+            if not forces:
+                raise InputError(f"{log.source}: no piston moves for certain; compare them at rest with at_rest=True")
+            units = dict.fromkeys(forces, "N")
+            records.append(self._record(log, chosen_signals(log, self.signals, units, list(forces)), units, forces))
+            every = records[-1].every
+            if self.at_rest:
+                records[-1] = replace(records[-1], unmodelled=self._friction_at_rest(records[-1], moves))
+            motions.append((motion.every(every), {name: moving[::every] for name, moving in moves.items()}))
+            notes += [*records[-1].notes, _at_rest(log, moves, self.at_rest), *swapped_pressures(self.machine, log)]
+        told = [joint_signals(self.machine, log) for log in windows]
+        joints = [f"joint.{j}.q" for i, j in enumerate(self.machine.joint_names) if all(row[i] for row in told)]
+        pressures = [f"cylinder.{c}.p{side}" for c in self.machine.cylinder_names for side in (1, 2)]
+        inputs = [*joints, *(name for name in pressures if all(name in log for log in windows))]
+        keys = self._keys(_signals(records), inputs)
+        errors = [error for error, _ in self._errors(inputs, records)]
+        for error in errors:
+            if error.kind != "zero" and (error.kind == "delay" or error.signal in joints):
+                raise InputError(
+                    f"`{error.name}`: of a measured motion the zeros of joints and pressures, and the spans of "
+                    "pressures, can be fitted"
+                )
+        own = (*keys, *(unknown for _, unknown in self._errors(inputs, records)))
+        models: list[LogModel] = [
+            MeasuredMotion(
+                self.machine, record, motion, tuple(name.split(".")[1] for name in record.signals),
+                tuple(u.name for u in keys), tuple(errors),
+                {name: np.nan_to_num(record.log[name])[:: record.every] for name in pressures if name in record.log},
+                moves, tuple(u.scale for u in own),
+            )
+            for record, (motion, moves) in zip(records, motions, strict=True)
+        ]  # fmt: skip
+        return self._task(own, len(keys), models, self._errors(_signals(records), records), records), notes
+
+    def _friction_at_rest(self, record: Record, moves: dict[str, np.ndarray]) -> np.ndarray:
+        """Standard deviation (m, n) of the friction of pistons that may stand still, N: evenly likely to break-away."""
+        columns = []
+        for signal in record.signals:
+            name = signal.split(".")[1]
+            most = max(abs(float(self.machine.friction_map(speed, name))) for speed in (SLOW, -SLOW))
+            columns.append(np.where(moves[name][:: record.every], 0.0, most / np.sqrt(3.0)))
+        return np.stack(columns, axis=1)
+
+    def _record(self, log: Log, signals: Sequence[str], units: dict[str, str], values: dict[str, np.ndarray]) -> Record:
+        record = record_of(log, signals, units, self.hold_out, values)
+        for i, name in enumerate(record.signals):
+            if not record.used[:, i].any():
+                raise InputError(
+                    f"{record.name}: `{name}` has no usable reading to fit; see window and hold_out, or leave it out "
+                    "of signals"
+                )
+        return record
+
+    def _named(self, signals: Sequence[str]) -> list[SensorError | None]:
+        """For each parameter the error of a sensor of these signals that it is."""
+        return [sensor_error(name, signals) for name in self.parameters]
+
+    def _keys(self, signals: Sequence[str], inputs: Sequence[str]) -> list[Unknown]:
+        """Unknowns that are keys of the machine file."""
+        errors = self._named([*signals, *inputs])
+        keys = [name for name, error in zip(self.parameters, errors, strict=True) if error is None]
+        if not keys:
+            raise InputError("name at least one key of the machine file among the parameters, such as `payload.mass`")
+        tables = [name.rpartition(".")[0] for name in keys]
+        return [
+            unknown_key(self.machine, name, self.priors, tables.count(table) == 1)
+            for name, table in zip(keys, tables, strict=True)
+        ]
+
+    def _errors(self, signals: Sequence[str], records: Sequence[Record]) -> list[tuple[SensorError, Unknown]]:
+        """Errors of the signals' sensors: those named, and those that the machine file bounds."""
+        errors = [e for e in self._named(signals) if e is not None]
+        if self.sensor_errors:
+            errors += [e for e in stated_errors(self.machine, signals) if e not in errors]
+        return [(e, unknown_error(self.machine, e, _spread(records, e.signal), self.priors)) for e in errors]
+
+    def _task(
+        self,
+        own: Sequence[Unknown],
+        keys: int,
+        models: Sequence[LogModel],
+        errors: Sequence[tuple[SensorError, Unknown]],
+        records: Sequence[Record],
+    ) -> Task:
+        unknowns = (*own, *(unknown for _, unknown in errors))
+        count = sum(int(record.used.sum()) for record in records)
+        if count <= len(unknowns):
+            raise InputError(
+                f"{count} readings cannot tell {len(unknowns)} parameters; take longer logs or fewer parameters"
+            )
+        return Task(unknowns, tuple(models), Reading(tuple(error for error, _ in errors)), len(own), keys, self.robust)
+
+
+def _signals(records: Sequence[Record]) -> list[str]:
+    return list(dict.fromkeys(name for record in records for name in record.signals))
+
+
+def _spread(records: Sequence[Record], name: str) -> float:
+    """How far a signal varies in any log, in its unit."""
+    columns = [
+        record.readings[:, record.signals.index(name)] if name in record.signals else record.log[name]
+        for record in records
+        if name in record.signals or name in record.log
+    ]
+    return max((float(np.nanmax(values) - np.nanmin(values)) for values in columns), default=1.0)
+
+
+def _at_rest(log: Log, moves: dict[str, np.ndarray], compared: bool) -> str:
+    """How often pistons may stand still, and what that means."""
+    shares = ", ".join(f"`{name}` in {1.0 - float(moving.mean()):.0%}" for name, moving in moves.items())
+    then = "compared without friction, which may be anything up to the break-away force" if compared else "left out"
+    return f"{log.source}: pistons may stand still, {shares} of the samples; these are {then}"

@@ -1,0 +1,199 @@
+"""A log whose motion is simulated: by given spool commands with exact derivatives, or with a controller in the loop."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from hydrocrane.analysis.sensitivity import Experiment, solve
+from hydrocrane.arrays import Array
+from hydrocrane.errors import InputError, SimulationError
+from hydrocrane.fitting.prediction import by_differences
+from hydrocrane.fitting.records import Record, at_start
+from hydrocrane.logs import Log, noise_of
+from hydrocrane.machine.machine import Machine
+from hydrocrane.scenario.changes import Changes
+from hydrocrane.scenario.command import Command
+from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.simulation.running import simulate
+
+# Half of a difference between runs with a sampled controller, in standard deviations of a parameter: what it decides at
+# thresholds makes its runs rough functions of everything.
+SAMPLED = 0.1
+# Least and most time at the start of a log over which its pose and pressures are read, s.
+START = (0.1, 2.0)
+
+
+@dataclass(frozen=True)
+class OpenLoop:
+    """A run by spool commands.
+
+    Parameters
+    ----------
+    plan : Scenario
+        As :func:`replayed` gives it.
+    keys : tuple of str
+    """
+
+    plan: Scenario
+    record: Record
+    keys: tuple[str, ...]
+
+    @cached_property
+    def _experiment(self) -> Experiment:
+        # A search needs its derivatives to a per mille: the states alone choose the steps.
+        return Experiment(
+            self.plan, self.keys, signals=self.record.signals, times=self.record.time, resolve_slopes=False
+        )
+
+    def __getstate__(self) -> dict[str, object]:
+        return {name: value for name, value in self.__dict__.items() if name != "_experiment"}
+
+    def predict(self, values: Array) -> tuple[Array, Array]:
+        found = solve(self._experiment, values)
+        if found.times.size < self.record.time.size:
+            raise _broken_off(self.record, found.outcome.kind, found.outcome.time, found.outcome.message)
+        return found.y, found.slopes
+
+
+@dataclass(frozen=True)
+class ClosedLoop:
+    """A run with a controller, whose derivatives are differences between whole runs.
+
+    Parameters
+    ----------
+    scales : tuple of float
+        Standard deviations of the keys, SI.
+    """
+
+    plan: Scenario
+    record: Record
+    keys: tuple[str, ...]
+    scales: tuple[float, ...]
+
+    def predict(self, values: Array) -> tuple[Array, Array]:
+        return by_differences(self._signals, values, self.scales, SAMPLED)
+
+    @cached_property
+    def _machine(self) -> Machine:
+        return self.plan.load_machine()
+
+    def _signals(self, values: Array) -> Array:
+        overrides = self._machine.overrides_at(self.keys, values)
+        payload = overrides.pop("payload.mass", None)
+        changes: Changes = {"overrides": overrides}
+        if payload is not None:
+            changes["payload"] = float(payload)  # type: ignore[arg-type]
+        run = simulate(self.plan, ledger=False, **changes)
+        if run.outcome.kind != "completed":
+            raise _broken_off(self.record, run.outcome.kind, run.outcome.time, run.outcome.message)
+        columns = [run.columns[name].values for name in self.record.signals]
+        return np.stack([np.interp(self.record.time, run.columns.time, column) for column in columns], axis=1)
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A scenario over the time of a log, and standard errors of where its joints start by the log, SI."""
+
+    plan: Scenario
+    errors: dict[str, float]
+
+
+def replayed(plan: Scenario, machine: Machine, log: Log, interpolation: str) -> Replay:
+    """The scenario over the time of a log, with the log's spool commands, pose and pressures at its start.
+
+    Spool commands are columns ``cylinder.<name>.command``; without any the scenario's own hold, and the log's clock is
+    the scenario's.
+    """
+    begin = float(log.time[0])
+    changes: Changes = {"duration": float(log.time[-1]) - begin}
+    logged = [c for c in machine.cylinder_names if f"cylinder.{c}.command" in log]
+    if logged and plan.closed_loop:
+        raise InputError(
+            f"{log.source} has spool commands and the scenario a controller; leave the columns out of the mapping to "
+            "run the controller, or take a scenario without one to replay the commands"
+        )
+    if begin > 0.0 and plan.closed_loop:
+        raise InputError(
+            f"{log.source} begins at {begin:g} s; a controller has a past, so its run begins at 0 s: leave window out"
+        )
+    if logged:
+        changes["commands"] = {c: _command(log, c, begin, interpolation) for c in logged}
+    elif begin > 0.0:
+        times, spools, linear = plan.command_grid(machine)
+        changes["commands"] = {
+            name: _later(Command(times, spools[:, c], "linear" if linear else "hold"), begin)
+            for c, name in enumerate(machine.cylinder_names)
+            if times.size
+        }
+    still = _still(plan.changed(**changes), machine)
+    starts = {j: at_start(log, f"joint.{j}.q", still) for j in machine.joint_names if f"joint.{j}.q" in log}
+    changes["joints"] = {**plan.joints, **{joint: start.value for joint, start in starts.items()}}
+    both = [c for c in machine.cylinder_names if f"cylinder.{c}.p1" in log and f"cylinder.{c}.p2" in log]
+    if len(both) == len(machine.cylinder_names):
+        changes["pressures"] = {
+            c: (at_start(log, f"cylinder.{c}.p1", still).value, at_start(log, f"cylinder.{c}.p2", still).value)
+            for c in both
+        }
+    errors = {f"joint.{joint}.q": start.error for joint, start in starts.items() if start.error > 0.0}
+    return Replay(plan.changed(**changes), errors)
+
+
+def _still(plan: Scenario, machine: Machine) -> float:
+    """For how long nothing is commanded at the start of a run, s, within :data:`START`."""
+    if plan.closed_loop:
+        return START[0]
+    times, spools, _ = plan.command_grid(machine)
+    moved = np.flatnonzero(np.any(spools != 0.0, axis=1)) if times.size else np.array([], dtype=int)
+    # A line to the first command begins at the time before it.
+    until = float(times[max(moved[0] - 1, 0)]) if moved.size else START[1]
+    return float(np.clip(until, *START))
+
+
+def starts_moving(machine: Machine, log: Log) -> str:
+    """What is wrong where a log begins in motion; empty where it begins at rest."""
+    span = min(0.5, 0.2 * float(log.time[-1] - log.time[0]))
+    early = log.time <= log.time[0] + span
+    for joint in machine.joint_names:
+        name = f"joint.{joint}.q"
+        if name not in log or np.isfinite(log[name][early]).sum() < 5:
+            continue
+        values, times = log[name][early], log.time[early]
+        good = np.isfinite(values)
+        slope = float(np.polynomial.polynomial.polyfit(times[good] - times[0], values[good], 1)[1])
+        travel = float(np.nanmax(log[name]) - np.nanmin(log[name]))
+        if abs(slope) * span > max(0.02 * travel, 5.0 * noise_of(values).total) and travel > 0.0:
+            return (
+                f"{log.source} begins in motion (`{name}` changes by {slope:.3g} per s), the run at rest; begin the "
+                "window where the crane stands, window=(from, to)"
+            )
+    return ""
+
+
+def _command(log: Log, cylinder: str, begin: float, interpolation: str) -> Command:
+    values = log[f"cylinder.{cylinder}.command"]
+    good = np.isfinite(values)
+    if not good.any():
+        raise InputError(f"{log.source}: `cylinder.{cylinder}.command` has no readings")
+    return Command(log.time[good] - begin, values[good], interpolation)
+
+
+def _later(command: Command, begin: float) -> Command:
+    """What of a command comes after `begin`, s."""
+    after = command.time > begin
+    now = command.at(np.array([begin]))
+    return Command([0.0, *(command.time[after] - begin)], [*now, *command.spool[after]], command.interpolation)
+
+
+def _broken_off(record: Record, kind: str, time: float, message: str) -> SimulationError:
+    return SimulationError(f"{record.name}: the run of the model ends at {time:.4g} s, {kind}: {message}")
+
+
+def modelled_signals(machine: Machine, without: Sequence[str] = ("energy.oil",)) -> dict[str, str]:
+    """Units of all signals that a run has, by name."""
+    states = dict(zip(machine.state_names, machine.state_units, strict=True))
+    outputs = {name: unit for name, unit, _ in machine.core.output_info if name not in without}
+    return {**states, **outputs}

@@ -1,0 +1,239 @@
+"""From a file's columns to signals in SI: which column is which, at which times, and what is said of the rest."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hydrocrane.arrays import Array
+from hydrocrane.errors import InputError, nearest
+from hydrocrane.logs.clock import epoch_unit
+from hydrocrane.logs.flags import Flag
+from hydrocrane.logs.mapping import LogMapping, Source, expected_units, si_values
+from hydrocrane.logs.signals import PRESSURES, SIGNALS
+from hydrocrane.logs.table import Table, split_name
+from hydrocrane.logs.units import ATMOSPHERE, is_pounds, known_unit, log_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# A reason of a left-out column counts columns up to here by name.
+MOST_NAMED = 8
+
+
+def signals_of(table: Table, mapping: LogMapping | None, source: str) -> tuple[xr.Dataset, list[Flag]]:
+    """A table's columns as signals over ``time``, and flags of all that its reader and its units left to say.
+
+    Raises
+    ------
+    InputError
+        Where a column, a time or a unit is not what the mapping says.
+    """
+    import xarray as xr
+
+    made = _Assembly(table, mapping, source)
+    variables = {"time": ("time", made.time, {"units": "s", "long_name": "time"})}
+    for name, entry in made.wanted().items():
+        found = made.signal(name, entry)
+        if found is not None:
+            values, unit, about = found
+            variables[name] = ("time", values, {"units": unit, "long_name": about})
+    # All at once: a dataset checks all that it has with each one that it is given.
+    return xr.Dataset(variables, attrs={**table.about, "source": source}), made.notes()
+
+
+class _Assembly:
+    """One table on its way to signals.
+
+    Attributes
+    ----------
+    time : (n,) array
+        s.
+    """
+
+    def __init__(self, table: Table, mapping: LogMapping | None, source: str) -> None:
+        self.table, self.mapping, self.source = table, mapping, source
+        self.time, self.clock = _time(table, mapping, source)
+        self.every = mapping is None or not mapping.signals
+        self.left_out = dict(table.left_out)
+        self.assumed: list[str] = []
+        self.flags: list[Flag] = []
+
+    def wanted(self) -> dict[str, Source]:
+        if self.mapping is not None and self.mapping.signals:
+            return dict(self.mapping.signals)
+        wanted: dict[str, Source] = {}
+        for column in self.table.columns:
+            if column != self.clock:
+                short = split_name(column)[0]
+                names = (short, column, *(f"{short}.{i}" for i in range(2, len(self.table.columns) + 2)))
+                name = next(n for n in names if n not in wanted and n != "time")
+                if name not in names[:2]:
+                    self._flag("renamed", name, f"column `{column}` is signal `{name}`, since another has its name")
+                wanted[name] = Source(column)
+        return wanted
+
+    def signal(self, name: str, entry: Source) -> tuple[Array, str, str] | None:
+        """Values in SI, unit and long name of a signal; nothing where its column has other times than the rest."""
+        table, source = self.table, self.source
+        column = table.find(entry.column)
+        if column is None:
+            where = self.mapping.origin if self.mapping else source
+            raise InputError(f"{where}: {source} {no_column(table, entry.column)}")
+        values = table.columns[column]
+        if entry.time is not None:
+            values = self._at_times(name, column, values, entry.time)
+        else:
+            apart = self._apart(name, column)
+            if apart and not self.every:
+                raise InputError(f"{source}: column `{column}` cannot stand beside the log's times: {apart}")
+            if apart:
+                self.left_out[column] = apart
+                return None
+        about = SIGNALS[name].long_name if name in SIGNALS else column
+        stated = table.unit_of(column)
+        if entry.unit is None and stated and not known_unit(stated):
+            self._flag("unknown-unit", name, _foreign_unit(column, stated), fatal=name in SIGNALS)
+            return values * entry.sign, stated, about
+        where = f"{self.mapping.origin}: [signal.{name}]" if self.mapping else f"{source}: column `{column}`"
+        si, unit = si_values(values, entry, stated, name, where)
+        self._tell_unit(name, column, entry.unit if entry.unit is not None else stated)
+        return si, unit, about
+
+    def notes(self) -> list[Flag]:
+        """What the reader noted, what was assumed, and every column that was left out."""
+        notes = [*self.table.notes, *self.flags]
+        if self.assumed and not self.table.in_memory:
+            names = ", ".join(self.assumed)
+            text = f"no unit is stated for {names}; SI units are taken. State them in the file or a mapping"
+            notes.append(self._whole("assumed-unit", "", text))
+        reasons: dict[str, list[str]] = {}
+        # Who maps signals has chosen; who does not wants them all.
+        for column, reason in self.left_out.items() if self.every else ():
+            reasons.setdefault(reason, []).append(column)
+        for reason, columns in reasons.items():
+            shown = ", ".join(f"`{column}`" for column in columns[:MOST_NAMED])
+            more = f" and {len(columns) - MOST_NAMED} more" if len(columns) > MOST_NAMED else ""
+            noun = "column" if len(columns) == 1 else "columns"
+            notes.append(self._whole("left-out", "", f"{noun} {shown}{more} left out: {reason}"))
+        return notes
+
+    def _whole(self, kind: str, signal: str, message: str, fatal: bool = False) -> Flag:
+        return Flag(kind, signal, float(self.time[0]), float(self.time[-1]), message, fatal)
+
+    def _flag(self, kind: str, signal: str, message: str, fatal: bool = False) -> None:
+        if not self.table.in_memory or fatal:
+            self.flags.append(self._whole(kind, signal, message, fatal))
+
+    def _tell_unit(self, name: str, column: str, unit: str) -> None:
+        """Flags of what a unit does not say by itself."""
+        if not unit:
+            if name in SIGNALS:
+                self.assumed.append(name)
+                self._name_ends_in_unit(name, column)
+            return
+        if log_unit(unit).absolute:
+            if name in PRESSURES:
+                text = (
+                    f"`{name}` is absolute; {ATMOSPHERE / 1e5:g} bar of standard atmosphere are taken off, since rigs "
+                    "count from the air around them. Where the air pressure is known, give the difference as `offset`"
+                )
+            else:
+                text = f"`{name}` is absolute pressure and stays so; p1 and p2 of a rig are gauge"
+            self._flag("absolute-pressure", name, text)
+        if is_pounds(unit):
+            text = (
+                f'`{unit}` of column `{column}` is read as pound-force, 4.448 N; for a mass give unit = "lbm", and '
+                'for no question unit = "lbf"'
+            )
+            self._flag("assumed-unit", name, text)
+
+    def _name_ends_in_unit(self, name: str, column: str) -> None:
+        ending = column.rsplit("_", 1)[-1] if "_" in column else ""
+        if not ending or not known_unit(ending):
+            return
+        found = log_unit(ending)
+        if found.factor != 1.0 or found.dimension not in [log_unit(unit).dimension for unit in expected_units(name)]:
+            text = (
+                f"the name of column `{column}` ends in `{ending}`, which is not taken as its unit; if it is, give "
+                f'unit = "{ending}" under [signal.{name}]'
+            )
+            self._flag("assumed-unit", name, text)
+
+    def _apart(self, name: str, column: str) -> str:
+        """Why a column does not stand beside the log's times; empty where it does."""
+        own, size = self.table.times.get(column), self.table.columns[column].size
+        if own is not None and self.clock is not None and own != self.clock:
+            if own == column:
+                return f'the time of another recording; read that one with [time] column = "{own}"'
+            if not np.array_equal(self.table.columns[own], self.table.columns[self.clock]):
+                return (
+                    f"part of another recording, with times in `{own}`; read that one with [time] column = "
+                    f'"{own}", or give [signal.NAME] time = "{own}" where both run on one clock'
+                )
+        if size == self.time.size:
+            return ""
+        fitting = [n for n, values in self.table.columns.items() if values.size == size and _increases(values)]
+        other = [n for n in fitting if n != column]
+        cure = f'; its times may be in `{other[0]}`: give [signal.NAME] time = "{other[0]}"' if other else ""
+        return f"{size} values for {self.time.size} times{cure}"
+
+    def _at_times(self, name: str, column: str, values: Array, own: str) -> Array:
+        """A column sampled at times of its own, at the log's."""
+        where = f"{self.source}: [signal.{name}] time"
+        clock = self.table.find(own)
+        if clock is None:
+            raise InputError(f"{where}: the file {no_column(self.table, own)}")
+        times = si_values(self.table.columns[clock], Source(clock), self.table.unit_of(clock), "time", where)[0]
+        if times.size != values.size:
+            raise InputError(f"{where}: `{clock}` has {times.size} values, `{column}` has {values.size}")
+        if not _increases(times):
+            raise InputError(f"{where}: `{clock}` does not increase throughout, so that it holds no times")
+        text = f"`{name}` was sampled at times of its own, `{clock}`, and is interpolated at those of the log"
+        self._flag("resampled", name, text)
+        return np.interp(self.time, times, values, left=np.nan, right=np.nan)
+
+
+def _increases(values: Array) -> bool:
+    return values.size > 1 and bool((np.diff(values) > 0).all())
+
+
+def _time(table: Table, mapping: LogMapping | None, source: str) -> tuple[Array, str | None]:
+    """Times, s, and the full name of the time column that they came from."""
+    if mapping is not None and mapping.sample_rate is not None:
+        length = max(values.size for values in table.columns.values())
+        return np.arange(length) / mapping.sample_rate, None
+    entry = mapping.time if mapping is not None and mapping.time is not None else None
+    column = table.find(entry.column) if entry else table.time_column()
+    if column is None and entry is not None:
+        raise InputError(f"{source} {no_column(table, entry.column)}")
+    if column is None:
+        raise InputError(
+            f"{source} has no time column; name it `time`, or say which it is, or the sample rate, under [time] of a "
+            f"mapping. It has {', '.join(dict.fromkeys([*table.columns, *table.words, *table.left_out]))}"
+        )
+    stated = table.unit_of(column)
+    where = f"{source}: time column `{column}`"
+    seems = epoch_unit(table.columns[column])
+    if seems and not stated and (entry is None or entry.unit is None):
+        raise InputError(f'{where} cannot be in seconds, it seems to count {seems}; say [time] unit = "{seems}"')
+    return si_values(table.columns[column], entry or Source(column), stated, "time", where)[0], column
+
+
+def no_column(table: Table, wanted: str | int) -> str:
+    """Words for a column that is not there, with the likeliest reason."""
+    if isinstance(wanted, int):
+        return f"has no column `{wanted}`; columns count from 1 to {len(table.columns)}"
+    if wanted in table.words:
+        return (
+            f"has no numbers in its column `{wanted}`, which begins with `{table.words[wanted]}`; times are written "
+            "as seconds or as ISO 8601, 2024-05-01T12:30:00.25"
+        )
+    if wanted in table.left_out:
+        return f"cannot read its column `{wanted}`: {table.left_out[wanted]}"
+    return f"has no column `{wanted}`{nearest(wanted, table.columns)}"
+
+
+def _foreign_unit(column: str, unit: str) -> str:
+    return f"the unit `{unit}` of column `{column}` is not known; its numbers stand as they are. Give it in a mapping"

@@ -1,0 +1,99 @@
+"""Mains hum: a line at 50 or 60 Hz that a cable picks up, whatever the piston does."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrocrane.arrays import Array
+
+MAINS, HARMONICS = (50.0, 60.0), 3
+# Networks and clocks of loggers are off by less than this, Hz per harmonic.
+WANDER = 0.5
+# The record is cut into blocks of this length, s, of which there are so many at least.
+BLOCK, LEAST_BLOCKS = 1.0, 4
+# Power of a line over the usual power beside it; and the share of the quieter half of the blocks that show it, each
+# within this factor of the usual amplitude. In the others steps of the signal hide it.
+LINE, SHARE, FACTOR = 10.0, 0.8, 2.0
+# Hum does not care for motion: some blocks must move less than this share of the fastest.
+SLOW, LEAST_SLOW = 0.3, 0.1
+
+
+class Hum(NamedTuple):
+    """A line that is there all the time: frequency as logged, Hz, amplitude in the signal's unit, mains frequency."""
+
+    frequency: float
+    amplitude: float
+    mains: float
+
+
+def hum_of(time: Array, values: Array, x: Array) -> list[Hum]:
+    """Lines of the mains in a signal (n,), with its harmonics, at the frequency at which sampling shows them.
+
+    A line counts as hum where its amplitude stays the same in rest, slow and fast motion of the position `x` (n,): a
+    vibration of the rig changes with its motion. A record of one velocity cannot tell, so that nothing is found.
+    """
+    usable = np.isfinite(values) & np.isfinite(x)
+    if usable.sum() < 64:
+        return []
+    rate = 1.0 / float(np.median(np.diff(time)))
+    size = int(round(BLOCK * rate))
+    if size < 64:
+        return []
+    # At even times, across gaps too: what a block holds of a gap is a straight line.
+    even = np.arange(time[0], time[-1], 1.0 / rate)
+    count = even.size // size
+    if count < LEAST_BLOCKS:
+        return []
+    signal = np.interp(even, time[usable], values[usable])[: count * size].reshape(count, size)
+    place = np.interp(even, time[usable], x[usable])[: count * size].reshape(count, size)
+    travel = np.abs(place[:, -size // 10 :].mean(axis=1) - place[:, : size // 10].mean(axis=1))
+    power = _power(signal)
+    slow = travel < SLOW * travel.max()
+    lines = [_line(power, slow, rate, size, mains, k) for mains in MAINS for k in range(1, HARMONICS + 1)]
+    found: list[Hum] = []
+    for line in lines:
+        if line is not None and all(abs(line.frequency - other.frequency) > 2.0 / BLOCK for other in found):
+            found.append(line)
+    return found
+
+
+def at_mains(frequency: float) -> bool:
+    """Whether a frequency, Hz, is that of the mains or one of its harmonics."""
+    return any(abs(frequency - mains * k) <= WANDER * k for mains in MAINS for k in range(1, HARMONICS + 1))
+
+
+def _power(blocks: Array) -> Array:
+    """Squared amplitudes (blocks, bins) that a sine in a bin would have, after a parabola is taken away."""
+    size = blocks.shape[1]
+    t = np.linspace(-1.0, 1.0, size)
+    basis = np.linalg.qr(np.vander(t, 3))[0]
+    rest = blocks - (blocks @ basis) @ basis.T
+    # The window holds half of a sine's amplitude, in its bin and halves of that beside it.
+    return np.asarray(np.abs(np.fft.rfft(rest * np.hanning(size), axis=1)) ** 2 * (4.0 / size) ** 2)
+
+
+def _line(power: Array, slow: np.ndarray, rate: float, size: int, mains: float, harmonic: int) -> Hum | None:
+    wanted = mains * harmonic
+    shown = abs(wanted - round(wanted / rate) * rate)
+    width = rate / size
+    bins = power.shape[1]
+    near = np.arange(bins)[np.abs(np.arange(bins) * width - shown) <= WANDER * harmonic + 0.5 * width]
+    if not near.size or near[0] < 6 or near[-1] > bins - 4:
+        return None
+    peak = int(near[np.argmax(np.median(power[:, near], axis=0))])
+    beside = np.r_[max(peak - 20, 4) : peak - 3, peak + 4 : min(peak + 21, bins)]
+    usual = np.median(power[:, beside], axis=1)
+    quiet = usual <= np.median(usual)
+    if not LEAST_SLOW <= np.mean(slow[quiet]) < 1.0:
+        return None
+    # Three bins hold a sine wherever it lies between them; their powers add up to 3/2 of its square.
+    squares = power[:, peak - 1 : peak + 2].sum(axis=1) / 1.5
+    level = float(np.median(squares[quiet]))
+    alike = (squares > level / FACTOR**2) & (squares < level * FACTOR**2) & (squares > LINE * usual)
+    if np.mean(alike[quiet]) < SHARE:
+        return None
+    weights = power[quiet, peak - 1 : peak + 2].sum(axis=0)
+    frequency = float(weights @ np.arange(peak - 1, peak + 2) / weights.sum()) * width
+    return Hum(frequency, float(np.sqrt(level)), mains)
