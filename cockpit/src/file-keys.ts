@@ -156,6 +156,7 @@ export type MachineKey =
   | "control.tip.observer-bandwidth"
   | "control.tip.pressure-bandwidth"
   | "control.tip.reserve"
+  | "control.tip.pressures"
   | "control.tip.rest-band"
   | "control.tip.learning-time"
   | "control.tip.lag-limit"

@@ -1,6 +1,8 @@
-"""Random lines, random stops, and lines after some driving under ``tip``: ``python docs/validation/tip_motion.py``.
+"""Random motions under ``tip``: ``python docs/validation/tip_motion.py``.
 
-Names of tables, ``lines``, ``stops``, ``after-driving``, take a part of them.
+Lines, stops, lines after some driving, and all of them without pressure sensors.
+
+Names of tables, ``lines``, ``stops``, ``after-driving``, ``pressures``, take a part of them.
 Figures in SI. The page is written by ``tip_control.py``.
 """
 
@@ -15,19 +17,23 @@ from pathlib import Path
 import numpy as np
 
 import hydrocrane as hc
-from hydrocrane.benchmark import VARIANTS, Condition, random_lines, run_case
+from hydrocrane.benchmark import START, VARIANTS, Condition, random_lines, run_case
 from hydrocrane.benchmark.after_driving import lines_after_driving
 from hydrocrane.benchmark.conditions import at_valves
 from hydrocrane.benchmark.stops import random_stop
 from hydrocrane.machine.overrides import Override
 
 FOLDER = Path(__file__).resolve().parent / "tip-control"
-LINES, STOPS, DRIVEN = (FOLDER / f"{name}.csv" for name in ("random-lines", "random-stops", "after-driving"))
+NAMES = ("random-lines", "random-stops", "after-driving", "pressures")
+LINES, STOPS, DRIVEN, PRESSURES = (FOLDER / f"{name}.csv" for name in NAMES)
 MACHINES = ("rottne-f9-lab", "hiab-xs031")
 SEEDS, PER_SEED, TRIED = range(6), 30, 24
 # What the controller is not told of the crane that it drives, and the drives that teach it.
 UNSTATED = ("dead band 5 %", "offset 2 %", "gain 0.8", "supply - 30 %", "leakage x 10")
 OVERLAP, DRIVES = 0.05, range(10)
+# Random lines, stops and drives of a row with or without pressure sensors, and where the drives begin.
+FEW_LINES, FEW_STOPS, FEW_DRIVES = 30, 12, 3
+STARTS = {MACHINES[0]: START, MACHINES[1]: {"lift": 0.939, "tilt": -1.279, "extension": 0.55}}
 # Controllers that random lines are driven with.
 CONTROLLERS = ("tip", "pi")
 
@@ -101,6 +107,40 @@ def after_driving() -> Iterator[dict[str, object]]:
         }  # fmt: skip
 
 
+def told_of() -> Iterator[tuple[str, dict[str, Override], bool]]:
+    """Where the pressures come from in words, the overrides that say so, and whether the file states the load."""
+    estimated: dict[str, Override] = {"control.tip.pressures": "estimated"}
+    yield from (("measured", {}, False), ("estimated", estimated, False), ("estimated, load stated", estimated, True))
+
+
+def pressures() -> Iterator[dict[str, object]]:
+    """A row per machine, sensors, payload and source of the pressures."""
+    for name, (source, told, stated) in ((name, told) for name in MACHINES for told in told_of()):
+        crane = hc.load_machine(name).changed(told)
+        for sensors in ("ideal", "data-sheet") if crane.sensors else ("ideal",):
+            for payload in (0.0, 80.0, 200.0):
+                machine = crane.changed({"payload.mass": payload}) if stated else crane
+                condition = Condition(payload=payload, sensors=sensors)
+                cases = random_lines(machine, FEW_LINES, seed=2, condition=condition)
+                runs = [run_case(machine, "tip", case) for case in cases]
+                away = np.array([run.metrics.path_max for run in runs if run.metrics is not None])
+                tried = [random_stop(machine, s, payload=payload, sensors=sensors) for s in range(FEW_STOPS)]
+                found = [stop for stop in tried if stop is not None]
+                laden = {"payload.mass": payload}
+                drives = [
+                    lines_after_driving(machine, laden, seed, start=STARTS[name]).deviation
+                    for seed in range(FEW_DRIVES if sensors == "ideal" else 0)
+                ]
+                yield {
+                    "machine": name, "sensors": sensors, "payload": payload, "pressures": source,
+                    "lines": len(away), "median": np.median(away), "p90": np.percentile(away, 90),
+                    "worst": away.max(), "driven": max(drives) if drives else "", "stops": len(found),
+                    "settling": np.median([stop.settling for stop in found]),
+                    "quiet": np.median([stop.quiet for stop in found]), "loudest": max(stop.quiet for stop in found),
+                    "drift": max(stop.drift for stop in found), "drives": FEW_DRIVES, "tried": FEW_STOPS,
+                }  # fmt: skip
+
+
 def write(path: Path, rows: Iterator[dict[str, object]]) -> None:
     table = list(rows)
     with path.open("w", encoding="utf-8", newline="") as file:
@@ -110,7 +150,12 @@ def write(path: Path, rows: Iterator[dict[str, object]]) -> None:
 
 
 if __name__ == "__main__":
-    tables = {"lines": (LINES, lines), "stops": (STOPS, stops), "after-driving": (DRIVEN, after_driving)}
+    tables = {
+        "lines": (LINES, lines),
+        "stops": (STOPS, stops),
+        "after-driving": (DRIVEN, after_driving),
+        "pressures": (PRESSURES, pressures),
+    }
     for name in sys.argv[1:] or tables:
         path, rows = tables[name]
         write(path, rows())

@@ -86,6 +86,10 @@ pub trait Controller: Send {
     ) -> Result<(), Fault> {
         self.step(measured, stick, spool)
     }
+    /// Whether it needs the chamber pressures.
+    fn reads_pressures(&self) -> bool {
+        true
+    }
     /// Whether there is nothing left to do for it after the stick was released.
     fn stands(&self) -> bool {
         true

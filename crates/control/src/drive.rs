@@ -14,6 +14,7 @@
 //! The valve stays closed towards a sense in which the supply pressure cannot move the load: opening it would let the load push the
 //! piston back.
 
+use crate::chamber_estimate::{ChamberEstimate, Evidence, Pressures, Sent, Surroundings};
 use crate::controller_model::CylinderModel;
 use crate::feed_forward::{Capacity, Moment, Steady, SupplyPressures};
 use crate::holding::Hold;
@@ -37,6 +38,7 @@ pub struct DriveGains {
     pub rest_band: f64,
     /// Time of motion over which is remembered what was learnt of the valve, s; zero: nothing is learnt.
     pub learning: f64,
+    pub pressures: Pressures,
 }
 
 /// What the piston shall do over the coming period.
@@ -64,6 +66,10 @@ pub struct Drive {
     steady: Steady,
     gains: DriveGains,
     period: f64,
+    /// Where no pressure is measured.
+    estimate: Option<ChamberEstimate>,
+    /// dv/dF behind the two lags of the observer, m/(s N).
+    per_force: [f64; 2],
     observer: Observer,
     observing: observer::Gains,
     learning: Learning,
@@ -137,9 +143,16 @@ impl Drive {
         supply_pressures: SupplyPressures,
         gains: DriveGains,
         period: f64,
-        moment: Moment,
+        mut moment: Moment,
         load: f64,
     ) -> Self {
+        let estimate = match gains.pressures {
+            Pressures::Measured => None,
+            Pressures::Estimated(back) => Some(ChamberEstimate::at(&cylinder, moment.stroke, load, back)),
+        };
+        if let Some(estimate) = &estimate {
+            moment.p = estimate.p;
+        }
         let force = cylinder.chambers.force(moment.p[0], moment.p[1]);
         let share = |corner: f64| 1.0 - portable::exp(-corner * period);
         let steady = Steady::new(&cylinder, &supply_pressures);
@@ -159,6 +172,8 @@ impl Drive {
             speed: 0.0,
             gains,
             period,
+            estimate,
+            per_force: [0.0; 2],
             observer: Observer::at(moment.stroke),
             observing: observer::Gains::new(gains.observer, period),
             learning: Learning::new(gains.learning, period),
@@ -187,14 +202,14 @@ impl Drive {
     /// Takes in a sample whose position has the resolution `count`, m; `seen`: it was measured; `slowest`: lowest natural frequency
     /// of the crane on its oil at the last sample, rad/s.
     pub fn measure(&mut self, now: &Moment, count: f64, seen: bool, slowest: f64) {
-        self.force = self.cylinder.chambers.force(now.p[0], now.p[1]);
-        for (slow, p) in self.moment.p.iter_mut().zip(now.p) {
+        self.observing = observer::Gains::new(self.gains.observer.min(OBSERVER_PER_MODE * slowest), self.period);
+        let p = self.take_pressures(now, count);
+        for (slow, p) in self.moment.p.iter_mut().zip(p) {
             *slow += self.pressure_share * (p - *slow);
         }
         self.moment.stroke = now.stroke;
         self.capacity = self.cylinder.capacity(&self.fluid, &self.supply_pressures, &self.moment);
         let before = self.observer.position;
-        self.observing = observer::Gains::new(self.gains.observer.min(OBSERVER_PER_MODE * slowest), self.period);
         self.observer.update(now.stroke, self.expected, &self.observing, self.bearable, count);
         self.speed = (self.observer.position - before) / self.period;
         self.seal = self.cylinder.dry_friction(self.speed, self.seal, self.period);
@@ -219,7 +234,57 @@ impl Drive {
         });
     }
 
-    /// Cylinder force as measured, N.
+    /// Pressures at a sample, measured or estimated; keeps the force.
+    fn take_pressures(&mut self, now: &Moment, count: f64) -> [f64; 2] {
+        let Some(estimate) = &mut self.estimate else {
+            self.force = self.cylinder.chambers.force(now.p[0], now.p[1]);
+            return now.p;
+        };
+        let Drive { fluid, supply_pressures, period, .. } = *self;
+        let around = Surroundings { fluid, supply_pressures, period };
+        estimate.advance(&self.cylinder, &around, &self.observing, (now.stroke, count), self.capacity.stiffness);
+        self.force = estimate.force;
+        estimate.p
+    }
+
+    /// What the last sample, whose position has the resolution `count` (m), tells of the load; asked for once a sample.
+    pub fn evidence(&mut self, count: f64) -> Evidence {
+        let (expected, full, usable) = self.sample.map_or((0.0, 1.0, false), |s| (s.expected, s.full, s.usable));
+        let now = if usable { self.steady.per_force(expected, self.true_load()) } else { 0.0 };
+        let share = self.observing.lag_share;
+        self.per_force[0] += share * (now - self.per_force[0]);
+        self.per_force[1] += share * (self.per_force[0] - self.per_force[1]);
+        Evidence {
+            missing: self.observer.disturbance,
+            share: if usable { self.bearable } else { 0.0 },
+            blur: count * share / self.period,
+            per_force: self.per_force[1],
+            full,
+            span: self.steady.span(),
+        }
+    }
+
+    /// Takes the load to be `more` (N) than the planned one, which explains `speed` (m/s) of what was missing.
+    pub fn carry(&mut self, more: f64, speed: f64) {
+        self.excess = more;
+        self.observer.explain(speed);
+        if let Some(estimate) = &mut self.estimate {
+            estimate.explain(speed);
+        }
+    }
+
+    /// Whether the valve stays closed because the load, which nothing measures, pushes the piston back at rest.
+    pub fn yields(&self) -> bool {
+        self.estimate.is_some_and(|estimate| estimate.yields)
+    }
+
+    /// Loads that the supply pressure can move both ways, lowest and highest, N.
+    pub fn movable(&self) -> [f64; 2] {
+        let [low, high] = self.steady.movable();
+        [low - self.starting_friction[0], high - self.starting_friction[1]]
+    }
+
+    /// Cylinder force as measured or estimated, N.
     pub fn force(&self) -> f64 {
         self.force
     }
@@ -306,9 +371,11 @@ impl Drive {
         (self.planned, self.load, self.dry_friction) = (planned, d.load, self.dry_friction(d));
         self.asked = d.speed;
         self.bearable = d.hold.bearable(g.position);
-        let error = self.carrying() - d.load - d.inertia - self.excess;
-        // A force that the supply pressure limits says nothing of the load.
-        self.excess += self.load_share * if error * (d.load + self.excess) < 0.0 { 0.1 * error } else { error };
+        if self.estimate.is_none() {
+            let error = self.carrying() - d.load - d.inertia - self.excess;
+            // A force that the supply pressure limits says nothing of the load.
+            self.excess += self.load_share * if error * (d.load + self.excess) < 0.0 { 0.1 * error } else { error };
+        }
         let spring = winding + d.damping;
 
         let behind = d.stroke - self.observer.position;
@@ -319,6 +386,9 @@ impl Drive {
         };
         // Where the supply pressure cannot move the load, wanting to go there would only keep the damping from the other side.
         let motion = if self.able(motion.signum()) { motion } else { 0.0 };
+        if let Some(estimate) = &mut self.estimate {
+            estimate.hold(d.rest, behind.abs(), g.rest_band);
+        }
         let c = &self.cylinder;
         // At rest a wrong guess would kick the oil or have the piston creep; in motion it is found soon.
         let fit = if d.rest { self.learning.certain } else { self.learning.fit };
@@ -328,17 +398,25 @@ impl Drive {
             self.observer.explain(explained);
         }
         (self.fit, self.resting) = (fit, d.rest);
-        let asked = self.fit.asked(self.opening_for(motion + spring));
+        let opening = if self.yields() { 0.0 } else { self.opening_for(motion + spring) };
+        let asked = self.fit.asked(opening);
         let command = c.chain.command(c.spool(asked)).clamp(-c.stroke, c.stroke);
-        let asked = c.opening(c.chain.spool(command));
+        let spool = c.chain.spool(command);
+        let asked = c.opening(spool);
         let opening = self.fit.opening(asked);
         let Capacity { closed, full, .. } = self.capacity;
         let reach = full[usize::from(opening > 0.0)] - closed;
         // While chambers fill or a load cannot be moved, the steady law tells nothing of the valve.
-        let usable = !d.rest && self.bearable == 1.0 && self.able(opening.signum()) && opening * reach > 0.0;
+        let usable = !d.rest
+            && (self.bearable == 1.0 || self.estimate.is_some())
+            && self.able(opening.signum())
+            && opening * reach > 0.0;
         let sample = Sample { asked, closed, reach, full: 0.5 * (full[1] - full[0]), expected: 0.0, usable };
         let expected = self.fit.speed(&sample);
         self.expected = expected - spring;
+        if let Some(estimate) = &mut self.estimate {
+            estimate.sent = Sent { spool, speed: expected - winding, planned: planned + self.excess };
+        }
         self.sample = Some(Sample { expected, ..sample });
         command
     }

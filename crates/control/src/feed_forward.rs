@@ -13,6 +13,9 @@ use crate::controller_model::CylinderModel;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::spool_valve::{EdgeFlows, PortPressures};
 
+/// Share of [`Steady::span`] that counts as the least force left.
+const LEAST_LEFT: f64 = 0.02;
+
 /// Supply and tank pressure, Pa.
 #[derive(Debug, Clone, Copy)]
 pub struct SupplyPressures {
@@ -50,6 +53,18 @@ impl Steady {
     /// From full pressure on the one side to full pressure on the other, N.
     pub fn span(&self) -> f64 {
         self.supply_pressures[1] - self.supply_pressures[0]
+    }
+
+    /// dv/dF at the speed `v` (m/s) under `force` (N), m/(s N).
+    pub fn per_force(&self, v: f64, force: f64) -> f64 {
+        let left = (self.supply_pressures[usize::from(v > 0.0)] - force) * v.signum();
+        -0.5 * v.abs() / left.max(LEAST_LEFT * self.span())
+    }
+
+    /// Forces under which either sense has some speed left, lowest and highest, N.
+    pub fn movable(&self) -> [f64; 2] {
+        let least = LEAST_LEFT * self.span();
+        [self.supply_pressures[0] + least, self.supply_pressures[1] - least]
     }
 
     /// Mean of the steady speeds at full stroke without a load, m/s.
@@ -97,16 +112,36 @@ impl CylinderModel {
     pub fn capacity(&self, fluid: &Fluid<f64>, supply_pressures: &SupplyPressures, m: &Moment) -> Capacity {
         let [r1, r2] = self.chamber_rates(fluid, m);
         let stiffness = r1 * self.chambers.area_1 + r2 * self.chambers.area_2;
-        let ports =
-            PortPressures { supply: supply_pressures.supply, tank: supply_pressures.tank, a: m.p[0], b: m.p[1] };
-        let (internal, external) = self.leakage.flows(m.p[0], m.p[1], supply_pressures.tank);
+        let ports = ports(supply_pressures, m);
         let per_stiffness = 1.0 / stiffness;
         let speed = |edges: EdgeFlows<f64>| {
-            let (q1, q2) = (edges.port_a() - internal, edges.port_b() - internal + external);
+            let [q1, q2] = self.flows(&edges, &ports);
             (r1 * q1 + r2 * q2) * per_stiffness
         };
         let at = |spool: f64| speed(self.valve.flows(spool, &ports));
         Capacity { stiffness, closed: speed(self.valve.closed(&ports)), full: [at(-self.stroke), at(self.stroke)] }
+    }
+
+    /// Into chamber 1 and out of chamber 2, leakage included, m^3/s.
+    fn flows(&self, edges: &EdgeFlows<f64>, ports: &PortPressures<f64>) -> [f64; 2] {
+        let (internal, external) = self.leakage.flows(ports.a, ports.b, ports.tank);
+        [edges.port_a() - internal, edges.port_b() - internal + external]
+    }
+
+    /// Changes of p_1 and p_2 (Pa) for one newton that the oil between closed edges carries more.
+    pub fn pressures_per_force(&self, fluid: &Fluid<f64>, m: &Moment) -> [f64; 2] {
+        let [r1, r2] = self.chamber_rates(fluid, m);
+        let stiffness = r1 * self.chambers.area_1 + r2 * self.chambers.area_2;
+        [r1 / stiffness, -r2 / stiffness]
+    }
+
+    /// Rate of the level z of the pressures, p_1' = A_2 z' and p_2' = A_1 z', at constant force with the spool at `spool` (m), Pa/(m^2 s).
+    pub fn level_rate(&self, fluid: &Fluid<f64>, supply_pressures: &SupplyPressures, m: &Moment, spool: f64) -> f64 {
+        let [r1, r2] = self.chamber_rates(fluid, m);
+        let [a1, a2] = [self.chambers.area_1, self.chambers.area_2];
+        let ports = ports(supply_pressures, m);
+        let [q1, q2] = self.flows(&self.valve.flows(spool, &ports), &ports);
+        r1 * r2 * (a2 * q1 - a1 * q2) / (a1 * a2 * (r1 * a1 + r2 * a2))
     }
 
     /// Opening that commands reach towards `sense` (+1 or -1), as a share of the whole.
@@ -127,4 +162,8 @@ impl CylinderModel {
         let overlap = if opening == 0.0 { 0.0 } else { self.valve.overlap };
         (overlap + opening.abs() * (self.stroke - self.valve.overlap)).copysign(opening)
     }
+}
+
+fn ports(supply_pressures: &SupplyPressures, m: &Moment) -> PortPressures<f64> {
+    PortPressures { supply: supply_pressures.supply, tank: supply_pressures.tank, a: m.p[0], b: m.p[1] }
 }

@@ -1,6 +1,7 @@
 //! Control: sees geometry and measurements, never the plant.
 
 mod bristles;
+pub mod chamber_estimate;
 pub mod controller;
 pub mod controller_model;
 pub mod damping;
@@ -29,4 +30,5 @@ pub mod slow_down;
 pub mod standstill;
 pub mod tip;
 pub mod valve_learning;
+mod weighing;
 pub mod working_area;

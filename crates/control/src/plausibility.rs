@@ -40,8 +40,9 @@ pub struct Settings<const N: usize> {
     /// Joint coordinates (rad or m) and piston positions (m) between which a reading must lie.
     pub joints: [[f64; 2]; N],
     pub strokes: [[f64; 2]; N],
-    /// The same of both chamber pressures, Pa.
-    pub pressures: [[f64; 2]; N],
+    /// The same of both chamber pressures, Pa; `None` where nothing measures them. Joint sensors are then checked for a reading and its
+    /// range alone: there is no oil to ask.
+    pub pressures: Option<[[f64; 2]; N]>,
     /// Largest difference of two readings of one joint at rest, rad or m.
     pub scatter: [f64; N],
     pub trust: [Trust; N],
@@ -199,6 +200,7 @@ impl<const N: usize> Monitor<N> {
             let scatter = self.settings.scatter[c] * lever_arm.abs();
             let mut wrong = self.beyond(c, q[c], &moment);
             let passage = match (&wrong[..], self.tracks[c]) {
+                _ if self.settings.pressures.is_none() => None,
                 ([], _) => self.advance(m.t, c, q[c], Standing { moment, load: load[c] }, scatter),
                 // Without a reading of the joint the oil counts on from the last one.
                 ([(Signal::Joint(_), _)], Some(before)) => {
@@ -240,7 +242,10 @@ impl<const N: usize> Monitor<N> {
         let within = |value: f64, [low, high]: [f64; 2]| (low..=high).contains(&value);
         let s = &self.settings;
         let joint = judge(Signal::Joint(c), q, within(q, s.joints[c]) && within(now.stroke, s.strokes[c]));
-        let pressure = |i: usize| judge(Signal::Pressure(c, i), now.p[i], within(now.p[i], s.pressures[c]));
+        let pressure = |i: usize| {
+            let limits = s.pressures.as_ref()?[c];
+            judge(Signal::Pressure(c, i), now.p[i], within(now.p[i], limits))
+        };
         let mut wrong = Vec::new();
         [joint, pressure(0), pressure(1)].into_iter().for_each(|one| wrong.extend(one));
         wrong
@@ -390,7 +395,7 @@ impl<const N: usize> Monitor<N> {
                         false
                     }
                     Some(_) => true,
-                    None => first,
+                    None => first || self.settings.pressures.is_none(),
                 },
                 (Kind::NoReading | Kind::OutOfRange, _) => true,
                 (Kind::Jump(_) | Kind::Frozen(_), Signal::Joint(_)) => {

@@ -230,6 +230,10 @@ impl<const N: usize> Controller for SafeState<N> {
         answer
     }
 
+    fn reads_pressures(&self) -> bool {
+        self.inner.reads_pressures()
+    }
+
     fn refuses(&self, place: [f64; 2]) -> Option<String> {
         self.inner.refuses(place)
     }

@@ -82,6 +82,15 @@ pub fn runaway(names: &Names, joint: usize) -> String {
     )
 }
 
+/// Says that cylinder `c` does not hold its place, though nothing measures its load.
+pub fn yielding(names: &Names, c: usize) -> String {
+    format!(
+        "{} goes farther from its place at rest though its valve opens against that: its load may be too heavy for the \
+         supply pressure; the valve stays closed until the tip is moved again; carry less, or state the load in `payload.mass`",
+        listed("cylinder", &names.cylinders, &[c])
+    )
+}
+
 /// `what` and the names, with an s where there are several.
 fn listed(what: &str, names: &[String], which: &[usize]) -> String {
     let quoted: Vec<String> = which.iter().filter_map(|&i| names.get(i)).map(|name| format!("`{name}`")).collect();

@@ -3,6 +3,7 @@
 //! Per sample: pressures and positions -> [`Drive`] (observer, speeds the valves can give now) -> [`Reference`]
 //! (set-point, redundancy, scaling that keeps the direction) -> modelled load forces -> spool commands.
 
+use crate::chamber_estimate::Pressures;
 use crate::controller::{place_name, Controller, Fault, Goal, Measurement, Stick};
 use crate::controller_model::{ControllerModel, Posture};
 use crate::damping::{Damping, DampingGains};
@@ -17,8 +18,9 @@ use crate::safe_state::Names;
 use crate::set_point::{Means, Reference, Shape, STANDING};
 use crate::signal::Signal;
 use crate::slow_down::{checked, checked_stick};
-use crate::standstill::{runaway, Aim, Cause, Standstill};
+use crate::standstill::{runaway, yielding, Aim, Cause, Standstill};
 use crate::valve_learning::LearntValve;
+use crate::weighing::Weighing;
 use hydrocrane_num::Vec2;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -51,17 +53,19 @@ struct State<const N: usize> {
     readings: [Readings; N],
     /// Where the pistons have stopped, from their references, m.
     settled: [f64; N],
-    /// Mass at the tip as the pressures tell it, kg.
+    /// Mass at the tip as the pressures tell it, or without them the speeds of the pistons, kg.
     payload: f64,
+    weighing: Weighing,
     /// Lowest natural frequency of the crane on its oil, rad/s.
     slowest: f64,
-    /// Whether every pressure was measured at this sample.
-    weighed: bool,
+    /// Whether the forces of all cylinders are known at this sample.
+    forces_known: bool,
     /// Since the set-point stopped, s.
     still: f64,
     standstill: Standstill,
-    /// Joints that closed valves cannot hold.
+    /// Joints that closed valves cannot hold, and pistons that the load pushes back.
     unheld: [bool; N],
+    yielding: [bool; N],
     /// The velocity asked for at the last sample, m/s.
     asked: [f64; 2],
     /// On the way to a goal.
@@ -99,6 +103,14 @@ impl<const N: usize> Tip<N> {
     pub fn new(model: ControllerModel<N>, settings: Settings<N>) -> Self {
         Tip { model, settings, state: None }
     }
+
+    /// Joint coordinates and pressures of a measurement, without those pressures that are only estimated.
+    fn checked(&self, measured: &Measurement) -> Result<([f64; N], [[f64; 2]; N]), Fault> {
+        match self.settings.drive.pressures {
+            Pressures::Measured => checked::<N>(measured),
+            Pressures::Estimated(_) => checked::<N>(&Measurement { p: &[[0.0; 2]; N], ..*measured }),
+        }
+    }
 }
 
 /// What the operator asks for.
@@ -127,11 +139,13 @@ impl<const N: usize> State<N> {
             readings: q.map(Readings::at),
             settled: [0.0; N],
             payload: n.payload_of(&q, &reference.posture.lever_arm, &force).unwrap_or(n.payload),
+            weighing: Weighing::new(n.mechanics.bodies.iter().map(|body| body.mass).sum(), s.period),
             slowest: f64::INFINITY,
-            weighed: true,
+            forces_known: true,
             still: s.settling,
             standstill: Standstill::default(),
             unheld: [false; N],
+            yielding: [false; N],
             asked: [0.0; 2],
             travel: None,
             led_back: 0.0,
@@ -266,7 +280,7 @@ impl<const N: usize> State<N> {
         });
     }
 
-    /// Tells once of each joint that closed valves cannot hold.
+    /// Tells once of each joint that closed valves cannot hold, and of each piston that the load pushes back.
     fn look_for_runaways(&mut self, s: &Settings<N>, holding: &[Hold; N]) {
         for (i, hold) in holding.iter().enumerate() {
             let unheld = hold.share < 0.0;
@@ -274,6 +288,11 @@ impl<const N: usize> State<N> {
                 self.news.push(runaway(&s.names, i));
             }
             self.unheld[i] = unheld;
+            let yields = self.drives[i].yields();
+            if yields && !self.yielding[i] {
+                self.news.push(yielding(&s.names, i));
+            }
+            self.yielding[i] = yields;
         }
     }
 
@@ -312,20 +331,22 @@ impl<const N: usize> State<N> {
     ) -> [f64; N] {
         let q = &self.filled(model, q, gaps);
         let measured = model.posture(q);
-        let mut counts = [0.0; N];
+        let (mut counts, mut piston_counts) = ([0.0; N], [0.0; N]);
         for c in 0..N {
             let missing = gaps.contains(&Signal::Joint(c));
             let readings = &mut self.readings[c];
             let resolution = if missing { readings.known() } else { readings.resolution(q[c]) };
             counts[c] = resolution;
-            let count = resolution * measured.lever_arm[c].abs();
-            self.drives[c].measure(&Moment { stroke: measured.stroke[c], p: p[c] }, count, !missing, self.slowest);
+            piston_counts[c] = resolution * measured.lever_arm[c].abs();
+            let moment = Moment { stroke: measured.stroke[c], p: p[c] };
+            self.drives[c].measure(&moment, piston_counts[c], !missing, self.slowest);
         }
         let stiffness = self.drives.map(|drive| drive.stiffness());
         let force = self.drives.map(|drive| drive.carrying());
-        self.weighed = !gaps.iter().any(|gap| matches!(gap, Signal::Pressure(..)));
-        let payload = if self.weighed { model.payload_of(q, &measured.lever_arm, &force) } else { None };
-        if let Some(payload) = payload {
+        self.forces_known = !gaps.iter().any(|gap| matches!(gap, Signal::Pressure(..)));
+        if s.drive.pressures != Pressures::Measured {
+            self.payload = self.weighing.payload(model, &mut self.drives, q, &piston_counts, self.payload);
+        } else if let Some(payload) = model.payload_of(q, &measured.lever_arm, &force).filter(|_| self.forces_known) {
             self.payload += (s.period / WEIGHING).min(1.0) * (payload - self.payload);
         }
         let modes = model.oil_modes(q, &measured.lever_arm, self.payload, &stiffness);
@@ -377,7 +398,12 @@ impl<const N: usize> State<N> {
         let force = self.drives.map(|drive| drive.force());
         let excess: [f64; N] =
             std::array::from_fn(|c| measured.lever_arm[c] * (force[c] - self.drives[c].planned(&demands[c])));
-        let rates = self.damping.step(modes, measured, self.weighed.then_some(&excess));
+        if s.drive.pressures != Pressures::Measured && self.still == 0.0 {
+            // In motion a wrong flow looks like a swing.
+            self.damping = Damping::at(s.damping, &excess);
+            return;
+        }
+        let rates = self.damping.step(modes, measured, self.forces_known.then_some(&excess));
         if rates.iter().any(|rate| !rate.is_finite()) {
             // Near a dead centre a pose can have no modes.
             self.damping = Damping::at(s.damping, &excess);
@@ -413,7 +439,7 @@ impl<const N: usize> Controller for Tip<N> {
     }
 
     fn reset(&mut self, first: &Measurement) {
-        self.state = checked::<N>(first).ok().map(|(q, p)| State::at(&self.model, &self.settings, q, &p));
+        self.state = self.checked(first).ok().map(|(q, p)| State::at(&self.model, &self.settings, q, &p));
     }
 
     fn step(&mut self, measured: &Measurement, stick: Stick, spool: &mut [f64]) -> Result<(), Fault> {
@@ -427,7 +453,7 @@ impl<const N: usize> Controller for Tip<N> {
         stick: Stick,
         spool: &mut [f64],
     ) -> Result<(), Fault> {
-        let (q, p) = checked::<N>(measured)?;
+        let (q, p) = self.checked(measured)?;
         let stick = match stick {
             Stick::Goal(goal) => Wanted::Goal(checked_goal(goal)?),
             _ => Wanted::Velocity(checked_stick(stick)?.map(|s| s * self.settings.full_speed)),
@@ -442,6 +468,10 @@ impl<const N: usize> Controller for Tip<N> {
             *out = u;
         }
         Ok(())
+    }
+
+    fn reads_pressures(&self) -> bool {
+        self.settings.drive.pressures == Pressures::Measured
     }
 
     fn stands(&self) -> bool {

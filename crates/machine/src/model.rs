@@ -358,6 +358,8 @@ pub struct Control {
     /// Per controller its gains by key, SI.
     pub gains: Vec<(String, Vec<(String, f64)>)>,
     pub thesis: ThesisSteps,
+    /// Tip control reads no chamber pressure but estimates all of them.
+    pub estimates_pressures: bool,
 }
 
 /// The steps of the thesis's controller that its program leaves out (Table 6): whether they are taken.

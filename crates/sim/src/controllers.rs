@@ -2,6 +2,7 @@
 
 use crate::controller_model::controller_model;
 use crate::sensor_monitor::names;
+use hydrocrane_control::chamber_estimate::Pressures;
 use hydrocrane_control::controller::Controller;
 use hydrocrane_control::controller_model::ControllerModel;
 use hydrocrane_control::damping::DampingGains;
@@ -84,6 +85,7 @@ pub fn tip_settings<const N: usize>(machine: &Machine, controller_model: &Contro
     let telescope = controller_model.mechanics.joints.map(|j| !j.revolute);
     let gain = |key: &str| tip_gain(machine, key);
     let centring = gain("telescope-centring");
+    let estimates = machine.control.estimates_pressures;
     let period = machine.control.period.unwrap_or(0.01);
     // Faster, a single sample could lead past the border.
     let border_rate = gain("limit-rate").min(1.0 / period);
@@ -104,7 +106,12 @@ pub fn tip_settings<const N: usize>(machine: &Machine, controller_model: &Contro
             pressure: gain("pressure-bandwidth"),
             reserve: gain("reserve"),
             rest_band: gain("rest-band"),
-            learning: gain("learning-time"),
+            // A wrong valve and an unknown load look alike without pressures.
+            learning: if estimates { 0.0 } else { gain("learning-time") },
+            pressures: match estimates {
+                true => Pressures::Estimated(machine.equilibrium.back_pressure),
+                false => Pressures::Measured,
+            },
         },
         damping: DampingGains {
             ratio: gain("damping-ratio"),

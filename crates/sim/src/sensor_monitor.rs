@@ -31,7 +31,7 @@ pub(crate) fn with_sensor_monitor<const N: usize>(
     delay: f64,
 ) -> Box<dyn Controller> {
     let machine = crane.machine();
-    let monitor = Monitor::new(controller_model(crane), settings(crane, delay));
+    let monitor = Monitor::new(controller_model(crane), settings(crane, delay, controller.reads_pressures()));
     let names = names(machine, crane.plant().mechanics.joints.map(|j| j.revolute).into());
     let valves: Vec<_> = machine.cylinders.iter().map(|c| (c.valve.command, c.valve.stroke)).collect();
     let spool_of = move |c: usize, u: f64| {
@@ -56,8 +56,8 @@ fn threshold(machine: &Machine, key: &str) -> f64 {
     machine.control.gain("plausibility", key).unwrap_or(default)
 }
 
-/// Thresholds of a machine's monitor.
-fn settings<const N: usize>(crane: &Crane<N>, delay: f64) -> Settings<N> {
+/// Thresholds of a machine's monitor, with or without pressures.
+fn settings<const N: usize>(crane: &Crane<N>, delay: f64, reads_pressures: bool) -> Settings<N> {
     let (machine, plant) = (crane.machine(), crane.plant());
     let value = |key: &str| threshold(machine, key);
     let sensor = |signal: String| machine.sensors.iter().find(|sensor| sensor.measures == signal);
@@ -80,7 +80,7 @@ fn settings<const N: usize>(crane: &Crane<N>, delay: f64) -> Settings<N> {
         let half = 0.5 * (limits[i].upper - limits[i].lower);
         [limits[i].lower - half, limits[i].upper + half]
     };
-    let pressures = |c: usize| {
+    let limits_of_pressure = |c: usize| {
         let (one, two) = (plant.cylinders[c].chambers.area_1, plant.cylinders[c].chambers.area_2);
         // Only oil without cavitation, as printed, can pull.
         let lowest = if plant.fluid.ignore_cavitation { f64::NEG_INFINITY } else { plant.fluid.vacuum };
@@ -102,7 +102,7 @@ fn settings<const N: usize>(crane: &Crane<N>, delay: f64) -> Settings<N> {
         recovery_time: value("recovery-time"),
         joints: std::array::from_fn(joints),
         strokes: std::array::from_fn(strokes),
-        pressures: std::array::from_fn(pressures),
+        pressures: reads_pressures.then(|| std::array::from_fn(limits_of_pressure)),
         scatter: std::array::from_fn(|i| sensor(format!("joint.{}.q", machine.joints[i].name)).map_or(0.0, scatter)),
         trust: std::array::from_fn(trust),
         memory: std::array::from_fn(memory),

@@ -268,8 +268,11 @@ pub fn implausible(unusual: &[Unusual]) -> Vec<Warning> {
 }
 
 /// Signals that a controller reads from `time` (s) on with sensors of the data sheets though the file has none for them.
-pub fn without_sensors(machine: &Machine, time: f64) -> Option<Warning> {
-    let signals = unmeasured(machine);
+/// `tip`: it is tip control, which goes without pressures if told so.
+pub fn without_sensors(machine: &Machine, time: f64, reads_pressures: bool, tip: bool) -> Option<Warning> {
+    let mut signals = unmeasured(machine);
+    signals.retain(|signal| reads_pressures || !signal.starts_with("cylinder."));
+    let estimable = tip && signals.iter().any(|signal| signal.starts_with("cylinder."));
     let (first, others) = signals.split_first()?;
     let more = if others.is_empty() { String::new() } else { format!(" and {} other signals", others.len()) };
     let measured = format!("no sensor of {} measures `{first}`{more}", machine.name);
@@ -280,7 +283,8 @@ pub fn without_sensors(machine: &Machine, time: f64) -> Option<Warning> {
             "{measured}: the controller reads the truth there, though its sensors are those of the data sheets"
         ),
         cure: format!(
-            "state `[sensor.<name>]` with `measures = \"{first}\"` in the machine file, or take ideal sensors"
+            "state `[sensor.<name>]` with `measures = \"{first}\"` in the machine file, or take ideal sensors{}",
+            if estimable { "; without pressure sensors, state `control.tip.pressures = \"estimated\"`" } else { "" }
         ),
     })
 }

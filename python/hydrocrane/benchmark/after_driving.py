@@ -1,6 +1,6 @@
 """Lines after some seconds of driving: what ``tip`` has learnt of valves, supply and leakage that no file states.
 
-The laboratory crane makes random moves for 10 s, each of a second with its way back; then, after a pause each, the
+The crane makes random moves for 10 s, each of a second with its way back; then, after a pause each, the
 tip is moved up, down, out and in. The model of the controller is the machine of the file.
 """
 
@@ -48,20 +48,27 @@ class AfterDriving:
 
 
 def lines_after_driving(
-    machine: Machine, unstated: Mapping[str, Override], seed: int, *, learning_time: float | None = None
+    machine: Machine,
+    unstated: Mapping[str, Override],
+    seed: int,
+    *,
+    learning_time: float | None = None,
+    start: Mapping[str, float] = START,
 ) -> AfterDriving:
     """Drive `machine` with the overrides `unstated`, of which the controller knows nothing.
 
     Parameters
     ----------
     machine : Machine
-        With joints `boom`, `jib` and `extension` as the laboratory crane has; also the controller's model.
+        Also the controller's model.
     unstated : mapping
         Overrides of the crane alone.
     seed : int
         Of the moves.
     learning_time : float, optional
         ``control.tip.learning-time`` in place of the machine's, s; 0: nothing is learnt.
+    start : mapping
+        Joint coordinates, rad or m; by default those of the benchmark's tasks, which fit the laboratory crane.
 
     Raises
     ------
@@ -81,7 +88,7 @@ def lines_after_driving(
     plan = Scenario(
         machine=machine.source,
         overrides={**machine.overrides, **unstated},
-        joints=START,
+        joints=dict(start),
         duration=times[-1] + 1.0,
         joystick=Joystick(times, {"x": sticks[:, 0], "z": sticks[:, 1]}, full_speed=FULL_SPEED, ramp=RAMP),
         believed=load_machine(machine.source, {**machine.overrides, **gains}),

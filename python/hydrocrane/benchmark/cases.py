@@ -151,7 +151,7 @@ def scenario_of(machine: Machine, controller: AnyController, case: Case, *, seed
         joystick=stick,
         period=condition.period,
         sensors=condition.sensors,
-        sensor_faults=condition.sensor_faults(machine, 0.5 * task.moving_time),
+        sensor_faults=condition.sensor_faults(machine, 0.5 * task.moving_time, by_name=isinstance(controller, str)),
         believed=known,
     )
 

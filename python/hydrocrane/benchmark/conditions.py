@@ -29,10 +29,13 @@ class Variant:
         The machine's keys that differ, given the machine.
     known : bool
         Whether the controller's model is this machine too; otherwise it is that of the file.
+    pressures : bool
+        Whether anything measures the chamber pressures.
     """
 
     overrides: Callable[[Machine], dict[str, Override]]
     known: bool = False
+    pressures: bool = True
 
 
 def _valves(machine: Machine) -> list[tuple[str, float]]:
@@ -69,6 +72,7 @@ VARIANTS: dict[str, Variant] = {
     "leakage x 10": Variant(_leakage(10.0)),
     "spools of 8 Hz": Variant(at_valves("natural-frequency", lambda stroke: 2.0 * np.pi * 8.0), known=True),
     "dead time 50 ms": Variant(at_valves("delay", lambda stroke: 0.05), known=True),
+    "joint sensors only": Variant(lambda machine: {"control.tip.pressures": "estimated"}, known=True, pressures=False),
 }
 
 
@@ -124,14 +128,15 @@ class Condition:
         known = self.variant and VARIANTS[self.variant].known
         return machine.changed(self._variant_overrides(machine)) if known else machine
 
-    def sensor_faults(self, machine: Machine, time: float) -> list[SensorFault]:
-        """Faults at `time`, s."""
-        if not self.drop_out:
-            return []
-        return [
-            SensorFault(f"joint.{joint}.q", "drop-out", time, until=time + self.drop_out)
-            for joint in machine.joint_names
-        ]
+    def sensor_faults(self, machine: Machine, time: float, *, by_name: bool = True) -> list[SensorFault]:
+        """Faults at `time`, s, for a controller by name or one of somebody's own."""
+        missing = [f"joint.{joint}.q" for joint in machine.joint_names] if self.drop_out else []
+        faults = [SensorFault(signal, "drop-out", time, until=time + self.drop_out) for signal in missing]
+        if by_name or not self.variant or VARIANTS[self.variant].pressures:
+            return faults
+        # A controller by name reads in the machine's file that there are no sensors; others find that nothing is read.
+        unmeasured = [f"cylinder.{cylinder}.p{side}" for cylinder in machine.cylinder_names for side in (1, 2)]
+        return faults + [SensorFault(signal, "drop-out", 0.0) for signal in unmeasured]
 
     def _variant_overrides(self, machine: Machine) -> dict[str, Override]:
         return VARIANTS[self.variant].overrides(machine) if self.variant else {}

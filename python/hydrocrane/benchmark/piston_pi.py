@@ -6,7 +6,8 @@ weighted pseudo-inverse of the Jacobian, and each spool opens by
     u = v_ref / v_full + (k_p e + k_i int e dt - k_f HP(F) / A) / v_full
 
 with e the error of the piston, v_full the steady speed at full opening and HP(F) the cylinder force behind a high-pass.
-Pressure feedback of this kind is standard: N. D. Manring, R. C. Fales, Hydraulic Control Systems, 2nd edition (2019).
+A reading that is missing keeps its last value; without any pressure it does not run. Pressure feedback
+of this kind is standard: N. D. Manring, R. C. Fales, Hydraulic Control Systems, 2nd edition (2019).
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from numpy.typing import ArrayLike
 from hydrocrane.arrays import Array
 from hydrocrane.control.controllers import Observation
 from hydrocrane.control.joystick import Stick
+from hydrocrane.errors import InputError
 from hydrocrane.machine.machine import Machine
 
 # Share of the pistons' speeds that the set-point may use: the rest is left for corrections.
@@ -57,28 +59,39 @@ class PistonPi:
     set_point: Array = field(default_factory=lambda: np.zeros(2), init=False)
 
     def reset(self, machine: Machine, obs: Observation) -> None:
-        """Start anew at rest where the crane is."""
+        """Start anew at rest where the crane is.
+
+        Raises
+        ------
+        InputError
+            Where a joint or a chamber pressure gives no reading.
+        """
+        if not (np.isfinite(obs.q).all() and np.isfinite(obs.p).all()):
+            raise InputError("`pi` needs a sensor for every joint and every chamber pressure; one gives no reading")
         self._machine, self._t, self._q = machine, obs.t, np.array(obs.q)
+        self._read_q, self._read_p = np.array(obs.q), np.array(obs.p)
         self._area = machine.piston_areas[:, 0]
         self._overlap = _overlaps(machine)
         self._sum = np.zeros(len(self._area))
-        self._slow = self._load(obs)
+        self._slow = self._load(self._read_p)
         self.set_point = machine.tip(self._q)
 
     def step(self, obs: Observation, command: Stick) -> ArrayLike:
         """Spool commands (n_cyl,), m."""
         period, self._t = obs.t - self._t, obs.t
+        self._read_q = np.where(np.isfinite(obs.q), obs.q, self._read_q)
+        self._read_p = np.where(np.isfinite(obs.p), obs.p, self._read_p)
         fastest = np.maximum(np.abs(self._machine.piston_speeds(self._q)), 1e-4)
         lever_arm = np.diagonal(self._machine.stroke_jacobian(self._q))
         rates = self._rates(command.velocity, fastest / np.maximum(np.abs(lever_arm), 1e-6)[:, np.newaxis])
         self._q = self._q + period * rates
         self.set_point = self._machine.tip(self._q)
 
-        error = self._machine.strokes(self._q) - self._machine.strokes(obs.q)
+        error = self._machine.strokes(self._q) - self._machine.strokes(self._read_q)
         moving = rates.any()
         held = ~moving & (np.abs(error) < REST_BAND)
         error = np.where(held, 0.0, error)
-        load = self._load(obs)
+        load = self._load(self._read_p)
         self._slow = self._slow + (1.0 - np.exp(-self.corner * period)) * (load - self._slow)
         wanted = lever_arm * rates + self.proportional * error + self.integral * self._sum
         wanted = wanted - self.pressure * (load - self._slow)
@@ -88,10 +101,10 @@ class PistonPi:
         self._sum = self._sum + np.where(np.abs(share) < 1.0, period * error, 0.0)
         return self._opened(np.clip(share, -1.0, 1.0))
 
-    def _load(self, obs: Observation) -> Array:
+    def _load(self, p: Array) -> Array:
         """Force over the piston's area, Pa."""
         areas = self._machine.piston_areas
-        force: Array = (obs.p[:, 0] * areas[:, 0] - obs.p[:, 1] * areas[:, 1]) / self._area
+        force: Array = (p[:, 0] * areas[:, 0] - p[:, 1] * areas[:, 1]) / self._area
         return force
 
     def _opened(self, share: Array) -> Array:

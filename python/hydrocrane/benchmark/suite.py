@@ -23,7 +23,7 @@ from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 
 MACHINE = "rottne-f9-lab"
 # Changes with every change of tasks, conditions or figures that moves a result.
-VERSION = 2
+VERSION = 3
 CONTROLLERS = ("tip", "pi", "heinze-pid")
 LOGS = (100.0, 200.0)
 # Random lines of the whole benchmark, and the seed that draws them.
@@ -77,8 +77,9 @@ def all_cases(machine: Machine) -> list[Case]:
 
 
 def drawn_cases(machine: Machine) -> list[Case]:
-    """Random lines with ideal and with data-sheet sensors."""
+    """Random lines with ideal and with data-sheet sensors, and without sensors for pressures."""
     conditions = [Condition(), Condition(sensors="data-sheet")] if machine.sensors else [Condition()]
+    conditions.append(Condition(variant="joint sensors only"))
     return [case for c in conditions for case in random_lines(machine, RANDOM_LINES, seed=RANDOM_SEED, condition=c)]
 
 
@@ -96,6 +97,7 @@ def _conditions() -> list[Condition]:
         Condition(period=0.1),
         Condition(drop_out=0.05),
         *(Condition(variant=name) for name in VARIANTS),
+        Condition(payload=200.0, sensors="data-sheet", variant="joint sensors only"),
     ]
 
 

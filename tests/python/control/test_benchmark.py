@@ -315,7 +315,13 @@ def test_every_condition_of_the_benchmark_is_there(crane):
     drawn = [case for case in cases if case.task.name.startswith("random")]
     names = {case.task.name for case in cases} - {case.task.name for case in drawn}
     assert names == {task.name for task in EVERY_TASK}
-    assert len(drawn) == 2 * RANDOM_LINES and {c.condition.sensors for c in drawn} == {"ideal", "data-sheet"}
+    assert len(drawn) == 3 * RANDOM_LINES and {c.condition.sensors for c in drawn} == {"ideal", "data-sheet"}
+    assert {c.condition.variant for c in drawn} == {"", "joint sensors only"}
+
+
+def stated(machine, key):
+    """A value that a machine states, SI, or one of several choices."""
+    return machine.value(key).si if key in machine.keys else machine.overrides.get(key)
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
@@ -325,9 +331,8 @@ def test_a_variant_changes_the_crane_and_the_controller_model_only_where_it_is_k
     changed = condition.overrides(crane)
     assert changed
     for key, value in changed.items():
-        assert plan.load_machine().value(key).si == pytest.approx(value)
-        own = plan.believed.value(key).si if key in plan.believed.keys else None
-        assert (own == pytest.approx(value)) == VARIANTS[variant].known
+        assert stated(plan.load_machine(), key) == pytest.approx(value)
+        assert (stated(plan.believed, key) == pytest.approx(value)) == VARIANTS[variant].known
 
 
 def test_a_drop_out_takes_every_joint_sensor_in_the_middle_of_the_motion(crane):
@@ -379,6 +384,26 @@ def test_the_simple_controller_goes_the_way_and_is_no_match(crane):
     assert found.results[0].controller == "pi" and found.results[0].outcome.completed
     assert simple.reached > 0.99 and 5e-4 < simple.path_max < 2e-2 and tip.path_max < 0.5 * simple.path_max
     assert simple.vibration < 1e-3
+
+
+def test_the_simple_controller_holds_its_last_readings(crane):
+    line = tasks.lines()[1]
+    found, undisturbed = benchmark(["pi"], [Case(line, Condition(drop_out=0.05)), Case(line)], machine=crane).results
+    assert found.outcome.completed and found.metrics.reached > 0.99
+    assert found.metrics.path_rms != undisturbed.metrics.path_rms
+    assert found.metrics.path_max < undisturbed.metrics.path_max + 1e-3
+
+
+def test_without_pressures_one_that_needs_them_is_refused_and_says_so(crane):
+    case = Case(tasks.lines()[1], Condition(variant="joint sensors only"))
+    results = {
+        result.controller: result for result in benchmark(["tip", "pi", "heinze-pid"], [case], machine=crane).results
+    }
+    assert results["tip"].outcome.completed and results["tip"].metrics.path_max < 1e-3
+    assert results["heinze-pid"].outcome.completed
+    refused = results["pi"]
+    assert refused.metrics is None and refused.score == 0.0
+    assert "chamber pressure" in refused.message
 
 
 def test_settling_counts_from_the_centred_stick():

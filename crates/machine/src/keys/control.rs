@@ -69,6 +69,10 @@ const TIP: &[Key] = &[
         .defaults(&["85 rad/s"])
         .means("Bandwidth of the low-pass on the pressures of the feed-forward."),
     gain("reserve", &[NUMBER]).defaults(&["0.95"]).means("Share of the spool stroke that the commanded speed may use."),
+    Key::choice("pressures", &["measured", "estimated"])
+        .defaults(&["measured"])
+        .means("Where chamber pressures come from: a sensor for each chamber, or an estimate from joint sensors and commands.")
+        .source("theory/control/chamber_estimate.md"),
     gain("rest-band", &[LENGTH])
         .defaults(&["0.2 mm"])
         .means("Position error of a piston that is not corrected at rest."),

@@ -18,6 +18,9 @@ pub fn read<T>(root: &Reader, joints: &[Joint<T>]) -> Result<Control> {
             gains.extend(read_weights(&own, joints)?);
             control.thesis = read_switches(&own)?;
         }
+        if name == "tip" {
+            control.estimates_pressures = own.choice_or_default("pressures", &[false, true])?;
+        }
         control.gains.push((name.to_string(), gains));
     }
     Ok(control)

@@ -118,8 +118,15 @@ fn sticks(scenario: &Scenario, stage: &Stage, model: &dyn Model) -> Sticks {
 /// What the controller of a stage reads with data-sheet sensors that the machine does not have.
 pub(super) fn unmeasured(stage: &AssembledStage) -> Option<Warning> {
     let Stage { from, controller, .. } = &stage.stage;
-    let reads = |choice: &ControllerChoice| choice.sensors == SensorMode::DataSheet && choice.name != LEVER;
-    controller.as_ref().filter(|choice| reads(choice)).and_then(|_| without_sensors(stage.model.machine(), *from))
+    let reads = |choice: &&ControllerChoice| choice.sensors == SensorMode::DataSheet && choice.name != LEVER;
+    let choice = controller.as_ref().filter(reads)?;
+    let OwnedDriver::Controller(driver, _) = &stage.driver else { return None };
+    without_sensors(
+        stage.model.machine(),
+        *from,
+        driver.reads_pressures(),
+        choice.own.is_none() && choice.name == "tip",
+    )
 }
 
 /// Why the tip cannot go to one of the goals of `scenario`, if it cannot. `stages` are those before its end, in order of time.

@@ -2,6 +2,7 @@
 
 mod batch;
 mod block_arrow;
+mod chamber_estimate;
 mod effort;
 mod fixed_steps;
 mod ground;
