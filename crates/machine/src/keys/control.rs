@@ -71,7 +71,7 @@ const TIP: &[Key] = &[
     gain("reserve", &[NUMBER]).defaults(&["0.95"]).means("Share of the spool stroke that the commanded speed may use."),
     gain("rest-band", &[LENGTH])
         .defaults(&["0.2 mm"])
-        .means("Position error of a piston that is not corrected at rest."),
+        .means("Position error of a piston up to which only creep is held at rest."),
     gain("learning-time", &[TIME])
         .defaults(&["10 s"])
         .means(
