@@ -103,8 +103,10 @@ RESTED = """
 ## Rest for ten minutes
 
 As above, with {seconds:g} s of rest from 6 s on: the largest RMS speed and the farthest way from the place at 6 s of
-{tried} stops tried for each row. `hiab-xs031` has no sensors in its file. A piston is left alone within its rest band
-of 0.2 mm, which is some millimetres at the tip, and one count of the laboratory crane's encoders is 5 mm there.
+{tried} stops tried for each row. `hiab-xs031` has no sensors in its file. Left out as above are loads that sink because
+the supply pressure cannot hold them, which an event says ([theory](../theory/control/rest.md)). With the laboratory
+crane's encoders, whose counts are up to 5 mm at the tip, it goes to the boundaries of counts before 6 s, at most
+half a count per joint.
 
 """
 SOAKED = """

@@ -2,7 +2,7 @@
 
 use crate::bristles;
 use crate::signal_chain::SignalChain;
-use hydrocrane_num::Real;
+use hydrocrane_num::{portable, Real};
 use hydrocrane_physics::dynamics::Mechanics;
 use hydrocrane_physics::friction::StaticParameters;
 use hydrocrane_physics::geometry::chain::ChainPose;
@@ -58,6 +58,14 @@ pub struct Posture<const N: usize> {
     pub stroke: [f64; N],
     /// dx/dq per cylinder.
     pub lever_arm: [f64; N],
+}
+
+impl<const N: usize> Posture<N> {
+    /// Way of the tip per way of a piston.
+    pub fn tip_per_stroke(&self, cylinder: usize) -> f64 {
+        let [x, z] = self.jacobian;
+        portable::hypot(x[cylinder], z[cylinder]) / self.lever_arm[cylinder].abs()
+    }
 }
 
 impl<const N: usize> ControllerModel<N> {

@@ -6,8 +6,9 @@
 //! and the command that brings the spool to where it gives the speed v_c at the measured pressures. F' winds the oil spring for the load that comes; v_d
 //! damps the modes of the crane on its oil ([`crate::damping`]).
 //!
-//! At rest the piston is held where it has stopped: v_c = k_h (x_ref - x^) beyond a band, zero inside. Zero speed needs an opening
-//! that makes up for leakage, and the correction begins at zero, so that no sample kicks the oil.
+//! At rest the piston is held where it has stopped: v_c = k_h (x_ref - x^) as far as that is beyond a band, and what holds it
+//! against creep ([`crate::rest`]). Zero speed needs an opening that makes up for leakage, and the correction begins at zero, so
+//! that no sample kicks the oil.
 //!
 //! Near a dead centre, where a joint swings slowly, the corrections k_p (x_ref - x^) - d^ and the learning of d^ shrink with the
 //! square of its frequency.
@@ -19,6 +20,7 @@ use crate::controller_model::CylinderModel;
 use crate::feed_forward::{Capacity, Moment, Steady, SupplyPressures};
 use crate::holding::Hold;
 use crate::observer::{self, Observer};
+use crate::rest::{Rest, Resting};
 use crate::valve_learning::{Learning, LearntValve, Sample, ValveFit, NOMINAL};
 use hydrocrane_num::portable;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
@@ -34,7 +36,7 @@ pub struct DriveGains {
     pub pressure: f64,
     /// Share of the stroke that the reference may plan with.
     pub reserve: f64,
-    /// Piston error that is left alone at rest, m.
+    /// Piston error that is corrected only slowly at rest, m.
     pub rest_band: f64,
     /// Time of motion over which is remembered what was learnt of the valve, s; zero: nothing is learnt.
     pub learning: f64,
@@ -52,8 +54,10 @@ pub struct Demand {
     pub inertia: f64,
     /// Speed that damps the modes on the oil, m/s.
     pub damping: f64,
-    /// Stand still: correct only errors beyond the rest band, and gently.
+    /// Stand still: correct gently.
     pub rest: bool,
+    /// Way of the tip per way of the piston.
+    pub tip_per_stroke: f64,
     /// How the oil holds the joint that the cylinder moves.
     pub hold: Hold,
 }
@@ -75,7 +79,11 @@ pub struct Drive {
     learning: Learning,
     /// What the valve is taken to do beyond its model at this sample.
     fit: ValveFit,
-    resting: bool,
+    rest: Option<Rest>,
+    /// Resolution of the measured position, m.
+    count: f64,
+    /// Lowest natural frequency of the crane on its oil, rad/s.
+    slowest: f64,
     /// What the last command asked for, if anything can be learnt of it.
     sample: Option<Sample>,
     /// Shares by which the low-passes of the pressures and of the load go on in a period.
@@ -178,7 +186,9 @@ impl Drive {
             observing: observer::Gains::new(gains.observer, period),
             learning: Learning::new(gains.learning, period),
             fit: NOMINAL,
-            resting: false,
+            rest: None,
+            count: 0.0,
+            slowest: f64::INFINITY,
             sample: None,
             pressure_share: share(gains.pressure),
             load_share: share(LOAD_BANDWIDTH),
@@ -208,6 +218,7 @@ impl Drive {
             *slow += self.pressure_share * (p - *slow);
         }
         self.moment.stroke = now.stroke;
+        (self.count, self.slowest) = (count, slowest);
         self.capacity = self.cylinder.capacity(&self.fluid, &self.supply_pressures, &self.moment);
         let before = self.observer.position;
         self.observer.update(now.stroke, self.expected, &self.observing, self.bearable, count);
@@ -363,7 +374,7 @@ impl Drive {
 
     /// Spool command, m.
     pub fn command(&mut self, d: &Demand) -> f64 {
-        let g = &self.gains;
+        let g = self.gains;
         let planned = self.planned(d);
         // A reference that jumps, at a limit or a singular pose, is not worth a slammed spool.
         let most = MOST_WINDING * self.steady.speed_unloaded();
@@ -378,10 +389,22 @@ impl Drive {
         }
         let spring = winding + d.damping;
 
+        let was_at_rest = self.rest.is_some();
+        // At rest a wrong guess would kick the oil or have the piston creep; in motion it is found soon.
+        let Capacity { closed, full, .. } = self.capacity;
+        let mean = 0.5 * (full[1] - full[0]);
+        let fit = if d.rest { self.learning.certain(closed, mean) } else { self.learning.fit };
+        if let Some(sample) = self.sample.filter(|_| d.rest != was_at_rest) {
+            let explained = fit.speed(&sample) - self.fit.speed(&sample);
+            self.learning.explain(explained);
+            self.observer.explain(explained);
+        }
+        self.fit = fit;
         let behind = d.stroke - self.observer.position;
         let motion = if d.rest {
-            HOLDING * g.position * (behind - behind.clamp(-g.rest_band, g.rest_band))
+            self.speed_at_rest(d)
         } else {
+            self.rest = None;
             d.speed + self.bearable * (g.position * behind - self.observer.disturbance)
         };
         // Where the supply pressure cannot move the load, wanting to go there would only keep the damping from the other side.
@@ -390,28 +413,19 @@ impl Drive {
             estimate.hold(d.rest, behind.abs(), g.rest_band);
         }
         let c = &self.cylinder;
-        // At rest a wrong guess would kick the oil or have the piston creep; in motion it is found soon.
-        let fit = if d.rest { self.learning.certain } else { self.learning.fit };
-        if let Some(sample) = self.sample.filter(|_| d.rest != self.resting) {
-            let explained = fit.speed(&sample) - self.fit.speed(&sample);
-            self.learning.explain(explained);
-            self.observer.explain(explained);
-        }
-        (self.fit, self.resting) = (fit, d.rest);
         let opening = if self.yields() { 0.0 } else { self.opening_for(motion + spring) };
         let asked = self.fit.asked(opening);
         let command = c.chain.command(c.spool(asked)).clamp(-c.stroke, c.stroke);
         let spool = c.chain.spool(command);
         let asked = c.opening(spool);
         let opening = self.fit.opening(asked);
-        let Capacity { closed, full, .. } = self.capacity;
         let reach = full[usize::from(opening > 0.0)] - closed;
         // While chambers fill or a load cannot be moved, the steady law tells nothing of the valve.
         let usable = !d.rest
             && (self.bearable == 1.0 || self.estimate.is_some())
             && self.able(opening.signum())
             && opening * reach > 0.0;
-        let sample = Sample { asked, closed, reach, full: 0.5 * (full[1] - full[0]), expected: 0.0, usable };
+        let sample = Sample { asked, closed, reach, full: mean, expected: 0.0, usable };
         let expected = self.fit.speed(&sample);
         self.expected = expected - spring;
         if let Some(estimate) = &mut self.estimate {
@@ -419,6 +433,43 @@ impl Drive {
         }
         self.sample = Some(Sample { expected, ..sample });
         command
+    }
+
+    /// Speed that holds the piston, m/s.
+    fn speed_at_rest(&mut self, d: &Demand) -> f64 {
+        let DriveGains { position, rest_band, .. } = self.gains;
+        let now = Resting {
+            stroke: d.stroke,
+            observed: self.observer.position,
+            measured: self.moment.stroke,
+            count: self.count,
+            tip_per_stroke: d.tip_per_stroke,
+            slowest: self.slowest,
+        };
+        // An observer that had to be slowed down for a slow swing has not forgotten the motion yet.
+        let settled = OBSERVER_PER_MODE * self.slowest >= self.gains.observer;
+        let creep = if settled { self.observer.disturbance } else { 0.0 };
+        let rest = self.rest.get_or_insert_with(|| Rest::at(now, creep));
+        let against_creep = rest.step(now, self.period);
+        let (behind, band) = (rest.place() - now.observed, rest_band.max(self.count));
+        let beyond = behind - behind.clamp(-band, band);
+        if beyond != 0.0 && rest.coming() && !self.able(beyond.signum()) {
+            // Else it would go some time later, when a swing lets the supply pressure win.
+            self.stay();
+        }
+        HOLDING * position * beyond + against_creep
+    }
+
+    /// Whether the piston has sunk at rest and the supply pressure cannot bring it back.
+    pub fn sinks(&self) -> bool {
+        self.rest.and_then(|rest| rest.sunk()).is_some_and(|sense| !self.able(sense))
+    }
+
+    /// Holds the piston where it is now, if it rests.
+    pub fn stay(&mut self) {
+        if let Some(rest) = &mut self.rest {
+            rest.stay();
+        }
     }
 
     /// What was learnt of the valve.

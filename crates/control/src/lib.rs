@@ -22,6 +22,7 @@ pub mod point_to_point;
 pub mod reach;
 pub mod readings;
 pub mod redundancy;
+mod rest;
 pub mod safe_state;
 pub mod set_point;
 pub mod signal;

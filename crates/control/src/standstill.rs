@@ -91,6 +91,15 @@ pub fn yielding(names: &Names, c: usize) -> String {
     )
 }
 
+/// Says that the tip sinks at rest because these cylinders cannot lift it.
+pub fn sinks(names: &Names, cylinders: &[usize]) -> String {
+    let what = listed("cylinder", &names.cylinders, cylinders);
+    format!(
+        "the tip stands and sinks slowly: {what} cannot hold it here, because the load is too heavy for the supply pressure; steer to \
+         where it weighs less, or set it down"
+    )
+}
+
 /// `what` and the names, with an s where there are several.
 fn listed(what: &str, names: &[String], which: &[usize]) -> String {
     let quoted: Vec<String> = which.iter().filter_map(|&i| names.get(i)).map(|name| format!("`{name}`")).collect();
@@ -149,6 +158,7 @@ mod tests {
         assert!(text(Cause::Load(vec![0, 1])).contains("cylinders `lift` and `tilt` cannot"));
         assert!(text(Cause::Range(vec![1])).contains("range of the joints: joint `jib`;"));
         assert!(text(Cause::Range(vec![])).contains("range of the joints;"));
+        assert!(sinks(&names, &[0]).contains("sinks slowly: cylinder `lift` cannot hold it here"));
         let told = Cause::Region.text(&names, Aim::Place([1.0, -0.5]));
         assert!(told
             .starts_with("the tip stops before its goal (1.000, -0.500) m: a region to keep out of lies ahead; give"));

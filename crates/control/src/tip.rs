@@ -18,7 +18,7 @@ use crate::safe_state::Names;
 use crate::set_point::{Means, Reference, Shape, STANDING};
 use crate::signal::Signal;
 use crate::slow_down::{checked, checked_stick};
-use crate::standstill::{runaway, yielding, Aim, Cause, Standstill};
+use crate::standstill::{runaway, sinks, yielding, Aim, Cause, Standstill};
 use crate::valve_learning::LearntValve;
 use crate::weighing::Weighing;
 use hydrocrane_num::Vec2;
@@ -70,6 +70,9 @@ struct State<const N: usize> {
     asked: [f64; 2],
     /// On the way to a goal.
     travel: Option<Travel>,
+    /// How long cylinders have been sinking that the supply pressure cannot lift, s, and whether that was told since the last motion.
+    sinking: f64,
+    told_sinking: bool,
     /// How long the stick has led back to a tip that is too far behind, s.
     led_back: f64,
     /// What whoever holds the stick should know and has not been told.
@@ -148,6 +151,8 @@ impl<const N: usize> State<N> {
             yielding: [false; N],
             asked: [0.0; 2],
             travel: None,
+            sinking: 0.0,
+            told_sinking: false,
             led_back: 0.0,
             news: Vec::new(),
         }
@@ -270,6 +275,21 @@ impl<const N: usize> State<N> {
         travel.waited < CORRECTING && (Vec2::<f64>::c(travel.goal.place) - Vec2::c(measured.tip)).norm() > CLOSE + count
     }
 
+    /// Tells once of cylinders that the supply pressure cannot hold at rest.
+    fn look_for_sinking(&mut self, s: &Settings<N>) {
+        let sinking: Vec<usize> = (0..N).filter(|&c| self.drives[c].sinks()).collect();
+        self.sinking = if sinking.is_empty() { 0.0 } else { self.sinking + s.period };
+        if self.sinking < LED_BACK {
+            return;
+        }
+        self.sinking = 0.0;
+        // Else the tip would go back some time later, when a swing lets the supply pressure win.
+        sinking.iter().for_each(|&c| self.drives[c].stay());
+        if !std::mem::replace(&mut self.told_sinking, true) {
+            self.news.push(sinks(&s.names, &sinking));
+        }
+    }
+
     /// Tells how near the tip has come to its goal once everything stands.
     fn look_for_arrival(&mut self, s: &Settings<N>, tip: [f64; 2]) {
         let Some(Travel { goal, .. }) = self.travel.take_if(|travel| travel.over) else { return };
@@ -365,9 +385,11 @@ impl<const N: usize> State<N> {
             // Where the piston has stopped, as far as that is near enough.
             target = std::array::from_fn(|c| held[c].0 + self.settled[c].clamp(-band, band));
             self.reference.stand();
+            self.look_for_sinking(s);
             self.look_for_arrival(s, measured.tip);
         } else {
             let held = self.reference.posture.stroke;
+            (self.sinking, self.told_sinking) = (0.0, false);
             self.settled = std::array::from_fn(|c| self.drives[c].position() - held[c]);
             let observed = self.observed(q, &measured);
             let lag = self.lag(q, &measured, &observed);
@@ -387,7 +409,8 @@ impl<const N: usize> State<N> {
         let mut demands: [Demand; N] = std::array::from_fn(|c| {
             let speed = self.reference.posture.lever_arm[c] * rates[c];
             let inertia = finite(inertia[c] / self.reference.posture.lever_arm[c]);
-            Demand { stroke: target[c], speed, load: load[c], inertia, damping: 0.0, rest, hold: holding[c] }
+            let (load, hold, tip_per_stroke) = (load[c], holding[c], measured.tip_per_stroke(c));
+            Demand { stroke: target[c], speed, load, inertia, damping: 0.0, rest, tip_per_stroke, hold }
         });
         self.damp(s, &modes, &measured, &mut demands);
         std::array::from_fn(|c| self.drives[c].command(&demands[c]))

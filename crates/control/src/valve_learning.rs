@@ -121,9 +121,10 @@ pub struct Learning {
     lags: [[f64; COUNT + 2]; 2],
     information: [[f64; COUNT]; COUNT],
     target: [f64; COUNT],
-    /// The best guess, and as far as it is certain that the valve differs from its model.
+    /// L L' = A of the last solution.
+    root: [[f64; COUNT]; COUNT],
+    /// The best guess.
     pub fit: ValveFit,
-    pub certain: ValveFit,
 }
 
 impl Learning {
@@ -136,11 +137,12 @@ impl Learning {
             lags: [[0.0; COUNT + 2]; 2],
             information: [[0.0; COUNT]; COUNT],
             target: [0.0; COUNT],
+            root: [[0.0; COUNT]; COUNT],
             fit: NOMINAL,
-            certain: NOMINAL,
         };
         for (i, belief) in beliefs().into_iter().enumerate() {
             learning.information[i][i] = belief;
+            learning.root[i][i] = belief.sqrt();
             learning.target[i] = belief * BEFOREHAND[i];
         }
         learning
@@ -169,7 +171,7 @@ impl Learning {
         }
         self.regress(&std::array::from_fn(|i| self.lags[1][i] / sample.full), found);
         let before = self.fit.speed(sample);
-        self.solve(sample);
+        self.solve();
         let more = self.fit.speed(sample) - before;
         self.explain(more);
         more
@@ -193,8 +195,8 @@ impl Learning {
         }
     }
 
-    /// Solves again for the best and for the certain parameters, those for a piston as in `sample`.
-    fn solve(&mut self, sample: &Sample) {
+    /// Solves again for the best parameters.
+    fn solve(&mut self) {
         let l = cholesky(&self.information);
         let mut x = backwards(&l, forwards(&l, self.target));
         // The best with a leakage within its bounds.
@@ -206,22 +208,26 @@ impl Learning {
         }
         let gain = [x[0], x[2]].map(|g| g.clamp(GAINS[0], GAINS[1]));
         let [retracting, extending] = [x[1] / gain[0], x[3] / gain[1]].map(|t| t.clamp(-THRESHOLD, THRESHOLD));
-        let leakage = x[4].clamp(LEAKAGES[0], LEAKAGES[1]);
         // A valve that opens both ways at once is none.
         let (half, middle) = ((0.5 * (extending + retracting)).max(0.0), 0.5 * (extending - retracting));
-        let fit =
-            |half: f64, middle: f64, leakage| ValveFit { gain, threshold: [half - middle, half + middle], leakage };
-        self.fit = fit(half, middle, leakage);
+        let leakage = x[4].clamp(LEAKAGES[0], LEAKAGES[1]);
+        (self.root, self.fit) = (l, ValveFit { gain, threshold: [half - middle, half + middle], leakage });
+    }
+
+    /// As far as it is certain that the valve differs from its model, for a piston at rest that would move at `closed` (m/s) with closed
+    /// edges; `full`: mean size of the speeds at full opening, m/s.
+    pub fn certain(&self, closed: f64, full: f64) -> ValveFit {
         let certain = |value: f64, combination: [f64; COUNT]| {
-            let doubt = CERTAIN * ERROR * forwards(&l, combination).iter().map(|y| y * y).sum::<f64>().sqrt();
+            let doubt = CERTAIN * ERROR * forwards(&self.root, combination).iter().map(|y| y * y).sum::<f64>().sqrt();
             // Nothing up to the doubt, all of it from twice the doubt on.
             value * (value.abs() / doubt - 1.0).clamp(0.0, 1.0)
         };
+        let ValveFit { gain, threshold: [retracting, extending], leakage } = self.fit;
+        let half = certain(0.5 * (retracting + extending), [0.0, 0.5, 0.0, 0.5, 0.0]);
         // Leakage and an offset are hard to tell apart; what they do together to a piston at rest is known better.
-        let Sample { closed, full, .. } = *sample;
-        let creep = (leakage - 1.0) * closed / full - middle;
-        let creep = certain(creep, [0.0, 0.5, 0.0, -0.5, closed / full]);
-        self.certain = fit(certain(half, [0.0, 0.5, 0.0, 0.5, 0.0]), -creep, 1.0);
+        let creep = (leakage - 1.0) * closed / full - self.fit.middle();
+        let middle = -certain(creep, [0.0, 0.5, 0.0, -0.5, closed / full]);
+        ValveFit { gain, threshold: [half - middle, half + middle], leakage: 1.0 }
     }
 }
 

@@ -45,14 +45,26 @@ def test_the_loader_crane_settles_too():
     assert np.median(settle) < 1.7 and settle.max() < 3.0 and quiet.max() < QUIET
 
 
+@pytest.mark.parametrize(("name", "sensors", "payload"), [(LAB, "data-sheet", 300.0), ("hiab-xs031", "ideal", 0.0)])
+def test_a_minute_at_rest_is_without_creep(name, sensors, payload):
+    """One count of the laboratory crane's encoders is some millimetres at the tip; the seals of the other relax."""
+    stop = random_stop(hc.load_machine(name), 4, payload=payload, sensors=sensors, end=REST + 60.0)
+    assert stop is not None and stop.quiet < QUIET and stop.drift < DRIFT
+
+
 @pytest.mark.evidence
-@pytest.mark.parametrize(
-    ("name", "payload", "drift"), [(LAB, 0.0, 1e-3), (LAB, 300.0, 2e-3), ("hiab-xs031", 0.0, 1e-3)]
-)
-def test_ten_minutes_at_rest_are_quiet(name, payload, drift):
-    """The drift of 1 mm that is asked for is not met with 300 kg: `docs/validation/tip-control.md`."""
-    stop = random_stop(hc.load_machine(name), 2, payload=payload, end=REST + 600.0)
-    assert stop is not None and stop.quiet < QUIET and stop.drift < drift
+@pytest.mark.parametrize("sensors", ["ideal", "data-sheet"])
+@pytest.mark.parametrize(("payload", "seed"), [(0.0, 0), (0.0, 2), (300.0, 2), (300.0, 4)])
+def test_ten_minutes_at_rest_are_quiet_and_without_creep(sensors, payload, seed):
+    stop = random_stop(hc.load_machine(LAB), seed, payload=payload, sensors=sensors, end=REST + 600.0)
+    assert stop is not None and stop.quiet < QUIET and stop.drift < DRIFT
+
+
+@pytest.mark.evidence
+@pytest.mark.parametrize(("payload", "seed"), [(0.0, 1), (80.0, 5), (300.0, 5)])
+def test_ten_minutes_at_rest_of_the_loader_crane(payload, seed):
+    stop = random_stop(hc.load_machine("hiab-xs031"), seed, payload=payload, end=REST + 600.0)
+    assert stop is not None and stop.quiet < QUIET and stop.drift < DRIFT
 
 
 @pytest.mark.evidence

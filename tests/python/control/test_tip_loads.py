@@ -84,6 +84,27 @@ def test_a_load_that_cannot_be_lifted_names_its_cylinder_and_other_ways_stay_ope
     assert moved[-1] < -0.02, "it can still be lowered"
 
 
+@pytest.mark.parametrize(("payload", "told"), [(300.0, 1), (10.0, 0)])
+def test_a_load_that_sinks_at_rest_is_told_once_with_its_cylinder(payload, told) -> None:
+    """Leakage lets it sink where the supply pressure cannot lift it; what can be lifted is held against it."""
+    crane = hc.load_machine("single-cylinder")
+    (cylinder,) = crane.cylinder_names
+    plan = hc.Scenario(
+        machine=crane.name,
+        joints=dict.fromkeys(crane.joint_names, 0.0),
+        overrides={"supply.pressure": "20 bar", f"cylinder.{cylinder}.leakage-gap": "20 um"},
+        payload=payload,
+        joystick=hc.Joystick([0.0], {"z": [0.0]}, full_speed=0.1),
+        duration=30.0,
+    )
+    run = hc.simulate(plan, ledger=False)
+    events = [event.text for event in run.events if not event.warning]
+    assert len(events) == told and all(
+        f"sinks slowly: cylinder `{cylinder}` cannot hold it here" in text for text in events
+    )
+    assert (abs(way(run)[-1, 1]) > 5e-3) == bool(told)
+
+
 @pytest.mark.parametrize("direction", [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
 def test_the_tip_stops_before_a_dead_centre(direction) -> None:
     """The lift's lies at 2.073 rad, its limit at 2.039; closed valves hold up to some 1.87 here."""

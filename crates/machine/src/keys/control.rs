@@ -75,7 +75,7 @@ const TIP: &[Key] = &[
         .source("theory/control/chamber_estimate.md"),
     gain("rest-band", &[LENGTH])
         .defaults(&["0.2 mm"])
-        .means("Position error of a piston that is not corrected at rest."),
+        .means("Position error of a piston up to which only creep is held at rest."),
     gain("learning-time", &[TIME])
         .defaults(&["10 s"])
         .means(
