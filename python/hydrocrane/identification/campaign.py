@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -239,9 +240,11 @@ class _Campaign:
     def _points(self, chosen: Iterable[int]) -> FrictionPoints:
         """Points of some of the steady logs, by number."""
         numbers = list(chosen)
-        return FrictionPoints.joined(
-            [FrictionPoints.from_windows(self.found.windows[i], source=[self.steady[i].name]) for i in numbers]
-        )
+        return FrictionPoints.joined([self._points_of(i) for i in numbers])
+
+    def _points_of(self, i: int) -> FrictionPoints:
+        points = FrictionPoints.from_windows(self.found.windows[i], source=[self.steady[i].name])
+        return replace(points, load=np.full(len(points), self.steady[i].payload))
 
     def _static(self) -> StaticIdentification:
         self.tell("fitting the static map")

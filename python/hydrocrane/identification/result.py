@@ -17,6 +17,7 @@ from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.identification.averaging import akaike_weights, averaged
 from hydrocrane.identification.form import Form
+from hydrocrane.identification.misfit import Misfit
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.reach import BOUND, reach
 from hydrocrane.identification.static_map import BREAKAWAY_SPEED, LABELS, LOGARITHMIC, PARAMETERS, StaticMap, unit_of
@@ -150,6 +151,8 @@ class StaticFit:
         Which terms the map has and which exponents are free; the same in words.
     unknowns : int
         Free parameters of the map.
+    misfit : Misfit
+        How far the levels lie off the map, and what the rest may depend on   (None of a reading).
     aicc : float
         Akaike's information criterion, corrected for few levels; less is likelier, among fits of the same
         points.
@@ -172,6 +175,7 @@ class StaticFit:
     form: Form = Form()
     form_text: str = ""
     unknowns: int = 0
+    misfit: Misfit | None = None
     aicc: float = np.nan
     alternatives: tuple[StaticFit, ...] = field(default=(), repr=False)
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from hydrocrane._moved import renamed_keyword
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
+from hydrocrane.identification.causes import misfit_of
 from hydrocrane.identification.form import EACH, HELD, SHARED, Exponents, Form, Wish
 from hydrocrane.identification.least_squares import (
     Loss,
@@ -184,6 +185,7 @@ def _result(
         spread=_spread(problem, theta, slopes / (sigma[:, None] * scale), scale, freedom, share),
         rejected=tuple(sorted(rejected, key=lambda r: r.index)),
         at_bounds=_at_bounds(problem, x),
+        misfit=misfit_of(problem, x),
         solved=Solved(problem, x, sigma * scale),
     )
 

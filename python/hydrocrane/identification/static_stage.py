@@ -67,6 +67,7 @@ class StaticIdentification:
             ("Static friction", self._map),
             ("Parameters", self._parameters),
             ("Forms of the map", self._forms),
+            ("What is left over", self._left_over),
             ("Correlation", self._correlation),
             ("Points left out", self._points_left_out),
             ("Block for the machine file", lambda: self._block(cylinder)),
@@ -141,6 +142,23 @@ class StaticIdentification:
             f"{floor:.2g}",
             *coulomb,
         )
+
+    def _left_over(self) -> Section:
+        """Residuals over everything that may be their cause."""
+        misfit = self.fit.misfit
+        if misfit is None or not misfit.causes:
+            return Section("What is left over", "Too few points to look for what friction depends on beside the map.")
+        text = (
+            f"The levels lie {misfit.floor:.2g} N off the map beyond the errors of their points, "
+            f"{misfit.point_error:.2g} N in the median: {100 * misfit.floor / misfit.force:.2g} % of the friction"
+            + ("." if np.isnan(misfit.p_value) else f", by chance in {misfit.p_value:.1g} of all cases without misfit.")
+        )
+        rows = tuple(
+            (cause.name, f"{100 * cause.change:+.2g}", f"{cause.p_value:.2g}", "yes" if cause.shows else "no")
+            for cause in misfit.causes
+        )
+        table = Table(("depends on", "change of friction [%]", "chance without it", "shows"), rows)
+        return Section("What is left over", text, table, misfit.plot(), misfit.warnings)
 
     def _correlation(self) -> Section:
         table = self.fit.correlation

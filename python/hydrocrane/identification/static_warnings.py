@@ -14,8 +14,6 @@ from hydrocrane.identification.result import StaticFit, missing_directions, of_s
 POOR = 0.5
 # Above this condition number, columns scaled, parameters stand for each other.
 ILL_CONDITIONED = 1e4
-# A map that describes the levels scatters this much by chance in one of a hundred cases.
-UNLIKELY = 0.01
 
 
 def warnings_of(fit: StaticFit, with_prior: bool) -> tuple[str, ...]:
@@ -25,6 +23,8 @@ def warnings_of(fit: StaticFit, with_prior: bool) -> tuple[str, ...]:
         *_levels(fit),
         *_bounds(fit),
         *_poorly_known(fit),
+        *_too_few(fit),
+        *(fit.misfit.warnings if fit.misfit else ()),
         *_of_sensors(fit, with_prior),
         *_rejection(fit),
     )
@@ -84,6 +84,11 @@ def _poorly_known(fit: StaticFit) -> Iterator[str]:
     spread = fit.spread
     if spread is not None and spread.condition > ILL_CONDITIONED:
         yield f"parameters stand for each other: condition number {spread.condition:.2g}; see the correlation"
+
+
+def _too_few(fit: StaticFit) -> Iterator[str]:
+    if fit.misfit is not None and np.isnan(fit.misfit.p_value):
+        yield "as many parameters as levels or more: nothing is left to check the map against"
 
 
 def _of_sensors(fit: StaticFit, with_prior: bool) -> Iterator[str]:
