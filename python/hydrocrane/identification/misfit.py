@@ -108,10 +108,11 @@ class Misfit:
         """What is to be said of it, with cause and cure."""
         found = []
         if self.notable:
+            errors = f"{self.point_error:.2g} N; {chance_text(self.p_value)}"
             found.append(
                 f"the map does not describe these data: its levels scatter by {self.floor:.3g} N "
                 f"({100 * self.floor / self.force:.2g} % of the friction) beyond the errors of their points "
-                f"({self.point_error:.2g} N; {chance_text(self.p_value)}), and the intervals are as wide as this asks for"
+                f"({errors}), and the intervals are as wide as this asks for"
             )
         if self.likely:
             first, *others = self.likely
