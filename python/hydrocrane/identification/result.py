@@ -152,7 +152,7 @@ class StaticFit:
     unknowns : int
         Free parameters of the map.
     misfit : Misfit
-        How far the levels lie off the map, and what the rest may depend on   (None of a reading).
+        How far the levels lie off the map, and what the rest may depend on   (None of readings and alternatives).
     aicc : float
         Akaike's information criterion, corrected for few levels; less is likelier, among fits of the same
         points.

@@ -14,6 +14,8 @@ from hydrocrane.identification.least_squares import Problem, level_means, scale_
 
 # The weights follow the slope of the map and the scatter that was found.
 ROUNDS = 4
+# Weights that change by less than this share have settled.
+SETTLED = 1e-5
 
 
 @dataclass(frozen=True)
@@ -63,11 +65,14 @@ def _fitted(forms: Sequence[Form], problem: Callable[[Form], Problem]) -> list[C
 
 def refined(form: Form, problem: Problem) -> Candidate:
     """Plain least squares with weights that follow the slope of the map and the scatter that was found."""
-    x, scale = problem.begin(problem.start), 1.0
+    x, scale, before = problem.begin(problem.start), 1.0, np.zeros(len(problem.points))
     for _ in range(ROUNDS):
         problem = with_floor(problem, x)
         sigma = problem.standard_deviation(problem.theta(x))
-        x = problem.solve(x, sigma * scale).x
+        if np.allclose(sigma * scale, before, rtol=SETTLED, atol=0.0):
+            break
+        before = sigma * scale
+        x = problem.solve(x, before).x
         scale = scale_of(problem, x, sigma)[0]
     return Candidate(form, problem, x, sigma, aicc(problem, x))
 

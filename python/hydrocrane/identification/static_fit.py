@@ -129,7 +129,8 @@ def fit_static(
         forms, () if form else wish.freedoms["stribeck-exponent"][1:], lambda of: problem(of, kept)
     )
     best, *others = (_result(points, candidate, wish, rejected, velocity_share) for candidate in candidates)
-    told = replace(best, alternatives=tuple(others))
+    likeliest = candidates[0]
+    told = replace(best, alternatives=tuple(others), misfit=misfit_of(likeliest.problem, likeliest.x))
     return replace(told, warnings=warnings_of(told, bool(sensors.priors)))
 
 
@@ -185,7 +186,6 @@ def _result(
         spread=_spread(problem, theta, slopes / (sigma[:, None] * scale), scale, freedom, share),
         rejected=tuple(sorted(rejected, key=lambda r: r.index)),
         at_bounds=_at_bounds(problem, x),
-        misfit=misfit_of(problem, x),
         solved=Solved(problem, x, sigma * scale),
     )
 
