@@ -38,22 +38,37 @@ def averaged(weights: ArrayLike, values: Sequence[float], intervals: Sequence[En
     outside = 0.5 * (1.0 - level)
     far = float(norm.isf(outside))
 
-    def excess(x: float, of: float) -> float:
-        below = [
+    def below(x: float) -> float:
+        """Weighted share of all models below x."""
+        shares = [
             norm.cdf(far * (x - value) / max(value - low if x < value else high - value, 1e-12 * (1.0 + abs(value))))
             for value, (low, high) in zip(values, intervals, strict=True)
         ]
-        return float(np.dot(np.asarray(weights, dtype=float), below)) - of
+        return float(np.dot(np.asarray(weights, dtype=float), shares))
 
-    return _between([low for low, _ in intervals], excess, outside), _between(
-        [high for _, high in intervals], excess, 1.0 - outside
+    low, high = min(intervals, key=lambda ends: ends[1] - ends[0])
+    lows, highs = [ends[0] for ends in intervals], [ends[1] for ends in intervals]
+    width = high - low
+    return (
+        _between(lows, low, width, lambda x: below(x) - outside),
+        _between(highs, high, width, lambda x: below(x) - (1.0 - outside)),
     )
 
 
-def _between(ends: Sequence[float], excess: Callable[[float, float], float], of: float) -> float:
-    """Where the weighted share reaches its aim: between the ends of all models."""
-    first, last = min(ends), max(ends)
-    if last - first <= 1e-9 * max(abs(first), abs(last)):
-        return first
-    room = 1e-3 * (last - first)
-    return float(brentq(excess, first - room, last + room, args=(of,), xtol=1e-6 * room))
+def _between(ends: Sequence[float], near: float, width: float, excess: Callable[[float], float]) -> float:
+    """Where the excess vanishes: between the least and the greatest of the ends.
+
+    Ends may lie many orders of magnitude apart, so that the search goes over the logarithm of the distance from the
+    end `near` of the narrowest interval, in units of its `width`.
+    """
+    target = min(ends) if excess(near) >= 0.0 else max(ends)
+    sign = 1.0 if target > near else -1.0
+    # At the last end all models agree; rounding alone may hide it.
+    if width <= 0.0 or target == near or sign * excess(target) <= 0.0:
+        return target
+
+    def place(u: float) -> float:
+        return near + sign * width * float(np.expm1(u))
+
+    distance = float(np.log1p(abs(target - near) / width))
+    return place(float(brentq(lambda u: sign * excess(place(u)), 0.0, distance, xtol=1e-12)))

@@ -156,6 +156,11 @@ def test_averaged_intervals():
     # Two models alike, far apart: each interval's outer end at the quantile 0.95 instead of 0.975.
     far = averaged([0.5, 0.5], [0.0, 100.0], [(-1.96, 1.96), (98.04, 101.96)], 0.95)
     assert far == pytest.approx((-1.645, 101.645), abs=2e-3)
+    # Alike to the last digits, and wide beyond measure: no search may fail on it.
+    same = averaged([0.3, 0.7], [1.0, 1.0], [(0.5, 1.5), (0.5 + 1e-13, 1.5 - 1e-13)], 0.95)
+    assert same == pytest.approx((0.5, 1.5))
+    wide = averaged([0.999, 0.001], [1.0, 1.0], [(0.5, 1.5), (1e-300, 1e300)], 0.95)
+    assert wide[0] == pytest.approx(0.5, abs=0.01) and 1.5 <= wide[1] < 1.51
     assert akaike_weights([3.0, 5.0]) == pytest.approx([1 / (1 + np.exp(-1)), 1 / (1 + np.e)])
 
 
