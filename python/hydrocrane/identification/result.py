@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import datetime
-import json
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -16,6 +13,7 @@ from numpy.typing import NDArray
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.identification.averaging import akaike_weights, averaged
+from hydrocrane.identification.block import head, interval, signature
 from hydrocrane.identification.form import Form
 from hydrocrane.identification.misfit import Misfit
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
@@ -25,40 +23,6 @@ from hydrocrane.identification.static_map import BREAKAWAY_SPEED, LABELS, LOGARI
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
-
-
-def checked_name(name: str) -> str:
-    """A name that can head a table of a machine file."""
-    if not re.fullmatch(r"[A-Za-z0-9_-]+", name):
-        nearest = re.sub(r"[^A-Za-z0-9_-]+", "-", name).strip("-")
-        raise InputError(
-            f"`{name}` cannot be the name of a table [friction.<name>]: letters, digits, - and _ can"
-            + (f"; take `{nearest}`" if nearest else "")
-        )
-    return name
-
-
-def head(name: str, cylinder: str, source: str, model: str) -> list[str]:
-    """The first lines of the block of a fit."""
-    return [
-        f"[friction.{checked_name(name)}]",
-        'class = "fitted"',
-        f"source = {json.dumps(source, ensure_ascii=False)}",
-        f"cylinder = {json.dumps(cylinder)}",
-        f"model = {json.dumps(model)}",
-    ]
-
-
-def signature(date: str = "") -> str:
-    """Who fitted, and on which day; today by default."""
-    from hydrocrane import __version__
-
-    return f"hydrocrane {__version__}, {date or datetime.date.today().isoformat()}"
-
-
-def interval(low: float, high: float) -> str:
-    """An interval as a block's comments show it."""
-    return f"{low:.4g} .. {high:.4g}" if np.isfinite(low) else "not identifiable"
 
 
 # Forms within so much of Akaike's criterion are not told apart for certain: those beyond have considerably less support
@@ -434,18 +398,6 @@ def fitted_velocity(points: FrictionPoints, linearity_error: float = 0.0) -> Arr
         points.velocity if points.position is None else points.velocity * (1.0 - linearity_error * points.position)
     )
     return np.where(points.velocity == 0.0, points.sign * BREAKAWAY_SPEED, straight)
-
-
-def shown(value: float, low: float, high: float) -> str:
-    """A value beside its interval; what only a prior or an edge decides comes out as rounding errors of zero."""
-    return "0" if abs(value) < 1e-6 * max(abs(low), abs(high)) else f"{value:.4g}"
-
-
-def parameter_row(label: str, unit: str, value: float, low: float, high: float) -> tuple[str, str, str, str, str]:
-    """A row of a table: parameter, unit, value, both ends of its interval."""
-    if not (np.isfinite(low) and np.isfinite(high)):
-        return (label, unit, "-", "not identifiable", "")
-    return (label, unit, shown(value, low, high), f"{low:.4g}", f"{high:.4g}")
 
 
 def missing_directions(fit: StaticFit) -> list[str]:

@@ -11,12 +11,13 @@ from numpy.typing import ArrayLike
 
 from hydrocrane._moved import renamed_keyword
 from hydrocrane.identification.averaging import akaike_weights
+from hydrocrane.identification.block import parameter_row, shown
 from hydrocrane.identification.form import Exponents
 from hydrocrane.identification.graphical import graphical
 from hydrocrane.identification.least_squares import Loss
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints, SteadyWindow
 from hydrocrane.identification.report import Report, Section, Stage, Table
-from hydrocrane.identification.result import ALIKE, StaticFit, of_sensors, parameter_row, shown
+from hydrocrane.identification.result import ALIKE, StaticFit, of_sensors
 from hydrocrane.identification.setup import Bias
 from hydrocrane.identification.static_fit import fit_static
 from hydrocrane.identification.static_map import EXPONENTS
@@ -63,13 +64,13 @@ class StaticIdentification:
         """(title, function that makes the section) in the order of the report."""
         return [
             ("Data", self._data),
-            ("Windows left out", self._windows),
             ("Static friction", self._map),
             ("Parameters", self._parameters),
             ("Forms of the map", self._forms),
             ("What is left over", self._left_over),
             ("Correlation", self._correlation),
             ("Points left out", self._points_left_out),
+            ("Windows left out", self._windows),
             ("Block for the machine file", lambda: self._block(cylinder)),
         ]
 
