@@ -13,7 +13,7 @@ from scipy.stats import chi2
 from scipy.stats import f as fisher
 
 from hydrocrane.arrays import Array
-from hydrocrane.identification.least_squares import Problem, scatter
+from hydrocrane.identification.least_squares import Problem, floor_is_found, level_means
 from hydrocrane.identification.misfit import Cause, Misfit
 from hydrocrane.identification.points import FrictionPoints
 
@@ -46,11 +46,16 @@ def misfit_of(problem: Problem, x: Array) -> Misfit:
     free = slopes[:, : problem.unknowns + len(problem.sensors.offsets)]
     left = -residuals
     causes = [_cause(name, values, left, free, sigma, points, size) for name, values in _candidates(points, free, left)]
-    of_levels = scatter(points, residuals, np.maximum(own, 1e-9 * size), problem.unknowns)
-    freedom = of_levels.between_freedom
+    # A floor that was given is one of the stated errors.
+    stated = np.maximum(own if problem.free_floor else problem.standard_deviation(theta), 1e-9 * size)
+    weight, means, _ = level_means(points, residuals, stated)
+    spare = means.size - problem.unknowns
+    # Bounds may keep a map off its levels that has parameters enough for all of them.
+    freedom = max(spare, 1)
     return Misfit(
-        p_value=float(chi2.sf(of_levels.between * freedom, freedom)) if freedom > 0 else np.nan,
-        floor=problem.floor if problem.free_floor and freedom > 0 else 0.0,
+        p_value=float(chi2.sf(np.sum(weight * means**2), freedom)),
+        spare=spare,
+        floor=problem.floor if floor_is_found(problem) else float(np.sqrt(np.sum(means**2) / freedom)),
         point_error=float(np.median(own)),
         force=float(np.median(np.abs(points.force))),
         shares=left * points.sign / size,

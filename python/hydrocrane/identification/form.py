@@ -85,6 +85,11 @@ class Wish:
             chosen = {"stribeck-exponent": (HELD, SHARED), "viscous-exponent": (HELD, SHARED, EACH)}
             other = (HELD,) if exponents == "fixed" else (EACH,)
             return cls(values, chosen if exponents == "chosen" else dict.fromkeys(EXPONENTS, other))
+        if not isinstance(exponents, Mapping):
+            raise InputError(
+                f"exponents is {', '.join(f'`{name}`' for name in CHOICES)}, or a dict such as "
+                f"{{'viscous-exponent': 1}}; got {exponents!r}"
+            )
         freedoms: dict[str, tuple[str, ...]] = dict.fromkeys(EXPONENTS, (HELD,))
         for name, value in exponents.items():
             if isinstance(value, str):

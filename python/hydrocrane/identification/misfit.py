@@ -74,9 +74,12 @@ class Misfit:
     Attributes
     ----------
     p_value : float
-        Chance of levels as far off by their stated errors; NaN without levels to spare.
+        Chance of levels as far off by their stated errors.
+    spare : int
+        Levels less the parameters of the map; below one nothing checks it but its bounds.
     floor, point_error, force : float
-        Scatter of the levels beyond their errors, median error of a point, median friction, N.
+        Scatter of the levels beyond their errors (about the map where few are to spare), median error of a point,
+        median friction, N.
     shares : ndarray, shape (n,)
         What is left of each point's friction, measured less fitted, as a share of the map's.
     direction : ndarray of int, shape (n,)
@@ -86,6 +89,7 @@ class Misfit:
     """
 
     p_value: float
+    spare: int
     floor: float
     point_error: float
     force: float

@@ -15,6 +15,7 @@ from hydrocrane.identification.block import parameter_row, shown
 from hydrocrane.identification.form import Exponents
 from hydrocrane.identification.graphical import graphical
 from hydrocrane.identification.least_squares import Loss
+from hydrocrane.identification.misfit import chance_text
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints, SteadyWindow
 from hydrocrane.identification.report import Report, Section, Stage, Table
 from hydrocrane.identification.result import ALIKE, StaticFit, of_sensors
@@ -152,7 +153,7 @@ class StaticIdentification:
         text = (
             f"The levels lie {misfit.floor:.2g} N off the map beyond the errors of their points, "
             f"{misfit.point_error:.2g} N in the median: {100 * misfit.floor / misfit.force:.2g} % of the friction"
-            + ("." if np.isnan(misfit.p_value) else f", by chance in {misfit.p_value:.1g} of all cases without misfit.")
+            f", {chance_text(misfit.p_value)} where there is no misfit."
         )
         rows = tuple(
             (cause.name, f"{100 * cause.change:+.2g}", f"{cause.p_value:.2g}", "yes" if cause.shows else "no")

@@ -87,7 +87,7 @@ def _poorly_known(fit: StaticFit) -> Iterator[str]:
 
 
 def _too_few(fit: StaticFit) -> Iterator[str]:
-    if fit.misfit is not None and np.isnan(fit.misfit.p_value):
+    if fit.misfit is not None and fit.misfit.spare <= 0:
         yield "as many parameters as levels or more: nothing is left to check the map against"
 
 

@@ -214,6 +214,17 @@ def test_another_form_of_the_map_is_named():
     assert any("another form" in text for text in fit.warnings)
 
 
+def test_misfit_of_few_levels_is_told_too():
+    """Three levels each way are too few for a Stribeck term, and friction falls all the same."""
+    fit = fit_static(synthetic_points(HIDDEN, speeds=[1e-3, 0.05, 0.1], force_error=0.5, velocity_error=0.0, seed=2))
+    assert not any("does not describe" in text for text in fit.warnings)
+    law = StaticMap.of({**HIDDEN.pairs, "breakaway": 900})
+    fit = fit_static(synthetic_points(law, speeds=[1e-3, 0.02, 0.1], force_error=0.5, velocity_error=0.0, seed=2))
+    assert fit.misfit.notable and any("does not describe" in text for text in fit.warnings)
+    low, high = fit.intervals()["coulomb.extending"]
+    assert low < 157.0 < high
+
+
 def test_clean_points_raise_no_alarm():
     """40 fits of the right form, with positions, times, pressures and loads that mean nothing."""
     alarms = 0

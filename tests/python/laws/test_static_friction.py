@@ -367,6 +367,9 @@ def test_points_that_may_stand_still_are_left_out():
     ("wish", "said"),
     [
         ({"exponents": "fre"}, "did you mean `free`"),
+        ({"exponents": None}, "or a dict such as"),
+        ({"exponents": {"viscous-exponent": [1, 2, 3]}}, "one per direction"),
+        ({"held": {"viscous": 1.0}}, "viscous-exponent"),
         ({"exponents": {"stribeck": 2}}, "stribeck-exponent"),
         ({"exponents": {"stribeck-exponent": "loose"}}, "loose"),
         ({"exponents": {"viscous-exponent": -1.0}}, "between 0 and 10"),
