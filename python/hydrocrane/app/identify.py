@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
 from hydrocrane.app.console import complain, reporting, say
 from hydrocrane.app.options import stretch, wanted_suffix
 
+if TYPE_CHECKING:
+    from hydrocrane.identification.form import Exponents
+
 identify = typer.Typer(name="identify", help="Identification from measured logs.", no_args_is_help=True)
-
-
-class ExponentChoice(StrEnum):
-    fixed = "fixed"
-    free = "free"
 
 
 @identify.callback()
@@ -40,7 +37,10 @@ def identify_friction(
     zero: Annotated[str | None, typer.Option(help="Seconds at zero pressure, FROM:TO, e.g. 0:1.")] = None,
     load_cell: Annotated[bool, typer.Option("--load-cell", help="Take the load's weight from `force`.")] = False,
     rod_mass: Annotated[float, typer.Option(help="What moves on the cylinder's side of the load cell, kg.")] = 0.0,
-    exponents: Annotated[ExponentChoice, typer.Option(help="Hold both exponents, or fit them.")] = ExponentChoice.fixed,
+    exponents: Annotated[
+        str,
+        typer.Option(help="chosen (by likelihood), fixed (as in the rig's file), free, or e.g. viscous-exponent=1."),
+    ] = "chosen",
     cylinder: Annotated[str | None, typer.Option(help="Name that the cylinder has in the machine file.")] = None,
     report: Annotated[Path | None, typer.Option(help="Page with every stage: .html.")] = None,
     write: Annotated[Path | None, typer.Option(help="Block for a machine file: .toml.")] = None,
@@ -57,7 +57,7 @@ def identify_friction(
     with reporting() as tell:
         found = hc.identify_friction(
             logs, rig, ramps=ramp, steps=step, mapping=mapping, payload=payload, zero=stretch("--zero", zero, "0:1"),
-            load_cell=load_cell, rod_mass=rod_mass, exponents=exponents.value, progress=tell,
+            load_cell=load_cell, rod_mass=rod_mass, exponents=_exponents(exponents), progress=tell,
         )  # fmt: skip
     say(found.summary())
     written = []
@@ -75,3 +75,21 @@ def identify_friction(
         complain(message)
     if failed:
         raise typer.Exit(1)
+
+
+def _exponents(text: str) -> Exponents:
+    """``chosen``, ``fixed``, ``free``, or ``name=value`` pairs apart by commas."""
+    from hydrocrane.errors import InputError
+
+    if "=" not in text:
+        return cast("Exponents", text)
+    found: dict[str, float | str] = {}
+    for pair in text.split(","):
+        name, _, value = (part.strip() for part in pair.partition("="))
+        try:
+            found[name] = value if value == "free" else float(value)
+        except ValueError:
+            raise InputError(
+                f"--exponents takes chosen, fixed, free, or values as viscous-exponent=1; got `{pair.strip()}`"
+            ) from None
+    return found

@@ -5,23 +5,26 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
 from hydrocrane.identification.campaign_result import Identification, LeftOut, Stage
 from hydrocrane.identification.comparison import FrictionComparison, compare_friction
 from hydrocrane.identification.dynamic import fit_dynamic
 from hydrocrane.identification.dynamic_result import DynamicFit
+from hydrocrane.identification.form import Exponents, Wish
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.records import RAMP, STEADY, STEP, Reading, Record
 from hydrocrane.identification.sensors import PRESSURES, bias_without_zero, largest_error, linearity_error, span_error
-from hydrocrane.identification.setup import Exponents
+from hydrocrane.identification.static_map import EXPONENTS
 from hydrocrane.identification.static_stage import StaticIdentification, identify_static
 from hydrocrane.logs.columns import LogLike
 from hydrocrane.logs.mapping import MappingLike
-from hydrocrane.machine.machine import MachineLike, as_machine
+from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.signals import RigParameters, SteadyWindows, steady_windows
 
 if TYPE_CHECKING:
@@ -52,7 +55,7 @@ def identify_friction(
     zero: tuple[float, float] | None = None,
     load_cell: bool = False,
     rod_mass: float = 0.0,
-    exponents: Exponents = "fixed",
+    exponents: Exponents = "chosen",
     progress: Callable[[str], None] | None = None,
 ) -> Identification:
     """Identify the friction of a rig's cylinder from its logs.
@@ -76,8 +79,9 @@ def identify_friction(
         Take the load's weight from ``force``.
     rod_mass : float
         What moves on the cylinder's side of the load cell, kg.
-    exponents : {"fixed", "free"} or dict
-        As for :func:`~hydrocrane.identification.fit_static`.
+    exponents : {"chosen", "fixed", "free"} or dict
+        As for :func:`~hydrocrane.identification.fit_static`. Exponents that are held, are held at the values of the
+        rig's file.
     progress : callable, optional
         Called with what is being done.
 
@@ -93,6 +97,7 @@ def identify_friction(
     """
     machine = as_machine(rig)
     RigParameters.of(machine, payload=payload)
+    Wish.of(exponents)
     tell = progress or (lambda _: None)
     tell("reading the logs")
     reading = Reading(machine, mapping, payload, zero, load_cell)
@@ -102,6 +107,16 @@ def identify_friction(
     campaign = _Campaign(Identification(machine, records), tell, load_cell, rod_mass, exponents)
     campaign.run()
     return campaign.found
+
+
+def held_exponents(rig: Machine) -> dict[str, Array]:
+    """Exponents of the friction of a rig's cylinder, (extending, retracting), as far as its file has them."""
+    found = {}
+    for name in EXPONENTS:
+        for key in rig.keys:
+            if key.startswith("friction.") and key.endswith(f".{name}"):
+                found[name] = np.asarray(rig.value(key).si, dtype=float)
+    return found
 
 
 class _Campaign:
@@ -225,9 +240,11 @@ class _Campaign:
     def _points(self, chosen: Iterable[int]) -> FrictionPoints:
         """Points of some of the steady logs, by number."""
         numbers = list(chosen)
-        return FrictionPoints.joined(
-            [FrictionPoints.from_windows(self.found.windows[i], source=[self.steady[i].name]) for i in numbers]
-        )
+        return FrictionPoints.joined([self._points_of(i) for i in numbers])
+
+    def _points_of(self, i: int) -> FrictionPoints:
+        points = FrictionPoints.from_windows(self.found.windows[i], source=[self.steady[i].name])
+        return replace(points, load=np.full(len(points), self.steady[i].payload))
 
     def _static(self) -> StaticIdentification:
         self.tell("fitting the static map")
@@ -237,6 +254,7 @@ class _Campaign:
             self._points(range(len(pairs))),
             rejected_windows=left_out,
             exponents=self.exponents,
+            held=held_exponents(self.found.rig),
             bias=self._biases(),
             span=span_error(self.found.rig),
             linearity_error=linearity_error(self.found.rig),
@@ -259,7 +277,7 @@ class _Campaign:
         self.tell("comparing loads and pressures")
         # The same sensors read all logs, so that their constant error does not differ between groups.
         groups = {name: self._points(numbers) for name, numbers in self._groups().items()}
-        found = compare_friction(groups, margin=MARGIN)
+        found = compare_friction(groups, margin=MARGIN, exponents=self.exponents, held=held_exponents(self.found.rig))
         if found.conclusion.startswith("different"):
             self.found.warnings.append(f"one map was fitted to all logs, but: {found.sentence}")
         return found

@@ -11,11 +11,12 @@ from pathlib import Path
 
 from hydrocrane.errors import InputError, ResultFileError
 from hydrocrane.files.whole_file import write_text
+from hydrocrane.identification.block import head, interval, parameter_row, signature
 from hydrocrane.identification.comparison import FrictionComparison
 from hydrocrane.identification.dynamic_result import UNITS, DynamicFit
 from hydrocrane.identification.records import STEADY, Record, name_of
 from hydrocrane.identification.report import Report, Section, Table
-from hydrocrane.identification.result import head, interval, of_sensors, parameter_row, signature
+from hydrocrane.identification.result import of_sensors
 from hydrocrane.identification.rig_unknowns import DYNAMIC
 from hydrocrane.identification.sensors import PRESSURES
 from hydrocrane.identification.static_stage import StaticIdentification

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 from scipy.stats import f as fisher
 from scipy.stats import t as student
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
-from hydrocrane.identification.least_squares import level_means
+from hydrocrane.identification.form import Exponents
+from hydrocrane.identification.least_squares import Loss, level_means
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.profile import Solved
 from hydrocrane.identification.result import StaticFit
-from hydrocrane.identification.setup import FLOOR_SHARE, Exponents
+from hydrocrane.identification.setup import FLOOR_SHARE
 from hydrocrane.identification.static_fit import fit_static
 from hydrocrane.identification.static_map import Coordinates
 
@@ -158,7 +160,8 @@ def compare_friction(
     *,
     margin: float = 0.1,
     significance: float = 0.05,
-    exponents: Exponents = "fixed",
+    exponents: Exponents = "chosen",
+    held: Mapping[str, ArrayLike] | None = None,
     offset_deviation: float = 0.0,
 ) -> FrictionComparison:
     """Test whether groups of points (loads, supply pressures, days) share one friction map.
@@ -171,8 +174,8 @@ def compare_friction(
         Share of the friction below which a difference does not matter.
     significance : float
         Chance of a wrong conclusion that is accepted.
-    exponents
-        As for :func:`fit_static`.
+    exponents, held
+        As for :func:`fit_static`; what is chosen is chosen once, from the points of all groups.
     offset_deviation : float
         Standard deviation, N, of a constant force error that differs from group to group and, as the pressures do,
         from direction to direction: from the span error of pressure transmitters under another load or supply, or a
@@ -181,10 +184,16 @@ def compare_friction(
     _check(groups, margin, significance, offset_deviation)
     everything = np.concatenate([points.force for points in groups.values()])
     floor = FLOOR_SHARE * float(np.median(np.abs(everything)))
-    fits = {name: fit_static(points, exponents=exponents, floor=floor) for name, points in groups.items()}
+    together = FrictionPoints.joined(list(groups.values()))
+    form = fit_static(together, exponents=exponents, held=held, floor=floor).form
+
+    def fitted(points: FrictionPoints, loss: Loss = "soft_l1") -> StaticFit:
+        return fit_static(points, exponents=exponents, held=held, form=form, floor=floor, loss=loss)
+
+    fits = {name: fitted(points) for name, points in groups.items()}
     reference, *others = fits
     differences = tuple(_difference(fits, name, reference, offset_deviation) for name in others)
-    statistic, freedom = _nested_test(list(fits.values()), exponents, floor, offset_deviation)
+    statistic, freedom = _nested_test(list(fits.values()), lambda points: fitted(points, "linear"), offset_deviation)
     return FrictionComparison(
         fits=fits,
         differences=differences,
@@ -214,7 +223,7 @@ def _solved(fit: StaticFit) -> Solved:
 
 
 def _nested_test(
-    fits: list[StaticFit], exponents: Exponents, floor: float, deviation: float
+    fits: list[StaticFit], fitted: Callable[[FrictionPoints], StaticFit], deviation: float
 ) -> tuple[float, tuple[int, int]]:
     """F statistic of one map against one map per group, from the levels' scatter about the separate maps."""
     solved = [_solved(fit) for fit in fits]
@@ -233,19 +242,19 @@ def _nested_test(
     scale = float(np.sqrt(separate / spare)) or 1e-9
     sigma = np.concatenate(expected) * scale
     apart = sum(float(np.sum((s.problem.residuals(s.x)[0] / (e * scale)) ** 2)) for s, e in zip(solved, expected))
-    together, free = _pooled(solved, sigma, exponents, floor, deviation)
+    together, free = _pooled(solved, sigma, fitted, deviation)
     extra = sum(unknowns) - free
     return max(together - apart, 0.0) / extra, (extra, spare)
 
 
 def _pooled(
-    solved: list[Solved], sigma: Array, exponents: Exponents, floor: float, deviation: float
+    solved: list[Solved], sigma: Array, fitted: Callable[[FrictionPoints], StaticFit], deviation: float
 ) -> tuple[float, int]:
     """Least sum of squares of one map for all groups, each with an offset of its own per direction where one is
     allowed; the first group has none."""
     groups = [s.problem.points for s in solved]
     points = FrictionPoints.joined(groups)
-    first = fit_static(points, exponents=exponents, floor=floor, loss="linear")
+    first = fitted(points)
     coordinates = Coordinates(float(points.speed.max()))
     start = coordinates.of_map(first.law)
     problem = replace(_solved(first).problem, points=points, coordinates=coordinates, start=start)

@@ -12,10 +12,11 @@ from scipy import stats
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
+from hydrocrane.identification.block import interval, signature
 from hydrocrane.identification.bristle import Reading
 from hydrocrane.identification.output_error import Estimate
 from hydrocrane.identification.report import Section, Stage, Table
-from hydrocrane.identification.result import StaticFit, interval, labelled, signature
+from hydrocrane.identification.result import StaticFit, labelled
 from hydrocrane.identification.rig_model import RigResiduals
 from hydrocrane.identification.rig_unknowns import DYNAMIC
 from hydrocrane.machine.machine import Machine

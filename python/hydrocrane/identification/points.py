@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +19,10 @@ DIRECTIONS = ("extending", "retracting")
 LEVEL_SHARE = 0.1
 # Levels are told apart only by gaps that the errors of the velocities do not explain.
 LEVEL_ERRORS = 3.0
+# What there is one of for each point.
+COLUMNS = (
+    "velocity", "force", "velocity_error", "force_error", "direction", "chambers", "position", "time", "load",
+)  # fmt: skip
 
 
 class SteadyWindow(Protocol):
@@ -81,6 +85,10 @@ class FrictionPoints:
         x as read, m, from the middle of the position sensor's range: what the error of its slope grows with.
     of_log : ndarray of int, shape (n,), optional
         Number of the log that a point comes from, from 0; None where they all come from one.
+    time : ndarray, shape (n,), optional
+        Middle of the window in its log, s: what friction changes with where the oil warms up.
+    load : ndarray, shape (n,), optional
+        Mass on the rod, kg.
     """
 
     velocity: Array
@@ -92,6 +100,8 @@ class FrictionPoints:
     chambers: Array | None = None
     position: Array | None = None
     of_log: NDArray[np.int_] | None = None
+    time: Array | None = None
+    load: Array | None = None
 
     @classmethod
     def of(
@@ -131,15 +141,16 @@ class FrictionPoints:
     def from_windows(cls, windows: Iterable[SteadyWindow], *, source: Iterable[str] = ()) -> FrictionPoints:
         """Points from accepted steady windows: anything with velocity, force and their errors as attributes.
 
-        Windows of several logs may stand in one row; `chambers` (p1 A1, p2 A2) and `position` are taken where every
-        window has them.
+        Windows of several logs may stand in one row; `chambers` (p1 A1, p2 A2), `position` and the time between
+        `start` and `end` are taken where every window has them.
         """
         given = list(windows)
         table = [(w.velocity, w.force, w.velocity_error, w.force_error) for w in given]
         columns = np.array(table, dtype=float).reshape(-1, 4).T
         pushed = [getattr(w, "chambers", None) for w in given]
         place = np.array([getattr(w, "position", np.nan) for w in given])
-        return cls.of(
+        time = np.array([0.5 * (getattr(w, "start", np.nan) + getattr(w, "end", np.nan)) for w in given])
+        points = cls.of(
             columns[0],
             columns[1],
             velocity_error=columns[2],
@@ -148,12 +159,13 @@ class FrictionPoints:
             chambers=[p for p in pushed if p is not None] if pushed and None not in pushed else None,
             position=place if np.isfinite(place).all() else None,
         )
+        return replace(points, time=time) if np.isfinite(time).all() else points
 
     @classmethod
     def joined(cls, logs: Sequence[FrictionPoints]) -> FrictionPoints:
         """Points of several logs in one row, those of each after the other.
 
-        `chambers` and `position` stay where every log has them.
+        `chambers`, `position`, `time` and `load` stay where every log has them.
         """
         if not logs:
             raise InputError("no friction points: no log was handed over")
@@ -175,6 +187,8 @@ class FrictionPoints:
             chambers=column("chambers"),
             position=column("position"),
             of_log=of_log,
+            time=column("time"),
+            load=column("load"),
         )
 
     def __len__(self) -> int:
@@ -182,11 +196,9 @@ class FrictionPoints:
 
     def select(self, keep: NDArray[np.bool_]) -> FrictionPoints:
         """The points where `keep` is true."""
-        errors = self.velocity_error[keep], self.force_error[keep]
-        pushed = None if self.chambers is None else self.chambers[keep]
-        place = None if self.position is None else self.position[keep]
-        kept = self.velocity[keep], self.force[keep], *errors, self.direction[keep]
-        return FrictionPoints(*kept, self.source, pushed, place, self.log[keep])
+        columns = {name: getattr(self, name) for name in COLUMNS}
+        kept: dict[str, Any] = {name: None if values is None else values[keep] for name, values in columns.items()}
+        return replace(self, **kept, of_log=self.log[keep])
 
     @cached_property
     def log(self) -> NDArray[np.int_]:

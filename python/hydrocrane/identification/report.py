@@ -23,6 +23,8 @@ nav ul { columns: 2; padding-left: 1.2rem; } nav .failed { color: #c8553d; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
 th, td { text-align: right; padding: .2rem .7rem; border-bottom: 1px solid #e4e7eb; }
 th:first-child, td:first-child { text-align: left; }
+/* A table wider than the page scrolls by itself. */
+.table { overflow-x: auto; }
 img { max-width: 100%; } pre { background: #f5f7f9; padding: .8rem; overflow-x: auto; }
 .warnings { border-left: 4px solid #e08e2b; padding: .1rem 1rem; background: #fdf6ec; }
 .failure { border-left: 4px solid #c8553d; padding: .1rem 1rem; background: #fbeeea; }
@@ -142,7 +144,7 @@ def _entry(number: int, section: Section) -> str:
 def _table(table: Table) -> str:
     head = "".join(f"<th>{html.escape(h)}</th>" for h in table.headings)
     rows = "".join(f"<tr>{''.join(f'<td>{html.escape(cell)}</td>' for cell in row)}</tr>" for row in table.rows)
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+    return f'<div class="table"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>'
 
 
 def _picture(figure: Figure) -> str:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import datetime
-import json
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -15,6 +12,10 @@ from numpy.typing import NDArray
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
+from hydrocrane.identification.averaging import akaike_weights, averaged
+from hydrocrane.identification.block import head, interval, signature
+from hydrocrane.identification.form import Form
+from hydrocrane.identification.misfit import Misfit
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.reach import BOUND, reach
 from hydrocrane.identification.static_map import BREAKAWAY_SPEED, LABELS, LOGARITHMIC, PARAMETERS, StaticMap, unit_of
@@ -24,40 +25,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def checked_name(name: str) -> str:
-    """A name that can head a table of a machine file."""
-    if not re.fullmatch(r"[A-Za-z0-9_-]+", name):
-        nearest = re.sub(r"[^A-Za-z0-9_-]+", "-", name).strip("-")
-        raise InputError(
-            f"`{name}` cannot be the name of a table [friction.<name>]: letters, digits, - and _ can"
-            + (f"; take `{nearest}`" if nearest else "")
-        )
-    return name
-
-
-def head(name: str, cylinder: str, source: str, model: str) -> list[str]:
-    """The first lines of the block of a fit."""
-    return [
-        f"[friction.{checked_name(name)}]",
-        'class = "fitted"',
-        f"source = {json.dumps(source, ensure_ascii=False)}",
-        f"cylinder = {json.dumps(cylinder)}",
-        f"model = {json.dumps(model)}",
-    ]
-
-
-def signature(date: str = "") -> str:
-    """Who fitted, and on which day; today by default."""
-    from hydrocrane import __version__
-
-    return f"hydrocrane {__version__}, {date or datetime.date.today().isoformat()}"
-
-
-def interval(low: float, high: float) -> str:
-    """An interval as a block's comments show it."""
-    return f"{low:.4g} .. {high:.4g}" if np.isfinite(low) else "not identifiable"
-
-
+# Forms within so much of Akaike's criterion are not told apart for certain: those beyond have considerably less support
+# (Burnham and Anderson, Model Selection, 2002, section 2.6).
+ALIKE = 4.0
 OFFSET, SPANS, LINEARITY = "offset", ("span.p1", "span.p2"), "linearity"
 # Errors of the sensors that a fit may carry along; with one offset for each log these are offset.1, offset.2 ...
 OF_SENSORS = (OFFSET, *SPANS, LINEARITY)
@@ -141,6 +111,18 @@ class StaticFit:
         Parameters that ended at the edge of what is physical.
     warnings : tuple of str
         What is not identifiable from these data.
+    form, form_text
+        Which terms the map has and which exponents are free; the same in words.
+    unknowns : int
+        Free parameters of the map.
+    misfit : Misfit
+        How far the levels lie off the map, and what the rest may depend on   (None of readings and alternatives).
+    aicc : float
+        Akaike's information criterion, corrected for few levels; less is likelier, among fits of the same
+        points.
+    alternatives : tuple of StaticFit
+        Fits of the other forms that were tried, the likeliest first. The `intervals` are averaged
+        over those within 4 AICc, by their likelihood.
     """
 
     points: FrictionPoints
@@ -154,6 +136,12 @@ class StaticFit:
     at_bounds: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     solved: Profile | None = field(default=None, repr=False)
+    form: Form = Form()
+    form_text: str = ""
+    unknowns: int = 0
+    misfit: Misfit | None = None
+    aicc: float = np.nan
+    alternatives: tuple[StaticFit, ...] = field(default=(), repr=False)
 
     @property
     def offset(self) -> float:
@@ -265,8 +253,7 @@ class StaticFit:
             raise unknown("method of intervals", chosen, ("t", "profile"))
         # Profiles are searched for: the block, the report and the warnings ask for the same ones.
         if (level, chosen) not in self._intervals:
-            found = {label: self._interval(spread, label, level, chosen) for label in spread.labels}
-            self._intervals[level, chosen] = found
+            self._intervals[level, chosen] = {label: self._interval(label, level, chosen) for label in spread.labels}
         return dict(self._intervals[level, chosen])
 
     @cached_property
@@ -274,10 +261,44 @@ class StaticFit:
         """Intervals that were asked for, by level and method."""
         return {}
 
-    def _interval(self, spread: Spread, label: str, level: float, method: str) -> tuple[float, float]:
+    @cached_property
+    def rivals(self) -> tuple[StaticFit, ...]:
+        """The alternatives that the points hardly tell from this one."""
+        return tuple(fit for fit in self.alternatives if fit.aicc - self.aicc < ALIKE)
+
+    def _interval(self, label: str, level: float, method: str) -> tuple[float, float]:
+        """The interval of a parameter over all forms that the points hardly tell apart."""
+        alone = self._alone(label, level, method)
+        rivals = self._rivals_in(label)
+        if not rivals or not np.isfinite(alone).all():
+            return alone
+        models = [(self, alone), *((fit, fit._alone(label, level, "t")) for fit in rivals)]
+        models = [(fit, ends) for fit, ends in models if np.isfinite(ends).all()]
+        weights = akaike_weights([fit.aicc for fit, _ in models])
+        low, high = averaged(weights, [fit.value(label) for fit, _ in models], [ends for _, ends in models], level)
+        return (low if of_sensors(label) else max(low, min(0.0, alone[0]))), high
+
+    def _rivals_in(self, label: str) -> list[StaticFit]:
+        """The rivals that know a parameter as well; viscous coefficients compare where their exponents do."""
+        known = [fit for fit in self.rivals if np.isfinite(fit._deviation(label))]
+        if not label.startswith("viscous."):
+            return known
+        return [fit for fit in known if fit.form.viscous_exponent == self.form.viscous_exponent]
+
+    def _deviation(self, label: str) -> float:
+        """Standard deviation of a parameter; infinite where it is not identifiable or not there."""
+        spread = self._known_spread()
+        if label not in spread.labels:
+            return np.inf
+        at = spread.labels.index(label)
+        return float(np.sqrt(spread.from_data[at, at] + spread.from_prior[at, at]))
+
+    def _alone(self, label: str, level: float, method: str) -> tuple[float, float]:
+        """The interval of this form by itself."""
+        spread = self._known_spread()
         at = spread.labels.index(label)
         variance, bounds = spread.from_data[at, at] + spread.from_prior[at, at], spread.bounds[at]
-        value, sigma = self.value(label), float(np.sqrt(variance))
+        value, sigma = self.value(label), self._deviation(label)
         if not np.isfinite(sigma):
             return -np.inf, np.inf
         normal = max(variance - float(bounds @ bounds) / BOUND**2, 0.0)
@@ -377,18 +398,6 @@ def fitted_velocity(points: FrictionPoints, linearity_error: float = 0.0) -> Arr
         points.velocity if points.position is None else points.velocity * (1.0 - linearity_error * points.position)
     )
     return np.where(points.velocity == 0.0, points.sign * BREAKAWAY_SPEED, straight)
-
-
-def shown(value: float, low: float, high: float) -> str:
-    """A value beside its interval; what only a prior or an edge decides comes out as rounding errors of zero."""
-    return "0" if abs(value) < 1e-6 * max(abs(low), abs(high)) else f"{value:.4g}"
-
-
-def parameter_row(label: str, unit: str, value: float, low: float, high: float) -> tuple[str, str, str, str, str]:
-    """A row of a table: parameter, unit, value, both ends of its interval."""
-    if not (np.isfinite(low) and np.isfinite(high)):
-        return (label, unit, "-", "not identifiable", "")
-    return (label, unit, shown(value, low, high), f"{low:.4g}", f"{high:.4g}")
 
 
 def missing_directions(fit: StaticFit) -> list[str]:

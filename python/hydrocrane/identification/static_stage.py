@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hydrocrane._moved import renamed_keyword
+from hydrocrane.identification.averaging import akaike_weights
+from hydrocrane.identification.block import parameter_row, shown
+from hydrocrane.identification.form import Exponents
 from hydrocrane.identification.graphical import graphical
 from hydrocrane.identification.least_squares import Loss
+from hydrocrane.identification.misfit import chance_text
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints, SteadyWindow
 from hydrocrane.identification.report import Report, Section, Stage, Table
-from hydrocrane.identification.result import StaticFit, of_sensors, parameter_row
-from hydrocrane.identification.setup import Bias, Exponents
+from hydrocrane.identification.result import ALIKE, StaticFit, of_sensors
+from hydrocrane.identification.setup import Bias
 from hydrocrane.identification.static_fit import fit_static
 from hydrocrane.identification.static_map import EXPONENTS
 
@@ -60,11 +65,13 @@ class StaticIdentification:
         """(title, function that makes the section) in the order of the report."""
         return [
             ("Data", self._data),
-            ("Windows left out", self._windows),
             ("Static friction", self._map),
             ("Parameters", self._parameters),
+            ("Forms of the map", self._forms),
+            ("What is left over", self._left_over),
             ("Correlation", self._correlation),
             ("Points left out", self._points_left_out),
+            ("Windows left out", self._windows),
             ("Block for the machine file", lambda: self._block(cylinder)),
         ]
 
@@ -114,6 +121,47 @@ class StaticIdentification:
         ruler = "-" if of_sensors(label) else f"{self.reading.value(label):.4g}"
         return (*parameter_row(label, self.fit.unit(label), self.fit.value(label), *ends), ruler)
 
+    def _forms(self) -> Section:
+        """What was tried, the likeliest first."""
+        fits = (self.fit, *self.fit.alternatives)
+        weights = akaike_weights([fit.aicc for fit in fits])
+        rows = tuple(self._form(fit, weight) for fit, weight in zip(fits, weights, strict=True))
+        text = (
+            f"{len(fits)} forms were fitted to the same points; the first is taken, and intervals are averaged over "
+            f"those within {ALIKE:g} AICc by their weights."
+        )
+        heads = ("form", "parameters", "AICc more", "weight", "floor [N]", "Coulomb extending [N]", "retracting [N]")
+        return Section("Forms of the map", text, Table(heads, rows))
+
+    def _form(self, fit: StaticFit, weight: float) -> tuple[str, ...]:
+        floor = fit.spread.floor if fit.spread else np.nan
+        coulomb = (shown(value, value, floor) if np.isfinite(value) else "-" for value in fit.params["coulomb"])
+        return (
+            fit.form_text,
+            str(fit.unknowns),
+            f"{fit.aicc - self.fit.aicc:.1f}",
+            f"{weight:.2g}",
+            f"{floor:.2g}",
+            *coulomb,
+        )
+
+    def _left_over(self) -> Section:
+        """Residuals over everything that may be their cause."""
+        misfit = self.fit.misfit
+        if misfit is None or not misfit.causes:
+            return Section("What is left over", "Too few points to look for what friction depends on beside the map.")
+        text = (
+            f"The levels lie {misfit.floor:.2g} N off the map beyond the errors of their points, "
+            f"{misfit.point_error:.2g} N in the median: {100 * misfit.floor / misfit.force:.2g} % of the friction"
+            f", {chance_text(misfit.p_value)} where there is no misfit."
+        )
+        rows = tuple(
+            (cause.name, f"{100 * cause.change:+.2g}", f"{cause.p_value:.2g}", "yes" if cause.shows else "no")
+            for cause in misfit.causes
+        )
+        table = Table(("depends on", "change of friction [%]", "chance without it", "shows"), rows)
+        return Section("What is left over", text, table, misfit.plot(), misfit.warnings)
+
     def _correlation(self) -> Section:
         table = self.fit.correlation
         names = [str(n) for n in table["parameter"].values]
@@ -143,7 +191,8 @@ def identify_static(
     *,
     source: Iterable[str] = (),
     rejected_windows: Iterable[RejectedWindow] = (),
-    exponents: Exponents = "fixed",
+    exponents: Exponents = "chosen",
+    held: Mapping[str, ArrayLike] | None = None,
     bias: Bias = None,
     span: float = 0.0,
     linearity_error: float = 0.0,
@@ -166,6 +215,7 @@ def identify_static(
     fit = fit_static(
         points,
         exponents=exponents,
+        held=held,
         bias=bias,
         span=span,
         linearity_error=linearity_error,
@@ -173,6 +223,6 @@ def identify_static(
         symmetric=symmetric,
         loss=loss,
     )
-    held = {name: value for name in EXPONENTS if np.isfinite(value := float(np.nanmean(fit.params[name])))}
+    taken = {name: value for name in EXPONENTS if np.isfinite(value := float(np.nanmean(fit.params[name])))}
     rejected = tuple(rejected_windows) or tuple(getattr(windows, "rejected", ()))
-    return StaticIdentification(points, graphical(points, exponents=held), fit, rejected)
+    return StaticIdentification(points, graphical(points, exponents=taken), fit, rejected)

@@ -68,6 +68,7 @@ DRAW = {
     "hydrocrane.signals.windows",
     "hydrocrane.identification.comparison",
     "hydrocrane.identification.dynamic_result",
+    "hydrocrane.identification.misfit",
     "hydrocrane.identification.result",
     "hydrocrane.fitting.result",
 }

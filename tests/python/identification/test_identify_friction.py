@@ -84,7 +84,7 @@ def test_a_log_of_the_rig_needs_no_option(steady, tmp_path, monkeypatch, capsys)
 def test_the_report_is_one_file_that_needs_no_other(found, tmp_path):
     page = found.report().write(tmp_path / "page.html").read_text(encoding="utf-8")
     assert not re.findall(r'(?:src|href)="(?!data:|#)', page)
-    assert page.count("<img") == 2 and "Not finished" not in page
+    assert page.count("<img") == 3 and "Not finished" not in page
     assert all(f"{name}</h2>" in page for name in ("Result", "Logs", "Parameters", "Block for the machine file"))
 
 

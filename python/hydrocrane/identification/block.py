@@ -1,0 +1,57 @@
+"""Pieces of a fit as text: the head of a machine file's block, intervals, rows of a table."""
+
+from __future__ import annotations
+
+import datetime
+import json
+import re
+
+import numpy as np
+
+from hydrocrane.errors import InputError
+
+
+def checked_name(name: str) -> str:
+    """A name that can head a table of a machine file."""
+    if not re.fullmatch(r"[A-Za-z0-9_-]+", name):
+        nearest = re.sub(r"[^A-Za-z0-9_-]+", "-", name).strip("-")
+        raise InputError(
+            f"`{name}` cannot be the name of a table [friction.<name>]: letters, digits, - and _ can"
+            + (f"; take `{nearest}`" if nearest else "")
+        )
+    return name
+
+
+def head(name: str, cylinder: str, source: str, model: str) -> list[str]:
+    """The first lines of the block of a fit."""
+    return [
+        f"[friction.{checked_name(name)}]",
+        'class = "fitted"',
+        f"source = {json.dumps(source, ensure_ascii=False)}",
+        f"cylinder = {json.dumps(cylinder)}",
+        f"model = {json.dumps(model)}",
+    ]
+
+
+def signature(date: str = "") -> str:
+    """Who fitted, and on which day; today by default."""
+    from hydrocrane import __version__
+
+    return f"hydrocrane {__version__}, {date or datetime.date.today().isoformat()}"
+
+
+def interval(low: float, high: float) -> str:
+    """An interval as a block's comments show it."""
+    return f"{low:.4g} .. {high:.4g}" if np.isfinite(low) else "not identifiable"
+
+
+def shown(value: float, low: float, high: float) -> str:
+    """A value beside its interval; what only a prior or an edge decides comes out as rounding errors of zero."""
+    return "0" if abs(value) < 1e-6 * max(abs(low), abs(high)) else f"{value:.4g}"
+
+
+def parameter_row(label: str, unit: str, value: float, low: float, high: float) -> tuple[str, str, str, str, str]:
+    """A row of a table: parameter, unit, value, both ends of its interval."""
+    if not (np.isfinite(low) and np.isfinite(high)):
+        return (label, unit, "-", "not identifiable", "")
+    return (label, unit, shown(value, low, high), f"{low:.4g}", f"{high:.4g}")

@@ -1,0 +1,105 @@
+"""The fits of several forms of a map to the same points, the likeliest first."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from hydrocrane.arrays import Array
+from hydrocrane.identification.form import Form
+from hydrocrane.identification.least_squares import Problem, level_means, scale_of, with_floor
+
+# The weights follow the slope of the map and the scatter that was found.
+ROUNDS = 4
+# Weights that change by less than this share have settled.
+SETTLED = 1e-5
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A form fitted to the points.
+
+    Attributes
+    ----------
+    problem : Problem
+        With the floor that was found.
+    x : ndarray
+        Unknowns.
+    sigma : ndarray, shape (n,)
+        Standard deviation of each point, N.
+    aicc : float
+        Akaike's criterion, corrected for few levels.
+    """
+
+    form: Form
+    problem: Problem
+    x: Array
+    sigma: Array
+    aicc: float
+
+
+def candidates_of(
+    forms: Sequence[Form], stribeck_exponents: Sequence[str], problem: Callable[[Form], Problem]
+) -> list[Candidate]:
+    """Fits of all forms, the likeliest first; the best ones also with the further freedoms of the Stribeck exponent.
+
+    Forms with more unknowns than levels are left out where others have fewer.
+    """
+    found = _fitted(forms, problem)
+    best = min(found, key=lambda candidate: candidate.aicc).form
+    if any(best.stribeck):
+        alike = [form for form in forms if form.stribeck == best.stribeck]
+        more = [replace(form, stribeck_exponent=freedom) for form in alike for freedom in stribeck_exponents]
+        found += [c for c in _fitted(more, problem) if c.problem.unknowns <= c.problem.points.levels.count.size]
+    return sorted(found, key=lambda candidate: candidate.aicc)
+
+
+def _fitted(forms: Sequence[Form], problem: Callable[[Form], Problem]) -> list[Candidate]:
+    problems = [(form, problem(form)) for form in forms]
+    least = min((p.unknowns for _, p in problems), default=0)
+    return [refined(form, p) for form, p in problems if p.unknowns <= max(p.points.levels.count.size, least)]
+
+
+def refined(form: Form, problem: Problem) -> Candidate:
+    """Plain least squares with weights that follow the slope of the map and the scatter that was found."""
+    x, scale, before = problem.begin(problem.start), 1.0, np.zeros(len(problem.points))
+    for _ in range(ROUNDS):
+        problem = with_floor(problem, x)
+        sigma = problem.standard_deviation(problem.theta(x))
+        if np.allclose(sigma * scale, before, rtol=SETTLED, atol=0.0):
+            break
+        before = sigma * scale
+        x = problem.solve(x, before).x
+        scale = scale_of(problem, x, sigma)[0]
+    return Candidate(form, problem, x, sigma, aicc(problem, x))
+
+
+def aicc(problem: Problem, x: Array) -> float:
+    """Akaike's information criterion of a fit, of the means of the levels.
+
+    Levels scatter by their stated errors, whose variances are known: then -2 log L + 2 k is unbiased, however few
+    levels there are. Or they scatter by more, with one variance to be found: then the correction for few levels applies
+    (Hurvich and Tsai, Biometrika 76, 1989). The likelier of both counts. What is known of the sensors beforehand is
+    part of the likelihood.
+    """
+    stated = replace(problem, floor=0.0) if problem.free_floor else problem
+    sigma = np.maximum(stated.standard_deviation(problem.theta(x)), 1e-9 * float(np.abs(problem.points.force).max()))
+    weight, mean, _ = level_means(problem.points, problem.residuals(x)[0], sigma)
+    variance = 1.0 / weight
+    prior = sum(((x[i] - p.mean) / p.deviation) ** 2 for i, p in enumerate(problem.priors.values(), problem.unknowns))
+
+    def deviance(more: float) -> float:
+        total = variance + more
+        return float(np.sum(np.log(total) + mean**2 / total) + prior)
+
+    levels, k = mean.size, problem.unknowns
+    known = deviance(0.0) + 2.0 * k
+    spare = levels - k - 2
+    if spare <= 0:
+        return known
+    largest = np.log(float(np.max(mean**2)) + float(variance.min()))
+    found = minimize_scalar(lambda u: deviance(np.exp(u)), bounds=(largest - 25.0, largest + 1.0), method="bounded")
+    return min(known, float(found.fun) + 2.0 * (k + 1) * levels / spare)

@@ -1,0 +1,113 @@
+"""What a reader must know before trusting a static map, the most fundamental first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hydrocrane.identification.graphical import FAR
+from hydrocrane.identification.points import DIRECTIONS
+from hydrocrane.identification.result import StaticFit, missing_directions, of_sensors
+
+# A parameter whose 95 % interval reaches further than this share of its value is called poorly known.
+POOR = 0.5
+# Above this condition number, columns scaled, parameters stand for each other.
+ILL_CONDITIONED = 1e4
+
+
+def warnings_of(fit: StaticFit, with_prior: bool) -> tuple[str, ...]:
+    """Warnings of a fit, the most fundamental first."""
+    return (
+        *(f"no points {name}: nothing is known of friction {name}" for name in missing_directions(fit)),
+        *_levels(fit),
+        *_bounds(fit),
+        *_poorly_known(fit),
+        *_too_few(fit),
+        *(fit.misfit.warnings if fit.misfit else ()),
+        *_of_sensors(fit, with_prior),
+        *_rejection(fit),
+    )
+
+
+def _levels(fit: StaticFit) -> Iterator[str]:
+    """Where velocities are missing."""
+    used = fit.points.select(fit.accepted)
+    not_identifiable = [label for label, (low, _) in fit.intervals(method="t").items() if not np.isfinite(low)]
+    for side, name in enumerate(DIRECTIONS):
+        here = used.levels.direction == side
+        speed = np.abs(used.levels.velocity[here])
+        if speed.size == 0:
+            continue
+        stribeck = fit.params["stribeck-velocity"][side]
+        if speed.size == 1:
+            yield (
+                f"{name}: one velocity level only; Coulomb, Stribeck and viscous friction cannot be distinguished, "
+                "and all is counted as Coulomb friction"
+            )
+            continue
+        if f"stribeck-velocity.{name}" in not_identifiable:
+            yield (
+                f"{name}: Stribeck friction is not seen in these levels (the slowest at {speed.min() * 1e3:.3g} mm/s) "
+                "and was left out: break-away force and Stribeck velocity stand for nothing measured. Add slower "
+                "levels or break-away readings"
+            )
+            stribeck = 0.0
+        elif not (speed < stribeck).any():
+            yield (
+                f"{name}: no level slower than the Stribeck velocity ({stribeck * 1e3:.3g} mm/s); "
+                "break-away force and Stribeck velocity stand for each other: add slower levels"
+            )
+        if (speed > FAR * stribeck).sum() < 2:
+            yield (
+                f"{name}: fewer than two levels beyond {FAR:g} Stribeck velocities ({FAR * stribeck * 1e3:.3g} mm/s); "
+                "viscous and Coulomb friction cannot be distinguished: add faster levels"
+            )
+
+
+def _bounds(fit: StaticFit) -> Iterator[str]:
+    for label in fit.at_bounds:
+        name, direction = label.split(".")
+        what = "Stribeck rise (break-away less Coulomb)" if name == "breakaway" else name
+        yield f"{direction}: {what} ended at the edge of what is physical"
+
+
+def _poorly_known(fit: StaticFit) -> Iterator[str]:
+    for label, (low, high) in fit.intervals(0.95, method="t").items():
+        value = fit.value(label)
+        if of_sensors(label):
+            continue
+        if not np.isfinite(low):
+            yield f"{label} is not identifiable from these points"
+        elif max(high - value, value - low) > POOR * abs(value):
+            yield f"{label} is poorly known: {value:.3g}, 95 % interval {low:.3g} to {high:.3g}"
+    spread = fit.spread
+    if spread is not None and spread.condition > ILL_CONDITIONED:
+        yield f"parameters stand for each other: condition number {spread.condition:.2g}; see the correlation"
+
+
+def _too_few(fit: StaticFit) -> Iterator[str]:
+    if fit.misfit is not None and fit.misfit.spare <= 0:
+        yield "as many parameters as levels or more: nothing is left to check the map against"
+
+
+def _of_sensors(fit: StaticFit, with_prior: bool) -> Iterator[str]:
+    """A constant error of the force shifts Coulomb friction of the directions against each other, spans do as well."""
+    spread = fit.spread
+    if not with_prior or spread is None:
+        return
+    for label in ("coulomb.extending", "coulomb.retracting"):
+        if label in spread.labels:
+            at = spread.labels.index(label)
+            if spread.from_prior[at, at] > spread.from_data[at, at]:
+                yield (
+                    "the constant error of the force sensors decides how well Coulomb friction of a single direction "
+                    "is known; its sum over both directions is known better. A zero calibration helps"
+                    + (", logs at a second supply pressure tell the spans" if any(fit.spans) else "")
+                )
+                return
+
+
+def _rejection(fit: StaticFit) -> Iterator[str]:
+    if len(fit.rejected) > 0.1 * len(fit.points):
+        yield f"{len(fit.rejected)} of {len(fit.points)} points were left out; look at them before trusting the rest"

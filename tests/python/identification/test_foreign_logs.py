@@ -1,0 +1,263 @@
+"""Logs that this project did not make: intervals hold with the form untold, and misfit is told with its cause."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import foreign_rig
+import numpy as np
+import pytest
+
+import hydrocrane as hc
+from hydrocrane.app.cli import main
+from hydrocrane.identification import FrictionPoints, StaticMap, fit_static, synthetic_points
+from hydrocrane.identification.averaging import akaike_weights, averaged
+from hydrocrane.identification.campaign import held_exponents
+
+SIDES = ("extending", "retracting")
+RIG = "rig-rottne"
+
+
+def identified(motion, seed, *, share=1.0, **options):
+    log = foreign_rig.read(motion, seed, share=share)
+    found = hc.identify_friction([log], options.pop("rig", RIG), zero=(0, 1), **options)
+    assert found.static is not None, found.summary()
+    return found
+
+
+def motion_of(seed):
+    """Most motions are imposed; some are those of a servo or of a valve opened in steps, one is logged at 1 kHz."""
+    truth = foreign_rig.drawn(seed)
+    if seed in (8, 9):
+        return truth, foreign_rig.driven(truth, servo=seed == 8, seed=seed)
+    return truth, foreign_rig.imposed(truth, 1000.0 if seed == 5 else 100.0, seed=seed)
+
+
+# --- intervals --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.evidence
+def test_intervals_hold_in_the_default_call_whatever_the_exponent():
+    """20 cylinders of viscous exponent 1, on a rig whose file says 1.5: 93 to 97 % of the intervals at 95 % hold.
+
+    Of 40 intervals of Coulomb force that is 37 to 39; intervals that are right by chance alone hold so often in nine
+    of ten studies. Exponents held at those of the file, as they once were, leave them in one of five.
+    """
+    held = {"coulomb": [], "breakaway": [], "stribeck-velocity": []}
+    widths = []
+    for seed in range(20):
+        truth, motion = motion_of(seed)
+        fit = identified(motion, seed).static.fit
+        assert not fit.misfit.notable and not fit.misfit.likely, (seed, fit.misfit.warnings)
+        ends = fit.intervals(0.95)
+        true = {
+            "coulomb": truth.coulomb,
+            "breakaway": np.add(truth.coulomb, truth.rise),
+            "stribeck-velocity": truth.stribeck_velocity,
+        }
+        for name, values in true.items():
+            for side, value in zip(SIDES, values, strict=True):
+                low, high = ends[f"{name}.{side}"]
+                held[name].append(low <= value <= high)
+        widths += [np.ptp(ends[f"coulomb.{side}"]) / value for side, value in zip(SIDES, truth.coulomb, strict=True)]
+    assert 37 <= sum(held["coulomb"]) <= 39, held
+    assert 0.93 <= np.mean([*held["breakaway"], *held["stribeck-velocity"]]) <= 1.0
+    # Not bought with intervals that say nothing.
+    assert np.median(widths) < 0.12
+
+
+def test_held_exponents_are_those_of_the_rigs_file():
+    truth = foreign_rig.drawn(1)
+    motion = foreign_rig.imposed(truth, seed=1)
+    own = hc.load_machine(
+        RIG, {"friction.test.viscous-exponent": 1.0, "friction.test.viscous": ["8000 N s/m", "12000 N s/m"]}
+    )
+    assert held_exponents(own)["viscous-exponent"] == pytest.approx([1.0, 1.0])
+    told = identified(motion, 1, rig=own, exponents="fixed").static.fit
+    assert told.params["viscous-exponent"] == (1.0, 1.0) and not told.misfit.notable
+    for side, value in zip(SIDES, truth.coulomb, strict=True):
+        low, high = told.intervals()[f"coulomb.{side}"]
+        assert low < value < high
+    wrong = identified(motion, 1, exponents="fixed").static.fit
+    assert wrong.params["viscous-exponent"] == (1.5, 1.5) and wrong.misfit.notable
+    assert any("does not describe these data" in text for text in wrong.warnings)
+    named = identified(motion, 1, exponents={"viscous-exponent": 1.0}).static.fit
+    assert named.law.values == pytest.approx(told.law.values, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("option", "said"),
+    [("viscous-exponent=1", None), ("viscous=1", "viscous-exponent"), ("viscous-exponent=one", "viscous-exponent=1"),
+     ("chosn", "chosen"), ("viscous-exponent=-1", "between 0 and 10")],
+)  # fmt: skip
+def test_exponents_on_the_command_line(option, said, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    truth = foreign_rig.drawn(1)
+    foreign_rig.read(foreign_rig.imposed(truth, seed=1), 1, share=0.0).save("levels.csv")
+    with pytest.raises(SystemExit) as ended:
+        main(["identify", "friction", "levels.csv", "--rig", RIG, "--zero", "0:1", "--exponents", option])
+    told = capsys.readouterr()
+    if said:
+        assert ended.value.code == 2 and said in told.err
+        return
+    assert not ended.value.code and "N s/m" in told.out
+    row = next(line for line in told.out.splitlines() if line.startswith("coulomb.extending"))
+    assert float(row.split()[1]) == pytest.approx(truth.coulomb[0], rel=0.03)
+
+
+# --- Stribeck ---------------------------------------------------------------------------------------------------------
+
+HIDDEN = StaticMap.of(
+    {"coulomb": 157, "breakaway": 250, "stribeck-velocity": 0.019, "viscous": 11260, "viscous-exponent": 1}
+)
+
+
+@pytest.mark.parametrize("exponents", ["chosen", {"viscous-exponent": 1.0}])
+def test_a_stribeck_effect_is_found_where_friction_never_falls(exponents):
+    """Coulomb 157 N was given as 245 [236, 254] N."""
+    speeds = np.geomspace(1e-3, 0.1, 10)
+    assert (np.diff(HIDDEN.force(np.geomspace(1e-4, 0.1, 200))) > 0.0).all()
+    held = []
+    for seed in range(6):
+        points = synthetic_points(HIDDEN, speeds=speeds, windows=1, force_error=1.0, velocity_error=1e-3, seed=seed)
+        fit = fit_static(points, exponents=exponents)
+        assert fit.form.stribeck == (True, True), fit.form_text
+        held += [low <= 157.0 <= high for low, high in (fit.intervals()[f"coulomb.{side}"] for side in SIDES)]
+        if exponents != "chosen":
+            assert fit.params["coulomb"] == pytest.approx((157.0, 157.0), rel=0.1)
+            (other,) = [fit for fit in fit.alternatives if fit.form.stribeck == (False, False)]
+            assert other.aicc - fit.aicc > 20.0
+    assert sum(held) >= 10
+
+
+def test_no_stribeck_effect_is_found_where_there_is_none():
+    law = StaticMap.of({**HIDDEN.pairs, "breakaway": 157})
+    fits = [fit_static(synthetic_points(law, seed=seed)) for seed in range(6)]
+    assert sum(fit.form.stribeck == (False, False) for fit in fits) >= 4
+    held = [low <= 157 <= high for fit in fits for low, high in (fit.intervals()[f"coulomb.{side}"] for side in SIDES)]
+    assert sum(held) >= 10
+
+
+def test_the_report_lists_the_forms_and_the_intervals_cover_them():
+    found = identified(foreign_rig.imposed(foreign_rig.drawn(2), seed=2), 2)
+    fit = found.static.fit
+    page = found.report().html()
+    assert "Forms of the map" in page and all(other.form_text in page for other in fit.alternatives)
+    assert "viscous exponent 1.5" in page and "What is left over" in page
+    assert fit.aicc <= min(other.aicc for other in fit.alternatives)
+    assert all(other.aicc - fit.aicc < 4.0 for other in fit.rivals)
+
+
+def test_averaged_intervals():
+    one = [(10.0, 14.0)]
+    assert averaged([1.0], [12.0], one, 0.95) == pytest.approx(one[0])
+    both = averaged(akaike_weights([0.0, 0.0]), [12.0, 12.0], [(10.0, 14.0), (11.0, 13.0)], 0.95)
+    assert 10.0 < both[0] < 11.0 and 13.0 < both[1] < 14.0
+    # Two models alike, far apart: each interval's outer end at the quantile 0.95 instead of 0.975.
+    far = averaged([0.5, 0.5], [0.0, 100.0], [(-1.96, 1.96), (98.04, 101.96)], 0.95)
+    assert far == pytest.approx((-1.645, 101.645), abs=2e-3)
+    # Alike to the last digits, and wide beyond measure: no search may fail on it.
+    same = averaged([0.3, 0.7], [1.0, 1.0], [(0.5, 1.5), (0.5 + 1e-13, 1.5 - 1e-13)], 0.95)
+    assert same == pytest.approx((0.5, 1.5))
+    wide = averaged([0.999, 0.001], [1.0, 1.0], [(0.5, 1.5), (1e-300, 1e300)], 0.95)
+    assert wide[0] == pytest.approx(0.5, abs=0.01) and 1.5 <= wide[1] < 1.51
+    assert akaike_weights([3.0, 5.0]) == pytest.approx([1 / (1 + np.exp(-1)), 1 / (1 + np.e)])
+
+
+# --- misfit -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("cause", "change", "size"), [("position", {"by_position": 0.1}, 0.07), ("time", {"by_time": -0.2}, -0.2)]
+)
+@pytest.mark.parametrize("seed", range(3))
+def test_what_friction_depends_on_is_named(cause, change, size, seed):
+    """10 % over the 0.3 m of the travel are 7 % over the 0.2 m between the middles of the windows."""
+    found = identified(foreign_rig.imposed(foreign_rig.drawn(seed, **change), seed=seed), seed)
+    misfit = found.static.fit.misfit
+    assert misfit.notable and misfit.floor > 3.0 * misfit.point_error
+    first = misfit.likely[0]
+    assert first.name == cause and first.change == pytest.approx(size, rel=0.4)
+    said = [
+        text for text in found.warnings if text.startswith(f"friction changes with {cause}, by {size * 100:+.0f}"[:-2])
+    ]
+    assert said and any("does not describe these data" in text for text in found.warnings)
+    assert f"{cause}</td>" in found.report().html()
+
+
+def test_friction_that_grows_with_pressure_or_load_is_named():
+    law = StaticMap.of({"coulomb": 200, "breakaway": 300, "stribeck-velocity": 0.01, "viscous": 6000})
+    rng = np.random.default_rng(0)
+    points = synthetic_points(law, windows=2, force_error=1.0, velocity_error=1e-3, seed=1)
+    second = rng.uniform(2e4, 8e4, len(points))
+    for name, share in (("pressure", (second - 5e4) / 6e4), ("load", np.where(np.arange(len(points)) % 2, 0.5, -0.5))):
+        force = points.force * (1.0 + 0.15 * share)
+        seen = replace(
+            points,
+            force=force,
+            chambers=np.stack([second + force, second], axis=-1),
+            load=np.where(np.arange(len(points)) % 2, 115.0, 20.0),
+        )
+        fit = fit_static(seen)
+        assert fit.misfit.likely[0].name == name and fit.misfit.likely[0].change == pytest.approx(0.15, abs=0.03)
+        assert any(text.startswith(f"friction changes with {name}") for text in fit.warnings)
+
+
+def test_another_form_of_the_map_is_named():
+    """A hump in the middle of the speeds, 8 % high, which no Stribeck curve has."""
+    points = synthetic_points(
+        HIDDEN, speeds=np.geomspace(5e-4, 0.1, 16), windows=2, force_error=1.0, velocity_error=1e-3
+    )
+    wave = 0.08 * np.sin(2 * np.pi * np.log(points.speed / 5e-4) / np.log(200.0) * 1.5)
+    fit = fit_static(replace(points, force=points.force * (1.0 + wave)))
+    assert fit.misfit.notable and fit.misfit.likely[0].name == "velocity"
+    assert any("another form" in text for text in fit.warnings)
+
+
+def test_misfit_of_few_levels_is_told_too():
+    """Three levels each way are too few for a Stribeck term, and friction falls all the same."""
+    fit = fit_static(synthetic_points(HIDDEN, speeds=[1e-3, 0.05, 0.1], force_error=0.5, velocity_error=0.0, seed=2))
+    assert not any("does not describe" in text for text in fit.warnings)
+    law = StaticMap.of({**HIDDEN.pairs, "breakaway": 900})
+    fit = fit_static(synthetic_points(law, speeds=[1e-3, 0.02, 0.1], force_error=0.5, velocity_error=0.0, seed=2))
+    assert fit.misfit.notable and any("does not describe" in text for text in fit.warnings)
+    low, high = fit.intervals()["coulomb.extending"]
+    assert low < 157.0 < high
+
+
+def test_clean_points_raise_no_alarm():
+    """40 fits of the right form, with positions, times, pressures and loads that mean nothing."""
+    alarms = 0
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        points = synthetic_points(HIDDEN, windows=1, force_error=2.0, seed=seed)
+        n = len(points)
+        second = rng.uniform(2e4, 8e4, n)
+        told = replace(
+            points,
+            position=rng.uniform(-0.2, 0.2, n),
+            time=np.sort(rng.uniform(0.0, 300.0, n)),
+            chambers=np.stack([second + points.force, second], axis=-1),
+            load=rng.choice([0.0, 20.0], n),
+        )
+        fit = fit_static(told, exponents={"viscous-exponent": 1.0})
+        assert {cause.name for cause in fit.misfit.causes} == {"velocity", "position", "time", "pressure", "load"}
+        alarms += bool(fit.misfit.warnings)
+    assert alarms <= 1
+
+
+def test_pressures_that_only_carry_the_friction_say_nothing():
+    """At one return pressure the chamber forces hold the friction and its errors, which are no cause."""
+    points = synthetic_points(HIDDEN, windows=2, force_error=2.0, level_error=20.0, seed=3)
+    chambers = np.stack([2e4 + points.force, np.full(len(points), 2e4)], axis=-1)
+    fit = fit_static(replace(points, chambers=chambers))
+    assert "pressure" not in {cause.name for cause in fit.misfit.causes}
+
+
+def test_points_keep_what_belongs_to_them():
+    points = replace(synthetic_points(HIDDEN), time=np.arange(72.0), load=np.full(72, 20.0))
+    late = points.select(points.time > 40.0)
+    assert late.time.min() == 41.0 and late.load.size == late.time.size
+    both = FrictionPoints.joined([points, late])
+    assert both.time.size == 72 + late.time.size and both.logs == 2
+    assert FrictionPoints.joined([points, replace(late, time=None)]).time is None
