@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from hydrocrane.identification.result import interval, signature
+from hydrocrane.identification.block import interval, signature
 from hydrocrane.machine.machine import Machine
 
 
