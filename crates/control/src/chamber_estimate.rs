@@ -3,7 +3,7 @@
 //! The load that the controller knows gives A_1 p_1 - A_2 p_2 = F_ref; what the spool lets in and out moves both pressures along that
 //! line, (dp_1, dp_2) = (A_2, A_1) dz. What the piston is off the place x^ to which the flow takes it is oil that gives way:
 //!
-//!     F = F_ref - k (x - x^)
+//!   F = F_ref - k (x - x^)
 
 use crate::controller_model::CylinderModel;
 use crate::feed_forward::{Moment, SupplyPressures};

@@ -1,10 +1,10 @@
 //! The payload that the speeds of the pistons tell where no pressure is measured.
-//!                                                            theory: docs/theory/control/chamber_estimate.md
+//!                                                          theory: docs/theory/control/chamber_estimate.md
 //!
 //! A heavier payload makes a piston lift slower and lower faster than the valve's law expects, by s = dv/dF dF/dm for each kilogram.
 //! The speeds d that the observers find missing, with the deviation sigma, give the payload by recursive least squares:
 //!
-//!     I <- I + T/T_e sum (s/sigma)^2 - T/T_m I,     m <- m + T/T_e sum s d/sigma^2 / (I + 1/sigma_m^2)
+//!   I <- I + T/T_e sum (s/sigma)^2 - T/T_m I,     m <- m + T/T_e sum s d/sigma^2 / (I + 1/sigma_m^2)
 
 use crate::chamber_estimate::Evidence;
 use crate::controller_model::ControllerModel;

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 from hydrocrane.app.console import complain, reporting, say
-from hydrocrane.app.options import stretch, wanted_suffix
 
 if TYPE_CHECKING:
     from hydrocrane.identification.form import Exponents
@@ -49,6 +48,7 @@ def identify_friction(
     import matplotlib as mpl
 
     import hydrocrane as hc
+    from hydrocrane.app.options import stretch, wanted_suffix
 
     mpl.use("Agg")
     # A wrong name shall not cost the fit.
