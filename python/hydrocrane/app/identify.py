@@ -34,6 +34,7 @@ def identify_friction(
     step: Annotated[list[Path], typer.Option(help="Log of small steps, from rest.")] = [],  # noqa: B006
     payload: Annotated[float | None, typer.Option(help="Load on the rod, kg; else as the logs say.")] = None,
     zero: Annotated[str | None, typer.Option(help="Seconds at zero pressure, FROM:TO, e.g. 0:1.")] = None,
+    window: Annotated[str | None, typer.Option(help="Seconds of every log to use, FROM:TO, e.g. 2:60.")] = None,
     load_cell: Annotated[bool, typer.Option("--load-cell", help="Take the load's weight from `force`.")] = False,
     rod_mass: Annotated[float, typer.Option(help="What moves on the cylinder's side of the load cell, kg.")] = 0.0,
     exponents: Annotated[
@@ -57,7 +58,8 @@ def identify_friction(
     with reporting() as tell:
         found = hc.identify_friction(
             logs, rig, ramps=ramp, steps=step, mapping=mapping, payload=payload, zero=stretch("--zero", zero, "0:1"),
-            load_cell=load_cell, rod_mass=rod_mass, exponents=_exponents(exponents), progress=tell,
+            window=stretch("--window", window, "2:60"), load_cell=load_cell, rod_mass=rod_mass,
+            exponents=_exponents(exponents), progress=tell,
         )  # fmt: skip
     say(found.summary())
     written = []

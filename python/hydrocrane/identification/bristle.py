@@ -76,6 +76,19 @@ def motions(log: Log, rig: Machine, payload: float | None) -> list[Motion]:
     return found
 
 
+# Multiple of the Stribeck velocity above which friction is that of the static map.
+BEYOND = 2.0
+
+
+def goes_beyond(log: Log, rig: Machine, law: StaticMap, payload: float | None) -> bool:
+    """Whether a motion of a ramp goes on past break-away, to more than :data:`BEYOND` Stribeck velocities."""
+    for motion in motions(log, rig, payload):
+        way = np.sign(np.mean(motion.velocity))
+        if _smooth(way * motion.velocity).max() > BEYOND * law.pairs["stribeck-velocity"][0 if way > 0 else 1]:
+            return True
+    return False
+
+
 # Friction as a share of the static friction: how far it must have changed from rest, out of the noise, and up
 # to where the
 # ramp is read, before the bristles slip.

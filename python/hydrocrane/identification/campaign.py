@@ -53,6 +53,7 @@ def identify_friction(
     mapping: MappingLike = None,
     payload: float | None = None,
     zero: tuple[float, float] | None = None,
+    window: tuple[float, float] | None = None,
     load_cell: bool = False,
     rod_mass: float = 0.0,
     exponents: Exponents = "chosen",
@@ -75,6 +76,8 @@ def identify_friction(
     zero : (float, float), optional
         From when to when (s) both chambers were open to the tank with the load supported, in every log. By default the
         calibration that a log states.
+    window : (float, float), optional
+        From when to when (s) every log is used; the zero may lie outside. A ramp or step must rest where it begins.
     load_cell : bool
         Take the load's weight from ``force``.
     rod_mass : float
@@ -100,7 +103,7 @@ def identify_friction(
     Wish.of(exponents)
     tell = progress or (lambda _: None)
     tell("reading the logs")
-    reading = Reading(machine, mapping, payload, zero, load_cell)
+    reading = Reading(machine, mapping, payload, zero, load_cell, window)
     records = [*reading.records(logs, ""), *reading.records(ramps, RAMP), *reading.records(steps, STEP)]
     if not records:
         raise InputError("no log was handed over; identification starts from logs of constant velocity")

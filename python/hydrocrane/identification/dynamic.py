@@ -14,15 +14,23 @@ import numpy as np
 
 from hydrocrane.errors import HydrocraneError, InputError
 from hydrocrane.identification import output_error
-from hydrocrane.identification.bristle import first_readings
+from hydrocrane.identification.bristle import first_readings, goes_beyond
 from hydrocrane.identification.dynamic_result import DynamicFit
-from hydrocrane.identification.output_error import Estimate, Unknown
+from hydrocrane.identification.output_error import Estimate, JointPrior, Unknown
 from hydrocrane.identification.result import StaticFit
-from hydrocrane.identification.rig_model import OTHER_PLACE, OTHER_PRESSURE, LogModel, Progress, RigResiduals
+from hydrocrane.identification.rig_model import (
+    OTHER_DELAY,
+    OTHER_PLACE,
+    OTHER_PRESSURE,
+    LogModel,
+    Progress,
+    RigResiduals,
+)
 from hydrocrane.identification.rig_unknowns import (
     DYNAMIC,
     check_bristles,
     key_of,
+    map_prior,
     rig_map,
     unknowns_of,
     with_map,
@@ -42,9 +50,9 @@ STRAINED = 4.5
 ROUGH, FAR_OFF = 1e-3, 100.0
 # What the noise is taken for on the way there, as a multiple, and to what tolerance.
 SOFTENED, ON_THE_WAY = (100.0, 10.0), 0.1
-# Unknowns that the simulation starts from, with the largest move, Pa and m, that needs no other start, and how often
+# Unknowns that the simulation starts from, with the largest move, Pa, m and s, that needs no other start, and how often
 # the fit is repeated from where they led at most.
-MOVED = {"p1.start": 0.1 * OTHER_PRESSURE, "x.start": 0.1 * OTHER_PLACE}
+MOVED = {"p1.start": 0.1 * OTHER_PRESSURE, "x.start": 0.1 * OTHER_PLACE, "delay": OTHER_DELAY}
 MOST_MOVES = 5
 
 
@@ -67,7 +75,8 @@ def fit_dynamic(
     rig : Machine
         With bristle friction, whose parameters are guesses, and sensors as they were.
     static : StaticFit, optional
-        The static map; without it the rig's own is taken, and allowed to be off by 10 %.
+        The static map; without it the rig's own is taken, and allowed to be off by 10 %, its exponents by 20 % where a
+        ramp goes on past break-away.
     payload : float, optional
         kg.
     calibrated : bool or (float, float)
@@ -93,12 +102,14 @@ def fit_dynamic(
     try:
         sensors = RigSensors.of(machine, calibrated=calibrated)
         read = {name: [r.value for r in found.values()] for name, found in readings.items()}
+        joint = map_prior(machine, logs, static)
+        exponents = static is None and any(goes_beyond(log, machine, law, payload) for log in ramps)
 
         def fitted_from(read: Mapping[str, Sequence[float]]) -> tuple[Estimate, RigResiduals, list[Unknown]]:
-            keys, nuisances = unknowns_of(machine, logs, sensors, read, static)
+            keys, nuisances = unknowns_of(machine, logs, sensors, read, joint, exponents=exponents)
             names = [unknown.name for unknown in keys]
             models = [LogModel(log, machine, sensors, payload=payload, keys=names) for log in logs]
-            return _fitted([*keys, *nuisances], RigResiduals(models, progress))
+            return _fitted([*keys, *nuisances], RigResiduals(models, progress), joint)
 
         estimate, residuals, unknowns = fitted_from(read)
         if estimate.variance > FAR_OFF:
@@ -107,11 +118,17 @@ def fit_dynamic(
             estimate, residuals, unknowns = min(
                 (estimate, residuals, unknowns), other, key=lambda found: found[0].variance
             )
-        warnings += [*_doubts(estimate, residuals, machine), *_strained(estimate, unknowns)]
+        warnings += [*_doubts(estimate, residuals, machine), *_strained(estimate, unknowns, joint)]
     except HydrocraneError as error:
         if not any(readings.values()):
             raise
         warnings.append(f"the simulated rig could not be fitted, what is left are first readings: {error}")
+    if static is None and estimate is not None and not any("exponent" in name for name in estimate.names):
+        warnings.append(
+            "the static map was not fitted and its exponents are those of the rig's file: viscous friction of another "
+            "exponent counts as bristle damping; fit the map to logs of constant velocities, or add a ramp beyond "
+            "break-away"
+        )
     passive = _passive_up_to(machine, estimate)
     if np.isfinite(passive):
         warnings.append(f"friction with this damping gives energy back above {passive:.3g} m/s")
@@ -119,21 +136,23 @@ def fit_dynamic(
     return DynamicFit(machine, table, readings, estimate, residuals, passive, static, tuple(warnings))
 
 
-def _fitted(unknowns: Sequence[Unknown], residuals: RigResiduals) -> tuple[Estimate, RigResiduals, list[Unknown]]:
+def _fitted(
+    unknowns: Sequence[Unknown], residuals: RigResiduals, joint: JointPrior | None
+) -> tuple[Estimate, RigResiduals, list[Unknown]]:
     """The fit, and again from the starts that it found until they stay: their effects are straight lines only nearby.
 
     A model that is far off stays so: it is not fitted again.
     """
     for softened in SOFTENED:
-        near = output_error.fit(unknowns, residuals, tolerance=ON_THE_WAY, softened=softened)
+        near = output_error.fit(unknowns, residuals, joint=joint, tolerance=ON_THE_WAY, softened=softened)
         unknowns = [_started(unknown, float(value)) for unknown, value in zip(unknowns, near.values, strict=True)]
-    estimate = output_error.fit(unknowns, residuals, tolerance=ROUGH)
+    estimate = output_error.fit(unknowns, residuals, joint=joint, tolerance=ROUGH)
     if estimate.variance > FAR_OFF:
         return estimate, residuals, list(unknowns)
     for _ in range(MOST_MOVES):
         unknowns = [_moved(unknown, float(value)) for unknown, value in zip(unknowns, estimate.values, strict=True)]
         residuals = residuals.restarted(estimate.values)
-        estimate = output_error.fit(unknowns, residuals)
+        estimate = output_error.fit(unknowns, residuals, joint=joint)
         if _near(estimate):
             break
     return estimate, residuals, list(unknowns)
@@ -155,7 +174,8 @@ def _moved(unknown: Unknown, value: float) -> Unknown:
         return _started(unknown, value)
     assert unknown.prior is not None
     mean, deviation = unknown.prior
-    return dataclasses.replace(unknown, start=0.0, prior=(mean - value, deviation))
+    low, high = unknown.bounds
+    return dataclasses.replace(unknown, start=0.0, prior=(mean - value, deviation), bounds=(low - value, high - value))
 
 
 def expected(
@@ -173,10 +193,11 @@ def expected(
     """
     check_bristles(rig)
     sensors = RigSensors.of(rig, calibrated=calibrated)
-    keys, nuisances = unknowns_of(rig, logs, sensors, dict.fromkeys(DYNAMIC, ()), static)
+    joint = map_prior(rig, logs, static)
+    keys, nuisances = unknowns_of(rig, logs, sensors, dict.fromkeys(DYNAMIC, ()), joint)
     names = [unknown.name for unknown in keys]
     residuals = RigResiduals([LogModel(log, rig, sensors, payload=payload, keys=names) for log in logs])
-    found = output_error.bound([*keys, *nuisances], residuals)
+    found = output_error.bound([*keys, *nuisances], residuals, joint=joint)
     short = {key_of(rig, "friction", name): name for name in DYNAMIC}
     return {short.get(name, name): deviation for name, deviation in found.items()}
 
@@ -204,13 +225,15 @@ def _doubts(estimate: Estimate, residuals: RigResiduals, rig: Machine) -> list[s
     return found
 
 
-def _strained(estimate: Estimate, unknowns: Sequence[Unknown]) -> list[str]:
+def _strained(estimate: Estimate, unknowns: Sequence[Unknown], joint: JointPrior | None) -> list[str]:
     """Unknowns that the logs pull further from what is known of them than chance does: something else is wrong."""
-    far = {
-        u.name: abs(value - u.prior[0]) / u.prior[1]
-        for u, value in zip(unknowns, estimate.values, strict=True)
-        if u.prior is not None
-    }
+    priors = {u.name: u.prior for u in unknowns if u.prior is not None}
+    if joint is not None:
+        priors |= {
+            name: (mean, deviation)
+            for name, mean, deviation in zip(joint.names, joint.mean, joint.deviations, strict=True)
+        }
+    far = {name: abs(estimate[name] - mean) / deviation for name, (mean, deviation) in priors.items()}
     worst = max(far, key=lambda name: far[name])
     if far[worst] < STRAINED:
         return []

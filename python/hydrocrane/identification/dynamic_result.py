@@ -70,6 +70,12 @@ class DynamicFit:
         }
 
     @property
+    def delay(self) -> float:
+        """How much later than the command the readings were logged, s."""
+        found = self.fitted()
+        return float(self._from_logs()[found.names.index("delay")])
+
+    @property
     def bound(self) -> dict[str, float]:
         """Smallest standard deviations that these logs allow at the estimate (Cramer-Rao), SI."""
         found = self.fitted()
@@ -181,7 +187,7 @@ class DynamicFit:
         known = self.correlation.values[:2]
         rows = tuple(
             (name, f"{value:.4g}", f"{found.deviation(name):.2g}", f"{with_0:+.2f}", f"{with_1:+.2f}")
-            for name, value, with_0, with_1 in zip(found.names, found.values, *known, strict=True)
+            for name, value, with_0, with_1 in zip(found.names, self._from_logs(), *known, strict=True)
         )
         heads = ("unknown", "found, SI", "standard deviation", *(f"correlation with {name}" for name in DYNAMIC))
         return Section("What the fit left free", table=Table(heads, rows))
@@ -194,6 +200,12 @@ class DynamicFit:
         if self.estimate is None:
             raise InputError("the fit did not come to an end: " + "; ".join(self.warnings))
         return self.estimate
+
+    def _from_logs(self) -> Array:
+        """Values of all unknowns, SI; starts and delay as against the logs."""
+        found = self.fitted()
+        assert self.rig_residuals is not None
+        return self.rig_residuals.counted_from_logs(found.values)
 
     def _names(self) -> list[str]:
         return [name.removeprefix(f"{self.table}.") for name in self.fitted().names]

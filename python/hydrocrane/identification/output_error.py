@@ -4,10 +4,11 @@ The unknowns are *keys* of the machine, which the simulation depends on, and *nu
 (a sensor's zero, its span). Each may have a prior, where a data sheet or an earlier fit knows something. With residuals
 r, each in standard deviations, the fit minimises
 
-    sum r^2 + sum ((theta - prior) / sigma_prior)^2
+    sum r^2 + sum ((theta - prior) / sigma_prior)^2 + (theta_j - mean_j)^T Cov_j^-1 (theta_j - mean_j)
 
-and its covariance is the inverse of the information matrix J^T J, with J the slopes of all terms. The same matrix at
-assumed values is the Fisher information of an experiment that nobody has run yet.
+with the last term for unknowns theta_j that an earlier fit knows together. Its covariance is the inverse of the
+information matrix J^T J, with J the slopes of all terms. The same matrix at assumed values is the Fisher information of
+an experiment that nobody has run yet.
 """
 
 from __future__ import annotations
@@ -28,6 +29,8 @@ TOLERANCE = 1e-5
 MOST_EVALUATIONS = 40
 # Information below this share of the largest, unknowns in their scales, counts as none.
 BLIND = 1e-9
+# A combination of unknowns is not known better beforehand than by this share of the variance of the least known one.
+SINGULAR = 1e-10
 
 
 @dataclass(frozen=True)
@@ -61,6 +64,48 @@ class Unknown:
             )
         if self.prior is not None and not self.prior[1] > 0:
             raise InputError(f"the prior of `{self.name}` needs a deviation above zero; got {self.prior[1]}")
+
+
+@dataclass(frozen=True)
+class JointPrior:
+    """What an earlier fit knows of several unknowns together; these have no prior of their own.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Of the unknowns.
+    mean : (m,) array
+        SI.
+    covariance : (m, m) array
+        In products of SI units. A combination that it says is known exactly, as of two parameters that the earlier fit
+        held equal, is held all but exactly.
+    """
+
+    names: tuple[str, ...]
+    mean: Array
+    covariance: Array
+
+    def __post_init__(self) -> None:
+        m = len(self.names)
+        deviation = np.sqrt(np.diag(self.covariance)) if self.covariance.shape == (m, m) else np.zeros(m)
+        if self.mean.shape != (m,) or not (np.isfinite(self.covariance).all() and (deviation > 0.0).all()):
+            raise InputError(
+                f"a joint prior of {m} unknowns needs ({m},) means and a finite ({m}, {m}) covariance with a diagonal "
+                f"above zero; got shapes {self.mean.shape} and {self.covariance.shape}"
+            )
+
+    @property
+    def deviations(self) -> Array:
+        """(m,) standard deviations, SI."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    @property
+    def root(self) -> Array:
+        """(m, m) W with W^T W the inverse of the covariance: W (theta - mean) are numbers of variance one."""
+        deviation = self.deviations
+        variance, vectors = np.linalg.eigh(self.covariance / np.outer(deviation, deviation))
+        variance = np.maximum(variance, SINGULAR * variance[-1])
+        return np.asarray(vectors.T / np.sqrt(variance)[:, np.newaxis] / deviation)
 
 
 @dataclass(frozen=True)
@@ -113,19 +158,26 @@ class Estimate:
 
 
 def fit(
-    unknowns: Sequence[Unknown], function: ResidualFunction, *, tolerance: float = TOLERANCE, softened: float = 1.0
+    unknowns: Sequence[Unknown],
+    function: ResidualFunction,
+    *,
+    joint: JointPrior | None = None,
+    tolerance: float = TOLERANCE,
+    softened: float = 1.0,
 ) -> Estimate:
     """Fit the unknowns; values that `function` cannot evaluate are stepped back from.
 
     Parameters
     ----------
+    joint : JointPrior, optional
+        Of some of the unknowns.
     tolerance : float
         The search stops where cost or unknowns change by less, relative.
     softened : float
         Factor of all standard deviations of the data. Far from the answer straight lines promise too much of nuisances;
         while the data count for little, their priors hold them.
     """
-    evaluator = _Evaluator(unknowns, function, softened)
+    evaluator = _Evaluator(unknowns, function, joint, softened)
     low, high = (np.array([u.bounds[side] for u in unknowns]) / evaluator.scale for side in (0, 1))
     found = optimize.least_squares(
         evaluator.residuals,
@@ -150,12 +202,14 @@ def fit(
     )
 
 
-def bound(unknowns: Sequence[Unknown], function: ResidualFunction) -> dict[str, float]:
+def bound(
+    unknowns: Sequence[Unknown], function: ResidualFunction, *, joint: JointPrior | None = None
+) -> dict[str, float]:
     """Smallest standard deviations that an unbiased fit can reach at the unknowns' starts (Cramer-Rao), by name, SI.
 
     Priors count as data.
     """
-    evaluator = _Evaluator(unknowns, function)
+    evaluator = _Evaluator(unknowns, function, joint)
     deviation = np.sqrt(np.diag(_inverse(evaluator.slopes(evaluator.start)))) * evaluator.scale
     return {u.name: float(d) for u, d in zip(unknowns, deviation, strict=True)}
 
@@ -171,11 +225,17 @@ class _Evaluator:
         Residuals, priors included.
     """
 
-    def __init__(self, unknowns: Sequence[Unknown], function: ResidualFunction, softened: float = 1.0) -> None:
+    def __init__(
+        self,
+        unknowns: Sequence[Unknown],
+        function: ResidualFunction,
+        joint: JointPrior | None = None,
+        softened: float = 1.0,
+    ) -> None:
         self.function, self.softened, self.count = function, softened, 0
         self.scale = np.array([u.scale for u in unknowns])
         self.start = np.array([u.start for u in unknowns]) / self.scale
-        self.prior = np.array([(i, *u.prior) for i, u in enumerate(unknowns) if u.prior is not None]).reshape(-1, 3)
+        self.known, self.mean = _priors(unknowns, joint)
         self.evaluations = 0
         self._at: Array | None = None
         self._residuals = np.empty(0)
@@ -205,14 +265,26 @@ class _Evaluator:
 
     def _all(self, values: Array) -> tuple[Array, Array]:
         residuals, slopes = self.function(values)
-        at, mean, deviation = self.prior[:, 0].astype(int), self.prior[:, 1], self.prior[:, 2]
-        rows = np.zeros((at.size, values.size + 1))
-        rows[np.arange(at.size), at] = 1.0 / deviation
-        rows[:, -1] = (values[at] - mean) / deviation
+        rows = np.column_stack([self.known, self.known @ (values - self.mean)])
         both = np.vstack([np.column_stack([slopes, residuals]) / self.softened, rows])
         self.count = len(both)
         turned = np.asarray(np.linalg.qr(both, mode="r"))
         return turned[:, -1], turned[:, :-1] * self.scale
+
+
+def _priors(unknowns: Sequence[Unknown], joint: JointPrior | None) -> tuple[Array, Array]:
+    """Rows (m, k) and means (k,) of all priors: rows (theta - means) are numbers of variance one."""
+    single = [i for i, u in enumerate(unknowns) if u.prior is not None]
+    mean = np.array([0.0 if u.prior is None else u.prior[0] for u in unknowns])
+    rows = np.zeros((len(single), len(unknowns)))
+    rows[np.arange(len(single)), single] = [1.0 / u.prior[1] for u in unknowns if u.prior is not None]
+    if joint is None:
+        return rows, mean
+    names = [u.name for u in unknowns]
+    at = [names.index(name) for name in joint.names]
+    together = np.zeros((len(at), len(unknowns)))
+    mean[at], together[:, at] = joint.mean, joint.root
+    return np.vstack([rows, together]), mean
 
 
 def _inverse(slopes: Array) -> Array:

@@ -77,6 +77,7 @@ class Reading:
     payload: float | None = None
     zero: tuple[float, float] | None = None
     load_cell: bool = False
+    window: tuple[float, float] | None = None
 
     def records(self, given: LogLike | Iterable[LogLike], role: str) -> list[Record]:
         """Records of one log or of several: paths, logs, or whatever :meth:`hydrocrane.Log.of` takes."""
@@ -104,8 +105,18 @@ class Reading:
         supply = float(about.get("supply", self.rig.supply_pressure))
         if not role:
             notes.append(f"is of the experiment `{about['experiment']}`, which no stage uses")
+        if log.fatal:
+            # The window may leave out what spoils the log.
+            log = self._within(log)
         record = Record(log, role, payload, supply, notes=tuple(notes))
-        return record if log.fatal or not role else self._less_zero(record)
+        if log.fatal or not role:
+            return record
+        record = self._less_zero(record)
+        return replace(record, log=self._within(record.log))
+
+    def _within(self, log: Log) -> Log:
+        """The log within the window; the zero is read before, and may lie outside of it."""
+        return log if self.window is None else log.between(*self.window)
 
     def _payload(self, log: Log) -> tuple[float, list[str]]:
         stated = log.data.attrs.get("payload")

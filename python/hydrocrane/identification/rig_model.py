@@ -4,22 +4,21 @@
 The rig starts at rest with its bristles straight. Its start pressures follow from the first readings of p1 and the
 balance of forces, so that an error of the transmitters' zero does not set the piston in motion. How far p1 may be off
 there, and the position, which decides on the oil in each chamber, are nuisances whose effects are found once, by other
-starts.
+starts. So is the delay of the readings against the command, whose effect is less the rate of the signals.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hydrocrane.analysis.sensitivity import Experiment, solve
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
+from hydrocrane.identification.blocks import Blocks
 from hydrocrane.identification.rig_unknowns import with_values
 from hydrocrane.identification.sensors import NUISANCES, OF_A_LOG, RigSensors, gains, read, whitened
 from hydrocrane.logs import Log
@@ -28,69 +27,6 @@ from hydrocrane.scenario.changes import RunChanges
 from hydrocrane.scenario.command import Command
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.solver import Solver
-
-# Length of a block as a share of the time since the last corner, and its largest as a share of the log.
-GROWTH = 0.1
-LONGEST = 1.0 / 400.0
-
-
-@dataclass(frozen=True)
-class Blocks:
-    """A log in stretches: every sample where things happen, means of many where nothing does.
-
-    What a step of the spool sets in motion dies away, so that stretches may grow with the time since the last corner of
-    the command. A mean has the information of its samples as long as a parabola describes the signal within it.
-
-    Attributes
-    ----------
-    first, count : (b,) arrays
-        Index of a block's first sample, and how many it has.
-    nodes : (k,) array
-        Times, s, at which a simulated signal must be known for its means: one to three per block.
-    places : (b, 3) array
-        Which nodes are a block's first sample, middle and last sample.
-    """
-
-    first: NDArray[np.intp]
-    count: NDArray[np.intp]
-    nodes: Array
-    places: NDArray[np.intp]
-
-    @classmethod
-    def of(cls, time: Array, corners: Array) -> Blocks:
-        """Blocks of samples at `time` (n,), s, of which none reaches across one of the `corners`, s."""
-        first = _starts(time, corners)
-        count = np.diff(np.append(first, time.size))
-        begin, end = time[first], time[first + count - 1]
-        nodes, places = np.unique(np.stack([begin, 0.5 * (begin + end), end], axis=-1), return_inverse=True)
-        return cls(first, count, nodes, np.asarray(places).reshape(-1, 3))
-
-    def mean(self, samples: Array) -> Array:
-        """(b, ...) means of samples (n, ...)."""
-        shape = (-1, *[1] * (samples.ndim - 1))
-        return np.asarray(np.add.reduceat(samples, self.first, axis=0) / self.count.reshape(shape))
-
-    def mean_of_nodes(self, values: Array) -> Array:
-        """(b, ...) means over a block's samples of a signal known at the nodes (k, ...), exact for parabolas."""
-        ends = np.where(self.count > 1, (self.count + 1) / (6.0 * np.maximum(self.count - 1, 1)), 0.0)
-        weights = np.stack([ends, 1.0 - 2.0 * ends, ends], axis=-1)
-        return np.asarray(np.einsum("bj,bj...->b...", weights, values[self.places]))
-
-
-def _starts(time: Array, corners: Array) -> NDArray[np.intp]:
-    """Index of the first sample of each block."""
-    interval = (time[-1] - time[0]) / (time.size - 1)
-    most = max(int(LONGEST * time.size), 1)
-    edges = np.unique(np.concatenate([[0], np.searchsorted(time, corners), [time.size]]))
-    starts = []
-    for begin, end in zip(edges[:-1], edges[1:], strict=True):
-        at = int(begin)
-        while at < end:
-            starts.append(at)
-            since = time[at] - time[begin]
-            at += int(np.clip(GROWTH * since / interval, 1, most))
-    return np.array(starts, dtype=np.intp)
-
 
 SIGNALS = ("x", "p1", "p2")
 # Share of its own largest value to which the logged command is followed by straight lines.
@@ -102,6 +38,8 @@ LEAST_SAMPLES = 10
 # their effect.
 LEAST_PRESSURE = 1e5
 OTHER_PRESSURE, OTHER_PLACE = 1e4, 1e-3
+# A delay, s, that shows its effect: a small part of a pressure transmitter's lag.
+OTHER_DELAY = 1e-4
 # Steps are chosen by the states alone, so that slopes come twenty times as fast. They are taken far shorter than noise
 # asks for: where many unknowns act almost alike, slopes that are a percent off would pass for information.
 SOLVER = Solver(rtol=1e-8, max_step=10.0)
@@ -120,8 +58,8 @@ class LogModel:
         kg.
     keys : sequence of str
         Of the machine, to be changed.
-    moved : (float, float)
-        By how much p1 (Pa) and x (m) start elsewhere than read.
+    moved : (float, float, float)
+        By how much p1 (Pa) and x (m) start elsewhere than read, and how much later (s) than logged the command acts.
     near : (k,) array, optional
         Values of the keys near which the effects of the start are found; default is the rig's file.
 
@@ -141,7 +79,7 @@ class LogModel:
         *,
         payload: float | None,
         keys: Sequence[str],
-        moved: tuple[float, float] = (0.0, 0.0),
+        moved: tuple[float, float, float] = (0.0, 0.0, 0.0),
         near: Array | None = None,
     ) -> None:
         self.log, self.rig, self.payload, self.moved = log, rig, payload, moved
@@ -150,14 +88,15 @@ class LogModel:
         samples = np.stack([log[name] for name in SIGNALS], axis=-1)
         samples[log.spoilt(*SIGNALS)] = np.nan
         self.source, self.sensors = log.source, sensors
-        command = corners(time, _command(log), COMMAND_TOLERANCE * float(np.abs(log["command"]).max()))
+        corner, spool = corners(time, _command(log), COMMAND_TOLERANCE * float(np.abs(log["command"]).max()))
+        command = corner + moved[2], spool
         self.blocks = Blocks.of(time, command[0])
         self.time, self.measured = self.blocks.mean(time), self.blocks.mean(samples)
         self.counted = np.isfinite(self.measured).all(axis=1) & (self.time > SETTLING)
         if not self.counted.any():
             raise InputError(f"{log.source}: no stretch in which every sensor reads")
         self.experiment = Experiment(
-            _scenario(log, rig, command, _start(log, samples) + np.array(moved), payload),
+            _scenario(log, rig, command, _start(log, samples) + np.array(moved[:2]), payload),
             list(keys),
             signals=[f"cylinder.{rig.cylinder_names[0]}.{name}" for name in SIGNALS],
             times=np.minimum(self.blocks.nodes, time[-1] * (1 - 1e-12)),
@@ -166,8 +105,8 @@ class LogModel:
         self._near = rig if near is None else with_values(rig, keys, near)
 
     def restarted(self, by: Array, near: Array) -> LogModel:
-        """This log, started from p1 (Pa) and x (m) that lie further off what was read, `by` (2,)."""
-        moved = (self.moved[0] + float(by[0]), self.moved[1] + float(by[1]))
+        """This log, started from p1 (Pa) and x (m) that lie further off what was read, later (s), `by` (3,)."""
+        moved = (self.moved[0] + float(by[0]), self.moved[1] + float(by[1]), self.moved[2] + float(by[2]))
         keys = self.experiment.keys
         return LogModel(self.log, self.rig, self.sensors, payload=self.payload, keys=keys, moved=moved, near=near)
 
@@ -187,10 +126,16 @@ class LogModel:
         by_place[:, 0] -= 1.0
         return np.stack([by_pressure, by_place], axis=-1)
 
-    def _started(self, **start: Unpack[RunChanges]) -> Array:
-        """(b, 3) prediction from another start."""
+    @cached_property
+    def by_delay(self) -> Array:
+        """(b, 3) slopes of x, p1, p2 by a delay of all of them, s: less their rates."""
+        return (self._started(later=OTHER_DELAY) - self._nominal) / OTHER_DELAY
+
+    def _started(self, later: float = 0.0, **start: Unpack[RunChanges]) -> Array:
+        """(b, 3) prediction from another start, or of what is read `later`, s."""
         made, plan = self.experiment, self.experiment.plan.changed(**start, machine=self._near)
-        times = np.minimum(self.blocks.nodes, plan.duration * (1 - 1e-12))
+        # Nothing moves yet in the first sample.
+        times = np.clip(self.blocks.nodes - later, 0.0, plan.duration * (1 - 1e-12))
         one = Experiment(plan, made.keys[:1], signals=made.signals, times=times, resolve_slopes=False)
         return self._means(one, one.values)[0]
 
@@ -371,11 +316,18 @@ class RigResiduals:
         return found, np.concatenate(slopes)
 
     def restarted(self, theta: Array) -> RigResiduals:
-        """The same logs, simulated from the starts that `theta` says."""
-        models = [model.restarted(theta[self._own(k)][1:3], theta[: self.keys]) for k, model in enumerate(self.models)]
+        """The same logs, simulated from the starts, and with the delay, that `theta` says."""
+        models = [model.restarted(theta[self._moving(k)], theta[: self.keys]) for k, model in enumerate(self.models)]
         moved = RigResiduals(models, self.progress)
         moved.evaluations = self.evaluations
         return moved
+
+    def counted_from_logs(self, theta: Array) -> Array:
+        """`theta` with starts and delay counted from what the logs say, and not from where the simulation has them."""
+        total = theta.copy()
+        for k, model in enumerate(self.models):
+            total[self._moving(k)] = theta[self._moving(k)] + model.moved
+        return total
 
     def predicted(self, theta: Array, log: int) -> Array:
         """Readings x, p1, p2 (b, 3) of one log, SI."""
@@ -393,12 +345,18 @@ class RigResiduals:
         model, common = self.models[log], self.keys + len(NUISANCES)
         own = self._own(log)
         y, dy = model.predict(theta[: self.keys])
-        seen, by_nuisance = read(y, model.turned, model.by_start, theta[self.keys : common], theta[own])
+        seen, by_nuisance = read(y, model.turned, model.by_delay, model.by_start, theta[self.keys : common], theta[own])
         row = np.zeros((*y.shape, theta.size))
         row[:, :, : self.keys] = dy * gains(y, theta[self.keys : common])[:, :, np.newaxis]
         row[:, :, self.keys : common] = by_nuisance[:, :, : len(NUISANCES)]
         row[:, :, own] = by_nuisance[:, :, len(NUISANCES) :]
         return seen, row
+
+    def _moving(self, log: int) -> list[int]:
+        """Where the start pressure and position of a log and the delay of all stand among the unknowns."""
+        first = self._own(log).start
+        own = [first + OF_A_LOG.index(name) for name in ("p1.start", "x.start")]
+        return [*own, self.keys + NUISANCES.index("delay")]
 
     def _own(self, log: int) -> slice:
         """Where :data:`OF_A_LOG` of a log stands among the unknowns."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
-from hydrocrane.identification.output_error import Unknown
+from hydrocrane.identification.output_error import JointPrior, Unknown
 from hydrocrane.identification.points import DIRECTIONS
 from hydrocrane.identification.result import StaticFit
 from hydrocrane.identification.sensors import NUISANCES, OF_A_LOG, RigSensors
@@ -19,10 +19,13 @@ from hydrocrane.machine.machine import Machine
 from hydrocrane.rig import damping
 
 DYNAMIC = ("bristle-stiffness", "bristle-damping")
-# Parameters of the static map that go along; its exponents stay as they are.
+# Parameters of the static map that always go along; its exponents do where they were fitted, or where logs tell them.
 STATIC = ("coulomb", "breakaway", "stribeck-velocity", "viscous")
 # How far the static map may be off where no fit of it is given, as a share.
 UNFITTED = 0.1
+# And with free exponents: viscous friction is between linear and quadratic, and its coefficient, the force at 1 m/s,
+# follows the exponent.
+UNFITTED_WITH_EXPONENTS = {"viscous-exponent": 0.2, "stribeck-exponent": 0.2, "viscous": 1.0}
 # How well a fitted parameter of it may be known at best, as a share: the law itself is no better.
 BEST_FITTED = 1e-3
 # What else of the rig moves the pressures, and how far each may be off its file, as shares. A spool's own lag looks
@@ -33,13 +36,19 @@ DOUBTS = {
     ("fluid", "bulk-modulus-max"): 0.2,
     ("cylinder", "leakage-gap"): 0.2,
 }
+# Keys that take the place of another in some files: oil has a constant bulk modulus, or one that rises to a maximum.
+ELSE = {"bulk-modulus-max": "bulk-modulus"}
+# Where the search for a nuisance ends: a longer delay, s, is a fault of the recording and not its tolerance.
+BOUNDS = {"delay": (-0.01, 0.01)}
 # The prior of a positive quantity ends at this share of it; above, at its inverse.
 FURTHEST = 0.1
 
 
 def key_of(rig: Machine, section: str, name: str) -> str:
-    """The full key of a rig's only valve, friction or cylinder."""
+    """The full key of a rig's only valve, friction or cylinder, or of its fluid."""
     found = [key for key in rig.keys if key.startswith(f"{section}.") and key.endswith(f".{name}")]
+    if not found and name in ELSE:
+        return key_of(rig, section, ELSE[name])
     if not found:
         raise InputError(
             f"{rig.name} has no `{section}.<name>.{name}`, which a dynamic fit needs; add it as in rig-rottne"
@@ -85,16 +94,27 @@ def unknowns_of(
     logs: Sequence[Log],
     sensors: RigSensors,
     read: Mapping[str, Sequence[float]],
-    static: StaticFit | None,
+    fitted: JointPrior | None,
+    *,
+    exponents: bool = False,
 ) -> tuple[list[Unknown], list[Unknown]]:
-    """Keys of the machine, then nuisances of the readings; `read` has first readings of :data:`DYNAMIC`."""
+    """Keys of the machine, then nuisances of the readings.
+
+    `read` has first readings of :data:`DYNAMIC`, `fitted` what :func:`map_prior` gives. With `exponents` those of
+    the static map go along too.
+    """
     keys = [_bristle(rig, name, read[name]) for name in DYNAMIC]
-    keys += [_static(rig, name, side, static) for name in STATIC for side in _directions(logs)]
+    known = {} if fitted is None else dict(zip(fitted.names, fitted.deviations.tolist(), strict=True))
+    keys += [
+        _static(rig, name, side, known.get(key), UNFITTED_WITH_EXPONENTS.get(name, UNFITTED) if exponents else UNFITTED)
+        for (name, side), key in _map_keys(rig, logs).items()
+        if name in STATIC or exponents or key in known
+    ]
     for (section, name), share in DOUBTS.items():
-        key = "fluid." + name if section == "fluid" else key_of(rig, section, name)
+        key = key_of(rig, section, name)
         keys.append(_about(key, number(rig, key), share * number(rig, key)))
     readings = [
-        Unknown(name, 0.0, deviation, (0.0, deviation))
+        Unknown(name, 0.0, deviation, (0.0, deviation), BOUNDS.get(name, (-np.inf, np.inf)))
         for name, deviation in zip(NUISANCES, sensors.deviations, strict=True)
     ]
     readings += [
@@ -128,14 +148,47 @@ def _bristle(rig: Machine, name: str, read: Sequence[float]) -> Unknown:
     return Unknown(key, start, 0.1 * start, bounds=(0.0, highest))
 
 
-def _static(rig: Machine, name: str, side: int, static: StaticFit | None) -> Unknown:
-    key = key_of(rig, "friction", name)
+def map_prior(rig: Machine, logs: Sequence[Log], static: StaticFit | None) -> JointPrior | None:
+    """What a fit of the static map knows of the rig's, errors of its parameters together; None without one.
+
+    Force at slow motion is far better known than Coulomb force, rise and Stribeck velocity are each.
+    """
+    if static is None or static.spread is None:
+        return None
+    labels, covariance = list(static.spread.labels), static.covariance.values
+    found = {
+        (name, side): labels.index(f"{name}.{DIRECTIONS[side]}")
+        for name, side in _map_keys(rig, logs)
+        if f"{name}.{DIRECTIONS[side]}" in labels
+    }
+    # Of a parameter that the fit could not identify it has an infinite variance.
+    found = {place: i for place, i in found.items() if 0.0 < covariance[i, i] < np.inf}
+    if not found:
+        return None
+    keys = _map_keys(rig, logs)
+    mean = np.array([_pair(rig, name)[side] for name, side in found])
+    chosen = covariance[np.ix_(list(found.values()), list(found.values()))]
+    # No parameter is less known than by its whole value, nor better than BEST_FITTED.
+    less = np.minimum(1.0, mean / np.sqrt(np.diag(chosen)))
+    chosen = chosen * np.outer(less, less) + np.diag((BEST_FITTED * mean) ** 2)
+    return JointPrior(tuple(keys[place] for place in found), mean, chosen)
+
+
+def _map_keys(rig: Machine, logs: Sequence[Log]) -> dict[tuple[str, int], str]:
+    """Keys of the static map by parameter and side, of the directions that the logs have."""
+    return {
+        (name, side): f"{key_of(rig, 'friction', name)}[{side}]" for name in PARAMETERS for side in _directions(logs)
+    }
+
+
+def _static(rig: Machine, name: str, side: int, deviation: float | None, share: float) -> Unknown:
+    """A parameter of the static map; with the `deviation` of a joint prior that holds it, else known to a `share`."""
     value = float(_pair(rig, name)[side])
-    found = _about(f"{key}[{side}]", value, _deviation(static, f"{name}.{DIRECTIONS[side]}", value))
+    found = _about(f"{key_of(rig, 'friction', name)}[{side}]", value, deviation or share * value)
     # Coulomb and break-away force stay on their sides of the middle between them.
     middle = 0.5 * float(_pair(rig, "coulomb")[side] + _pair(rig, "breakaway")[side])
     bounds = {"coulomb": (0.0, middle), "breakaway": (middle, np.inf)}.get(name, found.bounds)
-    return Unknown(found.name, value, found.scale, found.prior, bounds)
+    return Unknown(found.name, value, found.scale, found.prior if deviation is None else None, bounds)
 
 
 def _pair(rig: Machine, name: str) -> Array:
@@ -146,13 +199,3 @@ def _directions(logs: Sequence[Log]) -> list[int]:
     """Directions in which the spool is opened, 0 extending, 1 retracting: of the other's friction nothing is seen."""
     opened = np.concatenate([log["command"] for log in logs])
     return [side for side, sign in enumerate((1.0, -1.0)) if (sign * opened > 0.0).any()]
-
-
-def _deviation(static: StaticFit | None, label: str, value: float) -> float:
-    """Standard deviation of a parameter of the static map."""
-    if static is not None and static.spread is not None and label in static.spread.labels:
-        i = static.spread.labels.index(label)
-        variance = float(static.covariance.values[i, i])
-        if np.isfinite(variance) and variance > 0.0:
-            return float(np.clip(np.sqrt(variance), BEST_FITTED * value, value))
-    return UNFITTED * value

@@ -83,9 +83,12 @@ START_READING = 0.5
 # A parabola's deviation from a line between -d and d over its range r has at most the slope 8 d / r and the curvature
 # coefficient 8 d / r^2.
 PARABOLA = 8.0
+# How much later than the command the readings may be logged: standard deviation of the delay, s. A channel that is
+# converted or filtered by itself is off by about one sample.
+DELAY = 1e-3
 # Whether the zeros of p1 and p2 were subtracted, or their standard errors then, Pa.
 Calibrated = bool | Sequence[float]
-NUISANCES = ("p1.zero", "p2.zero", "p1.span", "p2.span", "x.slope", "x.curve", "x.hysteresis")
+NUISANCES = ("p1.zero", "p2.zero", "p1.span", "p2.span", "x.slope", "x.curve", "x.hysteresis", "delay")
 # And of each log: a zero calibration has an error of its own each time.
 OF_A_LOG = ("x.offset", "p1.start", "x.start", "p1.calibration", "p2.calibration")
 
@@ -153,7 +156,7 @@ class RigSensors:
     def deviations(self) -> tuple[float, ...]:
         """Standard deviations of the :data:`NUISANCES`."""
         slope = PARABOLA * self.linearity_error / self.width
-        return (*self.zeros, self.span, self.span, slope, slope / self.width, self.hysteresis)
+        return (*self.zeros, self.span, self.span, slope, slope / self.width, self.hysteresis, DELAY)
 
     def turned(self, x: Array) -> Array:
         """(n,) in [-1, 1]: the share of its hysteresis by which the position sensor is off along a motion x (n,), m.
@@ -179,7 +182,9 @@ class RigSensors:
         return np.asarray(cholesky(covariance, lower=True))
 
 
-def read(y: Array, turned: Array, by_start: Array, nuisances: Array, of_log: Array) -> tuple[Array, Array]:
+def read(
+    y: Array, turned: Array, by_delay: Array, by_start: Array, nuisances: Array, of_log: Array
+) -> tuple[Array, Array]:
     """What the sensors read.
 
     Parameters
@@ -188,31 +193,31 @@ def read(y: Array, turned: Array, by_start: Array, nuisances: Array, of_log: Arr
         x, p1, p2, SI.
     turned : (b,) array
         As of :meth:`RigSensors.turned`.
-    by_start : (b, 3, 2) array
-        As of :attr:`LogModel.by_start`.
-    nuisances, of_log : (7,) and (5,) arrays
+    by_delay, by_start : (b, 3) and (b, 3, 2) arrays
+        As of :class:`LogModel`.
+    nuisances, of_log : (8,) and (5,) arrays
         In the order of :data:`NUISANCES` and :data:`OF_A_LOG`.
 
     Returns
     -------
     readings : (b, 3) array
-    slopes : (b, 3, 12) array
+    slopes : (b, 3, 13) array
         By both.
     """
     way = y[:, 0] - y[0, 0]
     slopes = np.zeros((*y.shape, len(NUISANCES) + len(OF_A_LOG)))
-    slopes[:, 1, 0] = slopes[:, 2, 1] = slopes[:, 0, 7] = 1.0
+    slopes[:, 1, 0] = slopes[:, 2, 1] = slopes[:, 0, 8] = 1.0
     slopes[:, 1, 2], slopes[:, 2, 3] = y[:, 1], y[:, 2]
     slopes[:, 0, 4], slopes[:, 0, 5], slopes[:, 0, 6] = way, way**2, -turned
-    slopes[:, :, 8:10] = by_start
-    slopes[:, 1, 10] = slopes[:, 2, 11] = 1.0
+    slopes[:, :, 7], slopes[:, :, 9:11] = by_delay, by_start
+    slopes[:, 1, 11] = slopes[:, 2, 12] = 1.0
     # Everything that a sensor adds is linear in its errors.
     return y + slopes @ np.concatenate([nuisances, of_log]), slopes
 
 
 def gains(y: Array, nuisances: Array) -> Array:
     """(b, 3) slopes of the readings by the signals."""
-    _, _, p1_span, p2_span, x_slope, x_curve, _ = nuisances
+    _, _, p1_span, p2_span, x_slope, x_curve, *_ = nuisances
     way = y[:, 0] - y[0, 0]
     ones = np.ones_like(way)
     return np.stack([1.0 + x_slope + 2.0 * x_curve * way, (1.0 + p1_span) * ones, (1.0 + p2_span) * ones], axis=-1)

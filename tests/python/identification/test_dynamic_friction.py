@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -10,10 +12,12 @@ import hydrocrane as hc
 from hydrocrane import rig
 from hydrocrane.errors import InputError
 from hydrocrane.identification import Report, bristle, expected, first_readings, fit_dynamic, output_error
+from hydrocrane.identification.blocks import Blocks
 from hydrocrane.identification.bristle import Motion
-from hydrocrane.identification.output_error import Unknown
-from hydrocrane.identification.rig_model import Blocks, LogModel, RigResiduals, corners, lagged
-from hydrocrane.identification.rig_unknowns import DYNAMIC, most_damping, rig_map, unknowns_of
+from hydrocrane.identification.output_error import JointPrior, Unknown
+from hydrocrane.identification.result import Spread, StaticFit
+from hydrocrane.identification.rig_model import LogModel, RigResiduals, corners, lagged
+from hydrocrane.identification.rig_unknowns import BEST_FITTED, DYNAMIC, map_prior, most_damping, rig_map, unknowns_of
 from hydrocrane.identification.sensors import RigSensors
 from hydrocrane.logs import Log
 from hydrocrane.signals import zero_calibrated
@@ -161,6 +165,69 @@ def test_a_straight_line_is_fitted_with_the_textbook_covariance():
     assert bounded.at_bound == ("b",)
 
 
+def test_a_joint_prior_counts_as_the_data_that_it_came_from():
+    """A line fitted to both halves of its points is that of one half with the other as a prior."""
+    x = np.linspace(0.0, 1.0, 40)
+    y = 2.0 + 3.0 * x + 0.1 * np.random.default_rng(1).normal(size=40)
+    jacobian, target = np.stack([np.ones(40), x], axis=-1) / 0.1, y / 0.1
+    first, second = slice(0, 20), slice(20, 40)
+    covariance = np.linalg.inv(jacobian[first].T @ jacobian[first])
+    joint = JointPrior(("a", "b"), covariance @ jacobian[first].T @ target[first], covariance)
+    unknowns = [Unknown("b", 0.0, 10.0), Unknown("a", 0.0, 1.0)]
+
+    def later(theta):
+        return jacobian[second] @ theta[::-1] - target[second], jacobian[second][:, ::-1]
+
+    found = output_error.fit(unknowns, later, joint=joint)
+    whole = np.linalg.lstsq(jacobian, target)[0]
+    assert found.values[::-1] == pytest.approx(whole, rel=1e-6)
+    assert found.bound[::-1, ::-1] == pytest.approx(np.linalg.inv(jacobian.T @ jacobian), rel=1e-6)
+    deviation = output_error.bound(unknowns, later, joint=joint)
+    assert deviation["a"] == pytest.approx(np.sqrt(found.bound[1, 1]), rel=1e-6)
+
+
+def test_what_a_joint_prior_holds_equal_stays_equal():
+    """A covariance without inverse says that a difference is known, not that nothing is."""
+    joint = JointPrior(("a", "b"), np.array([1.0, 1.0]), np.full((2, 2), 4.0))
+    found = output_error.fit(
+        [Unknown("a", 1.0, 1.0), Unknown("b", 1.0, 1.0)],
+        lambda t: (np.array([(t[0] - 3.0) / 0.1]), np.array([[10.0, 0.0]])),
+        joint=joint,
+    )
+    assert found["a"] == pytest.approx(3.0, abs=0.01) and found["b"] == pytest.approx(found["a"], abs=1e-3)
+    for mean, covariance in ((np.ones(1), np.eye(2)), (np.ones(2), np.diag([1.0, np.inf]))):
+        with pytest.raises(InputError, match="joint prior of 2 unknowns"):
+            JointPrior(("a", "b"), mean, covariance)
+
+
+def static_fit(labels, covariance) -> StaticFit:
+    """The file's own map with a covariance."""
+    spread = Spread(
+        labels, covariance, np.zeros_like(covariance), covariance, np.zeros((len(labels), 0)), 20.0, 1.0, 1.0
+    )
+    return StaticFit(None, LAW, spread=spread)  # type: ignore[arg-type]
+
+
+def test_the_map_goes_along_with_all_of_its_covariance(logs):
+    """Correlations too, free exponents too; what it could not identify is known as without a fit."""
+    labels = ("coulomb.extending", "breakaway.extending", "viscous-exponent.extending", "viscous.extending", "offset")
+    deviation, correlation = np.array([20.0, 20.0, 0.2, 1.0, 5.0]), np.eye(5)
+    correlation[0, 1] = correlation[1, 0] = -0.9
+    covariance = correlation * np.outer(deviation, deviation)
+    covariance[3, 3] = np.inf
+    prior = map_prior(CRANE, logs, static_fit(labels, covariance))
+    assert prior is not None
+    assert prior.names == tuple(f"friction.test.{n}[0]" for n in ("coulomb", "breakaway", "viscous-exponent"))
+    assert prior.mean == pytest.approx([160.0, 340.0, 1.5])
+    assert prior.covariance[0, 1] == pytest.approx(-360.0)
+    assert prior.deviations == pytest.approx(np.hypot([20.0, 20.0, 0.2], BEST_FITTED * prior.mean))
+    sensors = RigSensors.of(CRANE, calibrated=True)
+    keys, _ = unknowns_of(CRANE, logs, sensors, dict.fromkeys(DYNAMIC, ()), prior)
+    own = {u.name: u.prior for u in keys}
+    assert all(own[name] is None for name in prior.names)
+    assert own["friction.test.viscous[0]"] == (8000.0, 800.0) and "friction.test.viscous-exponent[1]" not in own
+
+
 def test_one_rig_with_its_sensors_comes_back(fit):
     """Within 10 % and 25 %, inside the intervals; the full study is docs/validation/dynamic_friction.py."""
     for name, bound in (("bristle-stiffness", 0.10), ("bristle-damping", 0.25)):
@@ -168,7 +235,8 @@ def test_one_rig_with_its_sensors_comes_back(fit):
         assert fit.params[name] == pytest.approx(TRUE[name], rel=bound)
         assert low < TRUE[name] < high
         assert fit.bound[name] <= fit.fitted().deviation(f"friction.test.{name}") < bound * TRUE[name]
-    assert 0.6 < fit.fitted().variance < 1.3 and not fit.warnings and fit.passive_up_to == np.inf
+    assert 0.6 < fit.fitted().variance < 1.3 and fit.passive_up_to == np.inf
+    assert [text[:30] for text in fit.warnings] == ["the static map was not fitted "]
     assert fit.correlation.shape == fit.covariance.shape and fit.correlation.values.diagonal() == pytest.approx(1.0)
 
 
@@ -199,6 +267,57 @@ def test_the_block_loads_and_the_report_is_whole(fit, tmp_path):
     report = Report("Bristles")
     assert all(report.stage(*stage) for stage in fit.stages())
     assert "bristle-damping" in report.html() and "95 %" in fit.summary()
+
+
+def test_a_delay_is_found_and_does_not_count_as_friction(fit, logs):
+    """All readings later than the command, by more than one straight line of their effect reaches."""
+    by = 3e-3
+    late = [changed(log, command=np.interp(log.time + by, log.time, log["command"])) for log in logs]
+    found = fit_dynamic(late[:1], late[1:], CRANE, calibrated=True)
+    assert found.delay - fit.delay == pytest.approx(by, abs=5e-5)
+    for name in DYNAMIC:
+        tenth = 0.1 * fit.fitted().deviation(f"friction.test.{name}")
+        assert found.params[name] == pytest.approx(fit.params[name], abs=tenth)
+    table = next(make() for title, make in found.stages() if title == "What the fit left free").table
+    shown = {row[0]: row[1] for row in table.rows}
+    assert float(shown["delay"]) == pytest.approx(found.delay, rel=1e-3)
+
+
+def fast_ramp() -> Log:
+    """Up to six Stribeck velocities, both ways."""
+    run = rig.run("ramp", CRANE, seed=4, calibration=1.0, speed=1.0, last=6.0, interval=2e-3)
+    return log_of(run.data, 1.0)
+
+
+def test_a_ramp_beyond_break_away_tells_the_exponents_too(logs):
+    """It is fitted whole, with a file whose viscous exponent is wrong; that of a slow ramp stays as it is."""
+    assert not bristle.goes_beyond(logs[0], CRANE, LAW, None)
+    ramp, step = fast_ramp(), logs[1].between(1.0, 3.0)
+    assert bristle.goes_beyond(ramp, CRANE, LAW, None)
+    # Equal at 10 mm/s.
+    viscous = [8000.0 * 0.01**0.25, 12000.0 * 0.01**0.25]
+    wrong = CRANE.changed({"friction.test.viscous-exponent": 1.25, "friction.test.viscous": viscous})
+    found = fit_dynamic([ramp], [step], wrong, calibrated=True)
+    for name in DYNAMIC:
+        low, high = found.intervals(0.999)[name]
+        assert low < TRUE[name] < high
+    estimate = found.fitted()
+    assert not found.warnings
+    for side in (0, 1):
+        key = f"friction.test.viscous-exponent[{side}]"
+        assert abs(estimate[key] - 1.5) < 3.3 * estimate.deviation(key) < 0.5
+
+
+def test_a_rig_with_oil_of_constant_bulk_modulus_is_fitted(logs, tmp_path):
+    lines = Path("machines/rig-rottne.toml").read_text(encoding="utf-8").splitlines()
+    kept = [line for line in lines if not line.startswith("bulk-")]
+    kept.insert(kept.index("[fluid]") + 1, 'bulk-modulus = "0.9 GPa"')
+    machine = tmp_path / "constant.toml"
+    machine.write_text("\n".join(kept), encoding="utf-8")
+    crane = hc.load_machine(machine)
+    found = fit_dynamic([], [logs[1].between(1.0, 4.0)], crane, calibrated=True)
+    assert found.estimate is not None and "fluid.bulk-modulus" in found.estimate.names
+    assert found.estimate["fluid.bulk-modulus"] > 0.0 and found.bound["bristle-damping"] > 0.0
 
 
 # --- what must not pass ---------------------------------------------------------------------------------------------

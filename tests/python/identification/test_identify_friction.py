@@ -287,6 +287,28 @@ def test_a_file_that_is_no_log_is_one_error(name, tmp_path, monkeypatch, capsys)
     assert not Path("page.html").exists()
 
 
+def test_a_window_cuts_every_log_and_the_zero_is_read_before_it(log, found):
+    """Here the first level is left out; so is a start that spoils the whole log."""
+    start, end = found.windows[0][0].end, float(log.time[-1])
+    cut = hc.identify_friction(log, "rig-rottne", window=(start, end))
+    assert cut.records[0].log.time[0] == pytest.approx(start, abs=0.02)
+    assert cut.records[0].zero.errors == found.records[0].zero.errors
+    assert len(cut.windows[0]) == len(found.windows[0]) - 1
+    assert cut.windows[0][0].force == pytest.approx(found.windows[0][1].force, rel=1e-6)
+    time = log.time.copy()
+    time[:3] = time[2::-1]
+    jumped = hc.Log.of(log.data.assign_coords(time=time), source="a")
+    assert "time" in failed(hc.identify_friction(jumped, "rig-rottne"))["logs"]
+    assert not hc.identify_friction(jumped, "rig-rottne", window=(start, end)).failures
+
+
+def test_a_window_can_be_said_on_the_command_line(steady, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    steady.save("a.csv")
+    assert command("a.csv", "--window", "1:1.9") == 1
+    assert "rests" in capsys.readouterr().err
+
+
 WRONG_OPTIONS = {
     "no log": ([], "no log was handed over"),
     "folder": (["."], "is a folder"),
@@ -297,6 +319,8 @@ WRONG_OPTIONS = {
     "zero backwards": (["a.csv", "--zero", "2:1"], "FROM before TO"),
     "zero outside": (["a.csv", "--zero", "900:901"], "0 samples between 900 and 901 s"),
     "zero under pressure": (["a.csv", "--zero", "3:4"], "data sheet allows 1.2 bar"),
+    "window backwards": (["a.csv", "--window", "9:2"], "FROM before TO"),
+    "window outside": (["a.csv", "--window", "900:901"], "no sample between 900 and 901 s"),
     "role": (["--ramp", "a.csv"], "handed over as a ramp, but says that it is a `constant-velocity`"),
     "report": (["a.csv", "--report", "page.pdf"], ".html"),
     "block": (["a.csv", "--write", "friction.txt"], ".toml"),
