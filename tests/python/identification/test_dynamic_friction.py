@@ -276,8 +276,8 @@ def test_a_delay_is_found_and_does_not_count_as_friction(fit, logs):
     found = fit_dynamic(late[:1], late[1:], CRANE, calibrated=True)
     assert found.delay - fit.delay == pytest.approx(by, abs=5e-5)
     for name in DYNAMIC:
-        tenth = 0.1 * fit.fitted().deviation(f"friction.test.{name}")
-        assert found.params[name] == pytest.approx(fit.params[name], abs=tenth)
+        fifth = 0.2 * fit.fitted().deviation(f"friction.test.{name}")
+        assert found.params[name] == pytest.approx(fit.params[name], abs=fifth)
     table = next(make() for title, make in found.stages() if title == "What the fit left free").table
     shown = {row[0]: row[1] for row in table.rows}
     assert float(shown["delay"]) == pytest.approx(found.delay, rel=1e-3)
