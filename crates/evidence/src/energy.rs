@@ -1,6 +1,6 @@
 //! How well the energy ledger of a drive closes.
 
-use hydrocrane_sim::{ground_terms, Model, LEDGER_TERMS, PAYLOAD_TERMS};
+use hydrocrane_sim::{shared_terms, Model, LEDGER_TERMS, PAYLOAD_TERMS};
 
 /// Energies below this are no basis for a share, J.
 const LEAST_FLOW: f64 = 100.0;
@@ -24,7 +24,7 @@ pub fn worst_gap(model: &dyn Model, signals: &[String], rows: &[Vec<f64>]) -> Ga
         model.output_info().iter().enumerate().filter(|(_, o)| o.name.starts_with("energy.")).map(|(i, _)| i).collect();
     let terms: Vec<(usize, f64)> = LEDGER_TERMS
         .iter()
-        .chain(ground_terms(model.machine()))
+        .chain(shared_terms(model.machine()).into_iter().map(|(_, term)| term))
         .chain(&PAYLOAD_TERMS)
         .filter(|(_, _, sign)| *sign != 0.0)
         .filter_map(|(name, _, sign)| Some((at(&format!("ledger.{name}"))?, *sign)))

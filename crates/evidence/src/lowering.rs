@@ -71,8 +71,9 @@ fn lowered(model: &dyn Model, method: &str, tolerances: Tolerances, control: Ste
 
 /// The run's states and energies as rows of a drive.
 fn gap(model: &dyn Model, rows: &[(&[f64], &[f64])]) -> Gap {
-    use hydrocrane_sim::{ground_terms, LEDGER_PER_CYLINDER, LEDGER_TERMS, PAYLOAD_TERMS};
-    let terms = LEDGER_TERMS.iter().chain(ground_terms(model.machine())).chain(&PAYLOAD_TERMS);
+    use hydrocrane_sim::{shared_terms, LEDGER_PER_CYLINDER, LEDGER_TERMS, PAYLOAD_TERMS};
+    let shared = shared_terms(model.machine()).into_iter().map(|(_, term)| term);
+    let terms = LEDGER_TERMS.iter().chain(shared).chain(&PAYLOAD_TERMS);
     let names = terms.map(|(name, _, _)| format!("ledger.{name}"));
     let signals: Vec<String> =
         std::iter::once("payload".to_string()).chain(model.layout().names.iter().cloned()).chain(names).collect();

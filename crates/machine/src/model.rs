@@ -203,6 +203,8 @@ pub struct Valve<T = f64> {
     pub overlap: T,
     /// Laminar leakage conductance per closed edge, m^3/(s Pa).
     pub leakage: T,
+    /// A check valve keeps oil from flowing back into the mains.
+    pub load_check: bool,
     pub velocity_limit: Option<T>,
     pub acceleration_limit: Option<T>,
     /// s
@@ -293,8 +295,48 @@ pub enum Cavitation<T = f64> {
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Supply<T = f64> {
+    /// Constant, or what the pump is set to, Pa.
     pub pressure: T,
     pub tank_pressure: T,
+    /// `None`: the pressure is constant.
+    pub mains: Option<Mains<T>>,
+}
+
+/// Mains whose pressure follows from what flows in and out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mains<T = f64> {
+    /// Volume of the lines between pump and valves without pressure, m^3, and its growth with pressure, m^3/Pa.
+    pub volume: T,
+    pub compliance: T,
+    /// Pressure at which the main relief valve opens, Pa, and its flow per pressure beyond that, m^3/(s Pa).
+    pub relief_pressure: T,
+    pub relief_gradient: T,
+    pub pump: Pump<T>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pump<T = f64> {
+    pub name: String,
+    /// m^3 per revolution
+    pub displacement: T,
+    /// rad/s
+    pub speed: T,
+    /// At full displacement and the supply pressure.
+    pub volumetric_efficiency: T,
+    pub hydromechanical_efficiency: T,
+    /// `None`: the displacement is fixed.
+    pub control: Option<PressureControl<T>>,
+}
+
+/// A pump that keeps the supply pressure by its displacement.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PressureControl<T = f64> {
+    /// Fall of pressure that brings full displacement, Pa.
+    pub range: T,
+    /// s
+    pub time_constant: T,
+    /// N m; `None`: no limit.
+    pub torque_limit: Option<T>,
 }
 
 #[derive(Debug, Clone, PartialEq)]

@@ -45,6 +45,8 @@ quantities! {
     PRESSURE = "pressure" in "Pa";
     VOLUME = "volume" in "m^3";
     FLOW = "volume flow" in "m^3/s";
+    TORQUE = "torque" in "N m";
+    COMPLIANCE = "volume per pressure" in "m^3/Pa";
     CONDUCTANCE = "leakage conductance" in "m^3/(s Pa)";
     DENSITY = "density" in "kg/m^3";
     VISCOSITY = "dynamic viscosity" in "Pa s";
@@ -53,6 +55,8 @@ quantities! {
 
 /// Of the dimension of an angular frequency, so that messages do not name it.
 pub const ANGULAR_VELOCITY: Kind = Kind { name: "angular velocity", unit: "rad/s" };
+/// Of the dimension of a leakage conductance.
+pub const GRADIENT: Kind = Kind { name: "flow per pressure", unit: "m^3/(s Pa)" };
 pub const NUMBER: Kind = Kind { name: "plain number", unit: "" };
 
 /// N (s/m)^exponent: a friction force over a power of the velocity.

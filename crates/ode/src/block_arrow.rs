@@ -11,6 +11,7 @@
 //! (s I - J) k = r is therefore solved axis by axis: spool, pressures, bristles, each as a linear function of the rate of its
 //! coordinate. Coordinates follow from their rates. The Schur complement, a system of the rates, is left (`schur.rs`).
 
+use crate::shared::{SharedDerivatives, SharedStates};
 use hydrocrane_num::{Field, Pack, Real};
 use std::ops::{Add, Mul, Sub};
 
@@ -31,6 +32,13 @@ pub struct AxisStates {
     pub vs: usize,
     /// `None` without bristles.
     pub z: Option<usize>,
+}
+
+/// Which states belong to which axis, and which to all of them.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct StateBlocks {
+    pub axes: Vec<AxisStates>,
+    pub shared: SharedStates,
 }
 
 /// Derivatives of one output of an axis by its local state: its coordinate and rate, and its own states.
@@ -71,12 +79,14 @@ pub struct BlockArrow<T> {
     pub by_q: [[T; MAX_BORDER]; MAX_BORDER],
     pub by_qd: [[T; MAX_BORDER]; MAX_BORDER],
     pub cylinders: [AxisDerivatives<T>; MAX_BORDER],
+    /// `None` without shared states.
+    pub shared: Option<Box<SharedDerivatives<T>>>,
 }
 
 impl<T: Field> Row<T> {
     /// The local state of axis `c` in the state `k`.
     #[inline(always)]
-    fn local(joints: usize, c: usize, at: &AxisStates, k: &[T]) -> Self {
+    pub(crate) fn local(joints: usize, c: usize, at: &AxisStates, k: &[T]) -> Self {
         let z = at.z.map_or(T::c(0.0), |z| k[z]);
         Row { q: k[c], qd: k[joints + c], p1: k[at.p1], p2: k[at.p2], xs: k[at.xs], z }
     }
@@ -85,12 +95,12 @@ impl<T: Field> Row<T> {
 impl<T: Copy> Row<T> {
     /// Directional derivative of the output along a change of the local state.
     #[inline(always)]
-    fn directional<K: ScalarOver<T>>(&self, local: &Row<K>) -> K {
+    pub(crate) fn directional<K: ScalarOver<T>>(&self, local: &Row<K>) -> K {
         let known = local.q * self.q + local.qd * self.qd + local.p1 * self.p1 + local.p2 * self.p2;
         known + local.xs * self.xs + local.z * self.z
     }
 
-    fn write(&self, joints: usize, c: usize, at: &AxisStates, row: &mut [T]) {
+    pub(crate) fn write(&self, joints: usize, c: usize, at: &AxisStates, row: &mut [T]) {
         let known = [(c, self.q), (joints + c, self.qd), (at.p1, self.p1), (at.p2, self.p2), (at.xs, self.xs)];
         for (column, derivative) in known.into_iter().chain(at.z.map(|z| (z, self.z))) {
             row[column] = derivative;
@@ -98,7 +108,7 @@ impl<T: Copy> Row<T> {
     }
 
     #[inline(always)]
-    fn map<U>(&self, f: impl Fn(T) -> U) -> Row<U> {
+    pub fn map<U>(&self, f: impl Fn(T) -> U) -> Row<U> {
         Row { q: f(self.q), qd: f(self.qd), p1: f(self.p1), p2: f(self.p2), xs: f(self.xs), z: f(self.z) }
     }
 
@@ -112,14 +122,27 @@ impl<T: Copy> Row<T> {
     }
 }
 
+impl<T: Copy> BlockArrow<T> {
+    /// Derivatives that belong to shared states; left out of programs for the smallest chains alone.
+    #[inline(always)]
+    pub(crate) fn shared(&self) -> Option<&SharedDerivatives<T>> {
+        if cfg!(feature = "chains") {
+            self.shared.as_deref()
+        } else {
+            None
+        }
+    }
+}
+
 impl<T: Real> BlockArrow<T> {
     /// All zero, one axis per coordinate of the border.
-    pub fn new(axes: &[AxisStates]) -> Self {
-        let joints = axes.len();
+    pub fn new(blocks: &StateBlocks) -> Self {
+        let joints = blocks.axes.len();
         let mut cylinders = [AxisDerivatives::default(); MAX_BORDER];
-        cylinders.iter_mut().zip(axes).for_each(|(own, at)| own.at = *at);
+        cylinders.iter_mut().zip(&blocks.axes).for_each(|(own, at)| own.at = *at);
         let square = [[T::c(0.0); MAX_BORDER]; MAX_BORDER];
-        BlockArrow { joints, secants: false, by_q: square, by_qd: square, cylinders }
+        let shared = (blocks.shared.count > 0).then(|| Box::new(SharedDerivatives::new(blocks.shared)));
+        BlockArrow { joints, secants: false, by_q: square, by_qd: square, cylinders, shared }
     }
 
     /// The same blocks with `f` applied to every derivative.
@@ -138,6 +161,7 @@ impl<T: Real> BlockArrow<T> {
                 force: c.force.map(&f),
                 response: c.response.map(&f),
             }),
+            shared: self.shared.as_ref().map(|shared| Box::new(shared.map(&f))),
         }
     }
 
@@ -170,6 +194,9 @@ impl<T: Real> BlockArrow<T> {
             y[at.xs] += xs * own.spool[0][0] + vs * own.spool[0][1];
             y[at.vs] += xs * own.spool[1][0] + vs * own.spool[1][1];
         }
+        if let Some(shared) = self.shared() {
+            shared.add_product(self, k, y);
+        }
     }
 
     /// Row-major, `n x n` for the `n` states.
@@ -201,6 +228,9 @@ impl<T: Real> BlockArrow<T> {
                 jacobian[row * n + at.xs] = derivatives[0];
                 jacobian[row * n + at.vs] = derivatives[1];
             }
+        }
+        if let Some(shared) = self.shared() {
+            shared.write_dense(self, n, jacobian);
         }
     }
 }

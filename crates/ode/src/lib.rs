@@ -16,15 +16,17 @@ pub mod rosenbrock;
 pub mod rosenbrock3;
 pub mod rows;
 mod schur;
+mod shared;
 mod stepper;
 mod system;
 pub mod tableau;
 pub mod tsit5;
 
-pub use block_arrow::{AxisDerivatives, AxisStates, BlockArrow, Row, ScalarOver, MAX_BORDER};
+pub use block_arrow::{AxisDerivatives, AxisStates, BlockArrow, Row, ScalarOver, StateBlocks, MAX_BORDER};
 pub use linear::{Factored, Linearisation};
 pub use method::{Effort, Method, Restart, Target, FLUSH};
 pub use methods::{method, METHODS};
 pub use schur::SchurFactors;
+pub use shared::{SharedDerivatives, SharedStates, MAX_SHARED};
 pub use stepper::{StepControl, StepFailure, Stepper, Tolerances, CRAWL_ATTEMPTS};
 pub use system::System;

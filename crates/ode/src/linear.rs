@@ -1,6 +1,6 @@
 //! A system linearised at one state, and the linear systems of implicit steps there.
 
-use crate::block_arrow::{AxisStates, BlockArrow, ScalarOver};
+use crate::block_arrow::{BlockArrow, ScalarOver, StateBlocks};
 use crate::schur::SchurFactors;
 use hydrocrane_num::dense::Inverse;
 
@@ -36,11 +36,11 @@ impl Linearisation {
         &mut self.dfdx
     }
 
-    /// The rates, and room for a block arrow of these `axes`, followed by its derivatives along each of the `tangents`.
-    pub fn block_arrow(&mut self, axes: &[AxisStates], tangents: usize) -> (&mut [f64], &mut [BlockArrow<f64>]) {
+    /// The rates, and room for a block arrow of these states, followed by its derivatives along each of the `tangents`.
+    pub fn block_arrow(&mut self, states: &StateBlocks, tangents: usize) -> (&mut [f64], &mut [BlockArrow<f64>]) {
         if self.blocks.is_empty() {
             self.states = self.rate.len() / (1 + tangents);
-            let blocks = BlockArrow { secants: self.secants, ..BlockArrow::new(axes) };
+            let blocks = BlockArrow { secants: self.secants, ..BlockArrow::new(states) };
             self.blocks = vec![blocks; 1 + tangents];
         }
         (&mut self.rate, &mut self.blocks)

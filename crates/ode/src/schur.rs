@@ -3,8 +3,10 @@
 //! With k_q = (r_q + k_q')/s every own state of an axis is a linear function of its coordinate's rate,
 //! k_own = own(r) + by_rate k_q', by a 2 x 2 inverse for the spool, one for the pressures and a number for the bristles.
 //! The Schur complement, a system of the rates, is left. Its matrix is inverted, so a right-hand side costs one product.
+//! States that all axes share border the whole (`shared.rs`).
 
 use crate::block_arrow::{AxisDerivatives, BlockArrow, Row, ScalarOver, MAX_BORDER};
+use crate::shared::SharedFactors;
 use hydrocrane_num::{small, Field};
 
 type Square<T> = [[T; 2]; 2];
@@ -17,6 +19,7 @@ pub struct SchurFactors<T> {
     /// Inverse of the Schur complement.
     rates: [[T; MAX_BORDER]; MAX_BORDER],
     own: [Own<T>; MAX_BORDER],
+    shared: SharedFactors<T>,
 }
 
 /// Factors of one axis.
@@ -74,6 +77,25 @@ impl<T: Field> SchurFactors<T> {
     where
         T: ScalarOver<S>,
     {
+        let sound = self.factor_arrow::<N, _>(jacobian, shift);
+        let Some(shared) = jacobian.shared() else { return sound };
+        let mut factors = std::mem::take(&mut self.shared);
+        let left = factors.factor(
+            jacobian,
+            shared,
+            shift,
+            #[inline(always)]
+            |r| self.solve_arrow::<N, _>(jacobian, r),
+        );
+        self.shared = factors;
+        sound & left
+    }
+
+    #[inline(always)]
+    fn factor_arrow<const N: usize, S: Copy>(&mut self, jacobian: &BlockArrow<S>, shift: T) -> T::Mask
+    where
+        T: ScalarOver<S>,
+    {
         self.time = T::c(1.0) / shift;
         let mut matrix = [[T::c(0.0); N]; N];
         for j in 0..N {
@@ -104,6 +126,17 @@ impl<T: Field> SchurFactors<T> {
     /// [`Self::solve`] for a border of `N` coordinates.
     #[inline(always)]
     pub fn solve_sized<const N: usize, S: Copy>(&self, jacobian: &BlockArrow<S>, r: &mut [T])
+    where
+        T: ScalarOver<S>,
+    {
+        self.solve_arrow::<N, _>(jacobian, r);
+        if let Some(shared) = jacobian.shared() {
+            self.shared.solve(jacobian, shared, r);
+        }
+    }
+
+    #[inline(always)]
+    fn solve_arrow<const N: usize, S: Copy>(&self, jacobian: &BlockArrow<S>, r: &mut [T])
     where
         T: ScalarOver<S>,
     {

@@ -6,6 +6,7 @@ use crate::hydraulic_axis::{
 };
 use hydrocrane_num::{Dual, Real};
 use hydrocrane_ode::Row;
+use hydrocrane_physics::hydraulics::chamber::Chambers;
 use hydrocrane_physics::hydraulics::end_stop::EndStop;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::spool::Spool;
@@ -25,12 +26,13 @@ const CREEP: f64 = 1e-9;
 /// Parameters of the laws, lifted to dual numbers with as many variables as each law depends on.
 #[derive(Debug, Clone)]
 pub struct Lifted<L> {
+    chambers: Chambers<L>,
     bulk: Fluid<Dual<L, 1>>,
     friction: FrictionLaw<Dual<L, 2>>,
     end_stop: EndStop<Dual<L, 2>>,
     spool: Spool<Dual<L, 2>>,
-    ports: (HydraulicAxis<Dual<L, 3>>, SupplyPressures<Dual<L, 3>>),
-    whole: (HydraulicAxis<WithDerivatives<L>>, SupplyPressures<WithDerivatives<L>>),
+    ports: HydraulicAxis<Dual<L, 3>>,
+    whole: HydraulicAxis<WithDerivatives<L>>,
 }
 
 /// Kinematics of a piston: lever arm g, dg/dq and the rate of its joint.
@@ -67,27 +69,65 @@ pub struct RateDerivatives<L> {
     pub force: Row<L>,
 }
 
+/// Derivatives of a cylinder that has its oil from mains of changing pressure.
+#[derive(Debug, Clone, Copy)]
+pub struct SupplyDerivatives<L> {
+    /// Of the flow from the supply.
+    pub drawn: Row<L>,
+    /// By the pressure of the supply: of p1', p2' and of the flow.
+    pub p1: L,
+    pub p2: L,
+    pub flow: L,
+}
+
 impl<L: Real> Lifted<L> {
-    pub fn new(unit: &HydraulicAxis<L>, fluid: &Fluid<L>, supply_pressures: &SupplyPressures<L>) -> Self {
+    pub fn new(unit: &HydraulicAxis<L>, fluid: &Fluid<L>) -> Self {
         Lifted {
+            chambers: unit.chambers,
             bulk: fluid.map(&mut Dual::constant),
             friction: unit.friction.map(&mut Dual::constant),
             end_stop: unit.end_stop.map(&mut Dual::constant),
             spool: unit.spool.map(&mut Dual::constant),
-            ports: (unit.map(&mut Dual::constant), supply_pressures.map(&mut Dual::constant)),
-            whole: (unit.map(&mut Dual::constant), supply_pressures.map(&mut Dual::constant)),
+            ports: unit.map(&mut Dual::constant),
+            whole: unit.map(&mut Dual::constant),
         }
     }
 
     #[inline(always)]
-    pub fn derivatives(&self, s: &LocalState<L>, piston: &Piston<L>) -> RateDerivatives<L> {
-        let linearised = self.linearised(s);
+    pub fn derivatives(
+        &self,
+        supply_pressures: &SupplyPressures<L>,
+        s: &LocalState<L>,
+        piston: &Piston<L>,
+    ) -> RateDerivatives<L> {
+        let linearised = self.linearised(supply_pressures, s);
         RateDerivatives {
             rates: linearised.map(|number| number.value),
             p1: piston.row(&linearised.p1_rate),
             p2: piston.row(&linearised.p2_rate),
             z: piston.row(&linearised.z_rate),
             force: piston.row(&linearised.force),
+        }
+    }
+
+    /// Derivatives of and by the supply. Flows from the supply depend on its pressure less that of the port alone, so that
+    /// derivatives by both are opposite.
+    #[inline(always)]
+    pub fn by_supply(
+        &self,
+        supply_pressures: &SupplyPressures<L>,
+        s: &LocalState<L>,
+        piston: &Piston<L>,
+    ) -> SupplyDerivatives<L> {
+        let (fed_a, fed_b) = (self.port_a(supply_pressures, s).fed, self.port_b(supply_pressures, s).fed);
+        let bulk = (self.bulk_modulus(s.p1).value, self.bulk_modulus(s.p2).value);
+        let (by_a, by_b) = (-fed_a.derivative[P1], -fed_b.derivative[P2]);
+        let (stiffness_1, stiffness_2) = self.chambers.stiffness(bulk, s.x);
+        SupplyDerivatives {
+            drawn: piston.row(&(fed_a + fed_b)),
+            p1: stiffness_1 * by_a,
+            p2: stiffness_2 * by_b,
+            flow: by_a + by_b,
         }
     }
 
@@ -120,7 +160,7 @@ impl<L: Real> Lifted<L> {
 
     /// The rates with their derivatives by the local numbers.
     #[inline(always)]
-    fn linearised(&self, s: &LocalState<L>) -> LocalRates<WithDerivatives<L>> {
+    fn linearised(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> LocalRates<WithDerivatives<L>> {
         let local = LocalState {
             x: Dual::variable(s.x, X),
             v: Dual::variable(s.v, V),
@@ -130,14 +170,13 @@ impl<L: Real> Lifted<L> {
             z: Dual::variable(s.z, Z),
         };
         let outputs = LawOutputs {
-            port_a: self.port_a(s),
-            port_b: self.port_b(s),
+            port_a: self.port_a(supply_pressures, s),
+            port_b: self.port_b(supply_pressures, s),
             bulk: (self.bulk_modulus(s.p1).among([P1]), self.bulk_modulus(s.p2).among([P2])),
             friction: self.friction(s),
             stops: self.stops(s),
         };
-        let (unit, supply_pressures) = &self.whole;
-        unit.assemble(supply_pressures, &local, &outputs)
+        self.whole.assemble(&supply_pressures.map(&mut Dual::constant), &local, &outputs)
     }
 
     #[inline(always)]
@@ -146,18 +185,16 @@ impl<L: Real> Lifted<L> {
     }
 
     #[inline(always)]
-    fn port_a(&self, s: &LocalState<L>) -> Port<WithDerivatives<L>> {
-        let (unit, supply_pressures) = &self.ports;
-        let port =
-            unit.port_a(supply_pressures, Dual::variable(s.v, 0), Dual::variable(s.p1, 1), Dual::variable(s.spool, 2));
+    fn port_a(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> Port<WithDerivatives<L>> {
+        let [v, p1, spool] = [Dual::variable(s.v, 0), Dual::variable(s.p1, 1), Dual::variable(s.spool, 2)];
+        let port = self.ports.port_a(&supply_pressures.map(&mut Dual::constant), v, p1, spool);
         port.map(|number| number.among([V, P1, SPOOL]))
     }
 
     #[inline(always)]
-    fn port_b(&self, s: &LocalState<L>) -> Port<WithDerivatives<L>> {
-        let (unit, supply_pressures) = &self.ports;
-        let port =
-            unit.port_b(supply_pressures, Dual::variable(s.v, 0), Dual::variable(s.p2, 1), Dual::variable(s.spool, 2));
+    fn port_b(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> Port<WithDerivatives<L>> {
+        let [v, p2, spool] = [Dual::variable(s.v, 0), Dual::variable(s.p2, 1), Dual::variable(s.spool, 2)];
+        let port = self.ports.port_b(&supply_pressures.map(&mut Dual::constant), v, p2, spool);
         port.map(|number| number.among([V, P2, SPOOL]))
     }
 

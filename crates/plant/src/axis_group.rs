@@ -1,6 +1,6 @@
 //! Cylinders with the same laws, side by side: one cylinder per lane.
 
-use crate::axis_derivatives::{Lifted, Piston, RateDerivatives};
+use crate::axis_derivatives::{Lifted, Piston, RateDerivatives, SupplyDerivatives};
 use crate::hydraulic_axis::{HydraulicAxis, LocalRates, LocalState, SupplyPressures};
 use crate::layout::Layout;
 use crate::ledger::{powers, LEDGER_PER_CYLINDER};
@@ -16,7 +16,6 @@ pub struct AxisGroup<L> {
     count: usize,
     pub unit: HydraulicAxis<L>,
     pub fluid: Fluid<L>,
-    pub supply_pressures: SupplyPressures<L>,
     pub lifted: Lifted<L>,
 }
 
@@ -61,14 +60,13 @@ impl<L: Real> AxisGroup<L> {
             L::gather(|lane| numbers[lane][next - 1])
         });
         let everywhere = &mut |number| L::gather(|_| number);
-        let (fluid, supply_pressures) = (plant.fluid.map(everywhere), plant.supply_pressures.map(everywhere));
+        let fluid = plant.fluid.map(everywhere);
         AxisGroup {
             members: std::array::from_fn(|lane| Member { cylinder: in_lane(lane), at: layout.own(in_lane(lane)) }),
             count,
             unit,
             fluid,
-            supply_pressures,
-            lifted: Lifted::new(&unit, &fluid, &supply_pressures),
+            lifted: Lifted::new(&unit, &fluid),
         }
     }
 
@@ -109,31 +107,55 @@ impl<L: Real> AxisGroup<L> {
 
     /// Evaluates the laws.
     #[inline(always)]
-    pub fn rates(&self, s: &LocalState<L>) -> LocalRates<L> {
+    pub fn rates(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> LocalRates<L> {
         L::outlined(
             #[inline(always)]
-            || self.unit.rates(&self.fluid, &self.supply_pressures, s),
+            || self.unit.rates(&self.fluid, supply_pressures, s),
         )
     }
 
     /// Evaluates the laws with their derivatives by states.
     #[inline(always)]
-    pub fn linearised(&self, s: &LocalState<L>, piston: &Piston<L>) -> RateDerivatives<L> {
+    pub fn linearised(
+        &self,
+        supply_pressures: &SupplyPressures<L>,
+        s: &LocalState<L>,
+        piston: &Piston<L>,
+    ) -> RateDerivatives<L> {
         L::outlined(
             #[inline(always)]
-            || self.lifted.derivatives(s, piston),
+            || self.lifted.derivatives(supply_pressures, s, piston),
         )
     }
 
-    /// Powers of the ledger, W.
+    /// Evaluates the derivatives of and by the supply.
     #[inline(always)]
-    pub fn powers(&self, oil: &OilTables, s: &LocalState<L>) -> [L; LEDGER_PER_CYLINDER] {
+    pub fn by_supply(
+        &self,
+        supply_pressures: &SupplyPressures<L>,
+        s: &LocalState<L>,
+        piston: &Piston<L>,
+    ) -> SupplyDerivatives<L> {
+        L::outlined(
+            #[inline(always)]
+            || self.lifted.by_supply(supply_pressures, s, piston),
+        )
+    }
+
+    /// Powers of the ledger, W, and the flow drawn from the supply, m^3/s.
+    #[inline(always)]
+    pub fn powers(
+        &self,
+        oil: &OilTables,
+        supply_pressures: &SupplyPressures<L>,
+        s: &LocalState<L>,
+    ) -> ([L; LEDGER_PER_CYLINDER], L) {
         // In one piece, so that the rates of states, which no power needs, are left out.
         L::outlined(
             #[inline(always)]
             || {
-                let rates = self.unit.rates(&self.fluid, &self.supply_pressures, s);
-                powers([oil.energy_density(s.p1), oil.energy_density(s.p2)], s, &rates)
+                let rates = self.unit.rates(&self.fluid, supply_pressures, s);
+                (powers([oil.energy_density(s.p1), oil.energy_density(s.p2)], s, &rates), rates.edges.supply())
             },
         )
     }
@@ -184,8 +206,9 @@ mod tests {
             let (plant, groups) = groups(mixed);
             assert_eq!(groups.len(), 2);
             let s = moving();
+            let pressures = plant.supply_pressures.map(&mut Side::c);
             for group in &groups {
-                let (rates, plain) = (group.rates(&s), group.unit.rates(&group.fluid, &group.supply_pressures, &s));
+                let (rates, plain) = (group.rates(&pressures, &s), group.unit.rates(&group.fluid, &pressures, &s));
                 for i in 0..2 {
                     let Some(Member { cylinder, .. }) = group.member(i) else { break };
                     let alone = plant.cylinders[*cylinder].rates(&plant.fluid, &plant.supply_pressures, &lane(&s, i));
@@ -199,12 +222,13 @@ mod tests {
 
     #[test]
     fn rates_with_slopes_are_the_rates_and_every_instruction_set_gives_the_same_slopes() {
-        let (_, groups) = groups(false);
-        let s = moving();
+        let (plant, groups) = groups(false);
+        let (s, pressures) = (moving(), plant.supply_pressures.map(&mut Side::c));
         let piston = Piston { lever_arm: Side::c(0.3), lever_arm_derivative: Side::c(0.1), rate: Side::c(0.2) };
-        let (linearised, plain) = (groups[0].linearised(&s, &piston), groups[0].lifted.derivatives(&s, &piston));
+        let (linearised, plain) =
+            (groups[0].linearised(&pressures, &s, &piston), groups[0].lifted.derivatives(&pressures, &s, &piston));
         assert_eq!(format!("{linearised:?}"), format!("{plain:?}"));
-        let (with, without) = (linearised.rates, groups[0].rates(&s));
+        let (with, without) = (linearised.rates, groups[0].rates(&pressures, &s));
         for (a, b) in [(with.force, without.force), (with.p1_rate, without.p1_rate), (with.z_rate, without.z_rate)] {
             for i in 0..2 {
                 assert!((one(a, i) - one(b, i)).abs() <= 1e-14 * one(b, i).abs());

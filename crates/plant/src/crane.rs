@@ -4,7 +4,7 @@ use crate::equilibrium::resting_position;
 use crate::errors::{BuildError, PoseError};
 use crate::from_machine::plant;
 use crate::laws::{Laws, Moment};
-use crate::layout::{Layout, Unit};
+use crate::layout::{Layout, PumpUnit, Unit};
 use crate::limits::{JointActuation, JointLimits};
 use crate::oil;
 use crate::outputs::{self, OutputInfo};
@@ -45,7 +45,15 @@ impl<const N: usize> Crane<N> {
                 spool: (c.valve.stroke, c.valve.natural_frequency),
             })
             .collect();
-        let layout = Layout::new(&units);
+        let pump = machine
+            .supply
+            .mains
+            .as_ref()
+            .map(|mains| PumpUnit { name: mains.pump.name.clone(), swivels: mains.pump.control.is_some() });
+        if pump.is_some() && !cfg!(feature = "chains") {
+            return Err(BuildError::Pump);
+        }
+        let layout = Layout::new(&units, pump.as_ref());
         let mut crane = Crane {
             laws: Laws::new(&plant, &layout),
             oil: OnceLock::new(),
@@ -86,6 +94,9 @@ impl<const N: usize> Crane<N> {
             x[self.layout.q(i)] = 0.5 * (limits.lower + limits.upper);
             x[self.layout.p1(i)] = 0.5 * self.plant().supply_pressures.supply;
             x[self.layout.p2(i)] = 0.4 * self.plant().supply_pressures.supply;
+        }
+        if let Some(p) = self.layout.mains() {
+            x[p] = self.plant().supply_pressures.supply;
         }
         let mut dx = vec![0.0; x.len()];
         let at = Moment { layout: &self.layout, x: &x, u: &[0.0; N], payload: self.machine.payload.mass };

@@ -33,17 +33,19 @@ impl<const N: usize> Plant<f64, N> {
             require_inside(machine, &self.cylinders[c], c, q[c], strokes[c].0)?;
         }
         let mut x = self.held(layout, q, machine.equilibrium.back_pressure, payload);
-        if mode == EquilibriumMode::Steady {
-            let forces = self.standing_force(q, payload);
+        if mode == EquilibriumMode::Hold {
+            return Ok(x);
+        }
+        let forces = self.standing_force(q, payload);
+        // The little that the open spools draw moves the pressure of the mains, and that moves what they draw by far less.
+        for _ in 0..if self.supply.is_some() { SUPPLY_ROUNDS } else { 1 } {
+            let mut drawn = 0.0;
+            let supply_pressures = self.pressures_at(layout, &x);
             for c in 0..N {
                 let (unit, force) = (&self.cylinders[c], forces[c]);
-                let balance = Balance {
-                    unit,
-                    fluid: &self.fluid,
-                    supply_pressures: &self.supply_pressures,
-                    position: strokes[c].0,
-                    force,
-                };
+                let position = strokes[c].0;
+                let balance =
+                    Balance { unit, fluid: &self.fluid, supply_pressures: &supply_pressures, position, force };
                 if balance.rates(x[layout.p1(c)], x[layout.p2(c)], 0.0) != (0.0, 0.0) {
                     let cylinder = machine.cylinders[c].name.clone();
                     let (p1, p2, spool) = balance.solve().ok_or(PoseError::NotSteady { cylinder, force })?;
@@ -51,11 +53,17 @@ impl<const N: usize> Plant<f64, N> {
                     x[layout.p2(c)] = p2;
                     x[layout.xs(c)] = spool;
                 }
+                let s = balance.at(x[layout.p1(c)], x[layout.p2(c)], x[layout.xs(c)]);
+                drawn += unit.rates(&self.fluid, &supply_pressures, &s).edges.supply();
             }
+            self.write_rest_of_supply(layout, 0.0, -drawn, &mut x);
         }
         Ok(x)
     }
 }
+
+/// Rounds after which the pressure of the mains is found to rounding.
+const SUPPLY_ROUNDS: usize = 3;
 
 impl<T: Real, const N: usize> Plant<T, N> {
     /// The state at rest with closed spools at any piston positions; `back`: pressure of the chamber that carries
@@ -67,7 +75,37 @@ impl<T: Real, const N: usize> Plant<T, N> {
             x[layout.q(c)] = q[c];
             (x[layout.p1(c)], x[layout.p2(c)]) = hold_pressures(&self.cylinders[c], forces[c], back);
         }
+        self.rest_of_supply(layout, &mut x);
         x
+    }
+
+    /// Writes the state in which the supply rests while all valves are closed.
+    fn rest_of_supply(&self, layout: &Layout, x: &mut [T]) {
+        if layout.mains().is_none() {
+            return;
+        }
+        let (mut leakage, mut returned) = (T::c(0.0), T::c(0.0));
+        for (c, unit) in self.cylinders.iter().enumerate() {
+            for port in [x[layout.p1(c)], x[layout.p2(c)]] {
+                // Behind a check valve a port above the supply gives nothing back.
+                let open = !unit.valve.load_check;
+                let below = port.lt(self.supply_pressures.supply);
+                let share = T::select(below, T::c(1.0), T::c(if open { 1.0 } else { 0.0 }));
+                leakage += unit.valve.leakage * share;
+                returned += unit.valve.leakage * share * port;
+            }
+        }
+        self.write_rest_of_supply(layout, leakage, returned, x);
+    }
+
+    /// The same where the valves draw `leakage` per pressure less `returned`.
+    fn write_rest_of_supply(&self, layout: &Layout, leakage: T, returned: T, x: &mut [T]) {
+        let (Some(p), Some(supply)) = (layout.mains(), &self.supply) else { return };
+        let (pressure, share) = supply.at_rest(self.supply_pressures.tank, leakage, returned);
+        x[p] = pressure;
+        if let Some(swivel) = layout.swivel() {
+            x[swivel] = share;
+        }
     }
 
     /// Pressure forces that hold the crane at rest, N: what the end stops do not carry.
@@ -199,9 +237,12 @@ impl Balance<'_> {
         Some(self.rates(p1, p2, spool).1)
     }
 
+    fn at(&self, p1: f64, p2: f64, spool: f64) -> LocalState<f64> {
+        LocalState { x: self.position, v: 0.0, p1, p2, spool, z: 0.0 }
+    }
+
     fn rates(&self, p1: f64, p2: f64, spool: f64) -> (f64, f64) {
-        let s = LocalState { x: self.position, v: 0.0, p1, p2, spool, z: 0.0 };
-        let rates = self.unit.rates(self.fluid, self.supply_pressures, &s);
+        let rates = self.unit.rates(self.fluid, self.supply_pressures, &self.at(p1, p2, spool));
         (rates.p1_rate, rates.p2_rate)
     }
 }

@@ -9,6 +9,11 @@ pub enum BuildError {
     /// Unsupported number of joints.
     #[error("the machine has {0} joints; chains of {chains} joints can be simulated", chains = CHAINS)]
     Chain(usize),
+    /// A pump in a program for the smallest chains alone.
+    #[error(
+        "the machine has a pump, for which this program has no laws; a supply at constant pressure can be simulated"
+    )]
+    Pump,
     #[error("machine.tip lies on link `{0}`; it must lie on the last link of the chain, `{1}`")]
     TipNotOnLastLink(String, String),
     #[error("cylinder.{0}.linkage: the barrel must be pinned to the parent link `{1}` of its joint")]

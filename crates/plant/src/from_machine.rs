@@ -3,6 +3,7 @@
 use crate::errors::BuildError;
 use crate::hydraulic_axis::{FrictionLaw, HydraulicAxis, SupplyPressures};
 use crate::plant::Plant;
+use crate::supply::Supply;
 use hydrocrane_machine::{model as file, Number};
 use hydrocrane_num::{portable, smooth, Real, Vec2};
 use hydrocrane_physics::dynamics::ground::{Ground, Soil, Support, MOST_SUPPORTS};
@@ -16,10 +17,13 @@ use hydrocrane_physics::hydraulics::connector::{dynamic_pressure_coefficient, Co
 use hydrocrane_physics::hydraulics::end_stop::EndStop;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::leakage::{annular_gap_conductance, Leakage};
+use hydrocrane_physics::hydraulics::mains::Mains;
 use hydrocrane_physics::hydraulics::orifice::{Orifice, OrificeLaw};
+use hydrocrane_physics::hydraulics::pump::{PressureControl, Pump};
+use hydrocrane_physics::hydraulics::relief_valve::ReliefValve;
 use hydrocrane_physics::hydraulics::spool::Spool;
 use hydrocrane_physics::hydraulics::spool_valve::SpoolValve;
-use std::f64::consts::{FRAC_PI_4, PI};
+use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 /// Velocity over which the static map changes its sign where the file states none, m/s.
 const SMOOTHING: f64 = 1e-3;
@@ -44,8 +48,32 @@ pub fn plant<T: Number, const N: usize>(m: &file::Machine<T>) -> Result<Plant<T,
         cylinders: std::array::from_fn(|i| cylinder(m, &m.cylinders[i])),
         fluid: fluid(&m.fluid),
         supply_pressures: SupplyPressures { supply: m.supply.pressure, tank: m.supply.tank_pressure },
+        supply: m.supply.mains.as_ref().map(|mains| supply(&m.supply, mains)),
         ground: m.ground.as_ref().map(|g| ground(g, &m.payload)),
     })
+}
+
+/// The efficiencies of a data sheet are those at full displacement and the supply pressure.
+fn supply<T: Number>(of: &file::Supply<T>, mains: &file::Mains<T>) -> Supply<T> {
+    let p = &mains.pump;
+    let (displacement, rise) = (p.displacement / TAU, of.pressure - of.tank_pressure);
+    let control = p.control.as_ref().map(|control| PressureControl {
+        pressure: of.pressure,
+        range: control.range,
+        time_constant: control.time_constant,
+        torque_limit: control.torque_limit.unwrap_or(T::c(f64::INFINITY)),
+    });
+    Supply {
+        pump: Pump {
+            displacement,
+            speed: p.speed,
+            leakage: (T::c(1.0) - p.volumetric_efficiency) * displacement * p.speed / rise,
+            rubbing: T::c(1.0) / p.hydromechanical_efficiency - 1.0,
+        },
+        control,
+        mains: Mains { volume: mains.volume, compliance: mains.compliance },
+        relief: ReliefValve { pressure: mains.relief_pressure, gradient: mains.relief_gradient },
+    }
 }
 
 fn vector<T: Real>([x, z]: [T; 2]) -> Vec2<T> {
@@ -193,6 +221,7 @@ fn valve<T: Number>(m: &file::Machine<T>, v: &file::Valve<T>) -> SpoolValve<T> {
         overlap: v.overlap,
         leakage: v.leakage,
         regenerative: T::c(if v.kind == file::ValveKind::Regenerative { 1.0 } else { 0.0 }),
+        load_check: v.load_check,
     }
 }
 

@@ -42,7 +42,7 @@ pub struct HydraulicAxis<T> {
 }
 
 /// Pressures that all valves share, Pa.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct SupplyPressures<T> {
     pub supply: T,
     pub tank: T,
@@ -271,7 +271,8 @@ impl<T: Real> HydraulicAxis<T> {
     /// Whether this cylinder has the same laws as another one, possibly with other parameters.
     pub fn same_laws(&self, other: &Self) -> bool {
         let edges = |unit: &Self| [unit.valve.edge_a.law, unit.valve.edge_b.law];
-        let switches = |unit: &Self| (unit.leakage.external_from_piston_side, unit.end_stop.printed);
+        let switches =
+            |unit: &Self| (unit.leakage.external_from_piston_side, unit.end_stop.printed, unit.valve.load_check);
         edges(self) == edges(other) && switches(self) == switches(other) && self.friction.same_laws(&other.friction)
     }
 }

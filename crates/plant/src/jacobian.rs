@@ -4,19 +4,21 @@
 //! gives its derivatives by joint coordinates and rates. The chain rule through x(q), v = g(q) q' and
 //! q'' = M^-1 (g f + J^T F - b) assembles the blocks.
 
-use crate::axis_derivatives::{Piston, RateDerivatives};
+use crate::axis_derivatives::{Piston, RateDerivatives, SupplyDerivatives};
 use crate::axis_group::{AxisGroup, Member};
 use crate::layout::Layout;
 use crate::rhs::{joint_state, write_joints, Accelerated, Evaluator, Placed};
 use hydrocrane_num::{Pack, Real};
-use hydrocrane_ode::BlockArrow;
+use hydrocrane_ode::{BlockArrow, SharedDerivatives};
 
 impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
     /// Writes the state derivative and its Jacobian.
     #[inline(always)]
     pub fn linearise(&self, layout: &Layout, x: &[T], u: &[T], payload: T, dx: &mut [T], jacobian: &mut BlockArrow<T>) {
         let (placed, lever_arm_derivatives) = self.place_moving(layout, x);
-        let mut forces = [T::c(0.0); N];
+        let pressures = self.pressures(layout, x);
+        let mut shared = self.plant.mains(layout).and(jacobian.shared.take());
+        let (mut forces, mut drawn, mut drawn_by_supply) = ([T::c(0.0); N], T::c(0.0), T::c(0.0));
         for group in &self.groups {
             let local = group.local(&placed.positions, &placed.velocities, x);
             let piston = Piston {
@@ -24,7 +26,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
                 lever_arm_derivative: group.gather(|m| lever_arm_derivatives[m.cylinder]),
                 rate: group.gather(|m| placed.rates[m.cylinder]),
             };
-            let mut linearised = group.linearised(&local, &piston);
+            let mut linearised = group.linearised(&pressures, &local, &piston);
             if jacobian.secants {
                 let more = group.lifted.tangent_less_secant(local.v);
                 linearised.force.q += more * piston.lever_arm_derivative * piston.rate;
@@ -33,6 +35,17 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
             group.write_rates(&linearised.rates, &mut forces, dx);
             group.write_derivatives(&linearised, jacobian);
             group.write_spool_derivatives(x, u, dx, jacobian);
+            if let Some(shared) = &mut shared {
+                let by_supply = group.by_supply(&pressures, &local, &piston);
+                group.write_supply_derivatives(&by_supply, shared);
+                drawn += group.sum(linearised.rates.edges.supply());
+                drawn_by_supply += group.sum(by_supply.flow);
+            }
+        }
+        if let Some(mut shared) = shared {
+            self.plant.write_supply(layout, x, drawn, dx);
+            self.plant.write_supply_derivatives(layout, x, drawn, drawn_by_supply, &mut shared);
+            jacobian.shared = Some(shared);
         }
         let accelerated = self.plant.accelerate(&placed, &forces, payload);
         write_joints(layout, &placed.rates, &accelerated.qdd, dx);
@@ -123,6 +136,19 @@ impl<L: Real> AxisGroup<L> {
             derivatives.p2 = linearised.p2.lane(lane);
             derivatives.z = linearised.z.lane(lane);
             derivatives.force = linearised.force.lane(lane);
+        }
+    }
+
+    /// Derivatives by the pressure of the supply, and those of the flows drawn from it.
+    #[inline(always)]
+    fn write_supply_derivatives<T: Real>(&self, by_supply: &SupplyDerivatives<L>, out: &mut SharedDerivatives<T>)
+    where
+        L: Pack<T>,
+    {
+        for lane in 0..L::WIDTH {
+            let Some(Member { cylinder, .. }) = self.member(lane) else { break };
+            out.on_axes[*cylinder] = [by_supply.p1.lane(lane), by_supply.p2.lane(lane)];
+            out.by_axes[0][*cylinder] = by_supply.drawn.lane(lane);
         }
     }
 

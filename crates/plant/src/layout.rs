@@ -1,8 +1,9 @@
 //! State layout: the only place that defines indices.
 //!
-//! Order: joint coordinates, joint rates, then per cylinder p1, p2, xs, vs and, with LuGre friction, z.
+//! Order: joint coordinates, joint rates, then per cylinder p1, p2, xs, vs and, with LuGre friction, z; at the end, with a pump,
+//! the pressure of the mains and, where the pump swivels, the share of its displacement.
 
-use hydrocrane_ode::AxisStates;
+use hydrocrane_ode::{AxisStates, SharedStates, StateBlocks};
 
 /// Largest number of joints of a chain.
 pub const MAX_JOINTS: usize = hydrocrane_ode::MAX_BORDER;
@@ -11,7 +12,7 @@ pub const MAX_JOINTS: usize = hydrocrane_ode::MAX_BORDER;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layout {
     joints: usize,
-    axes: Vec<AxisStates>,
+    blocks: StateBlocks,
     pub names: Vec<String>,
     pub units: Vec<&'static str>,
     pub long_names: Vec<String>,
@@ -30,11 +31,19 @@ pub struct Unit {
     pub spool: (f64, f64),
 }
 
+/// Properties of a pump that the layout needs.
+#[derive(Debug, Clone)]
+pub struct PumpUnit {
+    pub name: String,
+    /// Whether its displacement changes.
+    pub swivels: bool,
+}
+
 impl Layout {
-    pub fn new(units: &[Unit]) -> Self {
+    pub fn new(units: &[Unit], pump: Option<&PumpUnit>) -> Self {
         let mut layout = Layout {
             joints: units.len(),
-            axes: Vec::new(),
+            blocks: StateBlocks::default(),
             names: Vec::new(),
             units: Vec::new(),
             long_names: Vec::new(),
@@ -51,7 +60,7 @@ impl Layout {
         for u in units {
             let first = layout.names.len();
             let z = u.bristle.then_some(first + 4);
-            layout.axes.push(AxisStates { p1: first, p2: first + 1, xs: first + 2, vs: first + 3, z });
+            layout.blocks.axes.push(AxisStates { p1: first, p2: first + 1, xs: first + 2, vs: first + 3, z });
             let (c, (stroke, frequency)) = (&u.cylinder, u.spool);
             layout.push(format!("cylinder.{c}.p1"), "Pa", format!("{c} piston-side pressure"), 1e6);
             layout.push(format!("cylinder.{c}.p2"), "Pa", format!("{c} rod-side pressure"), 1e6);
@@ -61,6 +70,14 @@ impl Layout {
                 layout.push(format!("cylinder.{c}.z"), "m", format!("{c} bristle deflection"), 1e-3);
             }
         }
+        let first = layout.names.len();
+        if let Some(PumpUnit { name, swivels }) = pump {
+            layout.push("mains.p".into(), "Pa", "pressure of the mains".into(), 1e6);
+            if *swivels {
+                layout.push(format!("pump.{name}.displacement"), "1", format!("{name} share of the displacement"), 0.1);
+            }
+        }
+        layout.blocks.shared = SharedStates { first, count: layout.names.len() - first };
         layout
     }
 
@@ -88,27 +105,35 @@ impl Layout {
         self.joints + joint
     }
     pub fn p1(&self, cylinder: usize) -> usize {
-        self.axes[cylinder].p1
+        self.blocks.axes[cylinder].p1
     }
     pub fn p2(&self, cylinder: usize) -> usize {
-        self.axes[cylinder].p2
+        self.blocks.axes[cylinder].p2
     }
     pub fn xs(&self, cylinder: usize) -> usize {
-        self.axes[cylinder].xs
+        self.blocks.axes[cylinder].xs
     }
     pub fn vs(&self, cylinder: usize) -> usize {
-        self.axes[cylinder].vs
+        self.blocks.axes[cylinder].vs
     }
     /// `None` with the static friction map.
     pub fn z(&self, cylinder: usize) -> Option<usize> {
-        self.axes[cylinder].z
+        self.blocks.axes[cylinder].z
     }
-    /// The states of each cylinder.
-    pub fn axes(&self) -> &[AxisStates] {
-        &self.axes
+    /// Which states belong to which cylinder, and which to the supply.
+    pub fn blocks(&self) -> &StateBlocks {
+        &self.blocks
+    }
+    /// The pressure of the mains; `None` where it is constant.
+    pub fn mains(&self) -> Option<usize> {
+        (self.blocks.shared.count > 0).then_some(self.blocks.shared.first)
+    }
+    /// The share of the pump's displacement; `None` where it is fixed.
+    pub fn swivel(&self) -> Option<usize> {
+        (self.blocks.shared.count > 1).then_some(self.blocks.shared.first + 1)
     }
     /// All states of a cylinder.
     pub fn own(&self, cylinder: usize) -> AxisStates {
-        self.axes[cylinder]
+        self.blocks.axes[cylinder]
     }
 }

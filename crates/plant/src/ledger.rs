@@ -1,4 +1,4 @@
-//! Energy ledger: the powers whose integrals account for the work of the pump.
+//! Energy ledger: the powers whose integrals account for the work of the supply.
 //!
 //! With U the oil's elastic energy, T + V the mechanical energy, and the energies of end stops, bristles and ground:
 //! ```text
@@ -6,18 +6,26 @@
 //!     - edges - connectors - internal leakage - external leakage - friction - end stops - contact
 //! ```
 //! `elastic` is the strain energy that oil carries with it through the chamber boundaries (w q, with w the
-//! energy density at the chamber's pressure). `work` (net force times velocity) is a transfer within the sum.
+//! energy density at the chamber's pressure). With a pump, the energy of the mains is stored too:
+//! ```text
+//! d(mains)/dt = shaft + suction + elastic - rubbing - pump leakage - relief - delivered
+//! ```
+//! where `delivered` is the `supply` of all cylinders. `work` (net force times velocity) is a transfer within the sum.
 
-use crate::hydraulic_axis::{LocalRates, LocalState};
+use crate::hydraulic_axis::{LocalRates, LocalState, SupplyPressures};
+use crate::supply::{Supply, SupplyRates};
 use hydrocrane_machine::Machine;
 use hydrocrane_num::Real;
+
+/// Name, meaning and sign in the balance.
+pub type Term = (&'static str, &'static str, f64);
 
 pub const LEDGER_PER_CYLINDER: usize = 13;
 
 /// Name, meaning and sign in the balance of each term.
-pub const LEDGER_TERMS: [(&str, &str, f64); LEDGER_PER_CYLINDER] = [
+pub const LEDGER_TERMS: [Term; LEDGER_PER_CYLINDER] = [
     ("work", "work of the net cylinder force on the crane", 0.0),
-    ("supply", "work of the pump", 1.0),
+    ("supply", "work of the supply", 1.0),
     ("tank", "work into the tank", -1.0),
     ("edge_pa", "loss of the metering edge supply to A", -1.0),
     ("edge_at", "loss of the metering edge A to tank", -1.0),
@@ -32,15 +40,50 @@ pub const LEDGER_TERMS: [(&str, &str, f64); LEDGER_PER_CYLINDER] = [
 ];
 
 /// The same for the ground.
-pub const GROUND_TERMS: [(&str, &str, f64); 1] = [("contact", "heat of the contact with the ground", -1.0)];
+pub const GROUND_TERMS: [Term; 1] = [("contact", "heat of the contact with the ground", -1.0)];
 
-/// Terms after those of the cylinders: none if the machine has no ground.
-pub fn ground_terms(machine: &Machine) -> &'static [(&'static str, &'static str, f64)] {
-    if machine.ground.is_some() {
-        &GROUND_TERMS
-    } else {
-        &[]
-    }
+/// The same for a pump with its mains. What the mains deliver is the work of the supply on all cylinders.
+pub const SUPPLY_TERMS: [Term; 7] = [
+    ("shaft", "work of the shaft on the pump", 1.0),
+    ("suction", "work of the tank on what the pump draws less what the relief valve returns", 1.0),
+    ("rubbing", "hydromechanical loss of the pump", -1.0),
+    ("pump_leakage", "loss of the leakage of the pump", -1.0),
+    ("relief", "loss of the relief valve", -1.0),
+    ("delivered", "work of the mains on the valves", -1.0),
+    ("carried", "elastic energy carried in with the oil", 1.0),
+];
+
+/// Terms after those of the cylinders, each with what it belongs to: of the ground, where the machine has one, then of the supply,
+/// where it has a pump.
+pub fn shared_terms(machine: &Machine) -> Vec<(&'static str, &'static Term)> {
+    let ground = machine.ground.iter().flat_map(|_| GROUND_TERMS.iter().map(|term| ("ground", term)));
+    let supply = machine.supply.mains.iter().flat_map(|_| SUPPLY_TERMS.iter().map(|term| ("mains", term)));
+    ground.chain(supply).collect()
+}
+
+/// Powers (W) in the order of [`SUPPLY_TERMS`]; `stored` is the oil's energy density in the mains, J/m^3, `e` the share of the
+/// displacement, `drawn` the flow to the valves, m^3/s.
+#[inline(always)]
+pub fn supply_powers<T: Real>(
+    stored: T,
+    pressures: &SupplyPressures<T>,
+    e: T,
+    drawn: T,
+    supply: &Supply<T>,
+    rates: &SupplyRates<T>,
+) -> [T; SUPPLY_TERMS.len()] {
+    let SupplyPressures { supply: p, tank } = *pressures;
+    let rise = p - tank;
+    let (leaked, rubbed) = supply.pump.losses(rise);
+    [
+        supply.pump.shaft_power(e, rise),
+        tank * (rates.pump_flow - rates.relief_flow),
+        rubbed,
+        leaked,
+        rise * rates.relief_flow,
+        p * drawn,
+        stored * (rates.pump_flow - rates.relief_flow - drawn),
+    ]
 }
 
 /// Powers (W) in the order of [`LEDGER_TERMS`]; `stored` are the oil's energy densities in the two chambers, J/m^3.

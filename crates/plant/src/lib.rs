@@ -26,6 +26,7 @@ pub mod reference;
 pub mod rhs;
 mod state_space;
 pub mod steady_friction;
+pub mod supply;
 mod workspace;
 
 pub use crane::Crane;
@@ -36,7 +37,7 @@ pub use errors::{BuildError, PoseError, StrokeError};
 pub use hydraulics::{Hydraulics, Passivity};
 pub use kinematics::Kinematics;
 pub use layout::Layout;
-pub use ledger::{ground_terms, LEDGER_PER_CYLINDER, LEDGER_TERMS};
+pub use ledger::{shared_terms, Term, LEDGER_PER_CYLINDER, LEDGER_TERMS};
 pub use limits::{JointLimits, LimitReason};
 pub use outputs::OutputInfo;
 pub use plant::Plant;

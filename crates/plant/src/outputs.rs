@@ -3,6 +3,7 @@
 use crate::hydraulic_axis::{FrictionLaw, LocalState};
 use crate::plant::Plant;
 use crate::rhs::Evaluated;
+use crate::supply::SupplyRates;
 use hydrocrane_machine::Machine;
 use hydrocrane_num::Real;
 
@@ -45,16 +46,27 @@ const OF_GROUND: [(&str, &str, &str); 3] = [
     ("tip.contact.z", "N", "force of the ground on the tip or its load, up"),
 ];
 
+/// Further outputs if there is a pump, with the energies and at the end.
+const ENERGY_OF_MAINS: [(&str, &str, &str); 1] =
+    [("energy.mains", "J", "elastic energy of the oil and the hoses of the mains")];
+const OF_MAINS: [(&str, &str, &str); 3] = [
+    ("mains.pump_flow", "m^3/s", "flow of the pump into the mains"),
+    ("mains.relief_flow", "m^3/s", "flow through the main relief valve"),
+    ("mains.shaft_power", "W", "power of the pump's shaft"),
+];
+
 /// Range of the stored energies among the outputs.
 pub fn energies(machine: &Machine) -> std::ops::Range<usize> {
-    4..GLOBAL.len() + usize::from(machine.ground.is_some())
+    4..GLOBAL.len() + usize::from(machine.supply.mains.is_some()) + usize::from(machine.ground.is_some())
 }
 
 /// The outputs of a machine, in the order of [`write`].
 pub fn info(machine: &Machine) -> Vec<OutputInfo> {
     let owned = |name: String, unit, long_name: String| OutputInfo { name, unit, long_name };
     let of_ground = if machine.ground.is_some() { &OF_GROUND[..] } else { &[] };
-    let global = GLOBAL.iter().chain(of_ground);
+    let (energy, of_mains) =
+        if machine.supply.mains.is_some() { (&ENERGY_OF_MAINS[..], &OF_MAINS[..]) } else { (&[][..], &[][..]) };
+    let global = GLOBAL.iter().chain(energy).chain(of_ground).chain(of_mains);
     let mut all: Vec<OutputInfo> = global.map(|(n, u, l)| owned((*n).to_string(), *u, (*l).to_string())).collect();
     for c in &machine.cylinders {
         for (name, unit, long_name) in PER_CYLINDER {
@@ -75,8 +87,8 @@ pub fn write<T: Real, const N: usize>(
     let payload = *payload;
     let local: [LocalState<T>; N] = std::array::from_fn(|c| e.local(at.layout, at.x, c));
     let tip = plant.mechanics.tip_position(&e.pose);
-    let mut supply = T::c(0.0);
-    rates.iter().for_each(|r| supply += r.edges.supply());
+    let mut drawn = T::c(0.0);
+    rates.iter().for_each(|r| drawn += r.edges.supply());
     let (mut oil_energy, mut stops, mut bristles) = (T::c(0.0), T::c(0.0), T::c(0.0));
     for (unit, s) in plant.cylinders.iter().zip(&local) {
         let (v1, v2) = unit.chambers.volumes(s.x);
@@ -92,8 +104,8 @@ pub fn write<T: Real, const N: usize>(
     let global = [
         tip.x,
         tip.z,
-        supply,
-        supply * plant.supply_pressures.supply,
+        drawn,
+        drawn * plant.pressures_at(at.layout, at.x).supply,
         plant.mechanics.kinetic_energy(&e.pose, &e.rates, payload),
         plant.mechanics.potential_energy(&e.pose, payload),
         oil_energy,
@@ -102,10 +114,25 @@ pub fn write<T: Real, const N: usize>(
     ];
     let (first, mut rest) = out.split_at_mut(global.len());
     first.copy_from_slice(&global);
+    let supply = plant.supply_at(at.layout, at.x);
+    if let Some((unit, pressures, _)) = &supply {
+        let p = pressures.supply;
+        let stored = energy_density.as_ref().map_or(T::c(f64::NAN), |energy_density| energy_density(p));
+        let (energy, others) = rest.split_at_mut(ENERGY_OF_MAINS.len());
+        energy.copy_from_slice(&[unit.mains.energy(stored, p)]);
+        rest = others;
+    }
     if let Some(ground) = &plant.ground {
         let force = plant.mechanics.contact(ground, &e.pose, &e.rates, payload).force;
         let (of_ground, others) = rest.split_at_mut(OF_GROUND.len());
         of_ground.copy_from_slice(&[ground.energy(tip, payload), force.x, force.z]);
+        rest = others;
+    }
+    if let Some((unit, pressures, e)) = supply {
+        let SupplyRates { pump_flow, relief_flow, .. } = unit.rates(&plant.fluid, &pressures, e, drawn);
+        let (of_mains, others) = rest.split_at_mut(OF_MAINS.len());
+        let rise = pressures.supply - pressures.tank;
+        of_mains.copy_from_slice(&[pump_flow, relief_flow, unit.pump.shaft_power(e, rise)]);
         rest = others;
     }
     for ((s, r), row) in local.iter().zip(rates).zip(rest.chunks_exact_mut(PER_CYLINDER.len())) {

@@ -1,6 +1,7 @@
 //! The plant: all parameters of the laws, immutable, generic over the number type.
 
 use crate::hydraulic_axis::{HydraulicAxis, SupplyPressures};
+use crate::supply::Supply;
 use hydrocrane_num::Real;
 use hydrocrane_physics::dynamics::ground::Ground;
 use hydrocrane_physics::dynamics::Mechanics;
@@ -15,7 +16,10 @@ pub struct Plant<T, const N: usize> {
     pub actuations: [Actuation<T>; N],
     pub cylinders: [HydraulicAxis<T>; N],
     pub fluid: Fluid<T>,
+    /// Constant, or what the pump is set to.
     pub supply_pressures: SupplyPressures<T>,
+    /// `None`: the pressure of the supply is constant.
+    pub supply: Option<Supply<T>>,
     /// `None`: no ground.
     pub ground: Option<Ground<T>>,
 }
@@ -29,6 +33,7 @@ impl<T: Copy, const N: usize> Plant<T, N> {
             cylinders: self.cylinders.map(|c| c.map(f)),
             fluid: self.fluid.map(f),
             supply_pressures: self.supply_pressures.map(f),
+            supply: self.supply.map(|s| s.map(f)),
             ground: self.ground.map(|g| g.map(f)),
         }
     }

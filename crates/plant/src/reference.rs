@@ -63,6 +63,42 @@ fn push_of_ground(ground: &Ground, load: &Payload, at: V, v: V, payload: f64) ->
     add(scale([-slope, 1.0], normal), scale([1.0, slope], -friction))
 }
 
+fn bulk_modulus(f: &Fluid, p: f64) -> f64 {
+    let oil = |p: f64| 0.5 * f.bulk_modulus_max * (f.bulk_c1 * p / f.bulk_reference_pressure + f.bulk_c2).log10();
+    match f.cavitation {
+        Cavitation::FreeGas { vacuum } if p < 0.0 => {
+            let y = ((p - vacuum) / -vacuum).max(1e-9);
+            let gas_share = -vacuum / oil(0.0);
+            oil(0.0) * y * (y + gas_share * (1.0 - y))
+        }
+        _ => oil(p.abs()),
+    }
+}
+
+/// Rates of the pressure `p` of the mains and of the share `e` of the pump's displacement, while the valves draw `drawn`.
+fn supply_rates(m: &Machine, mains: &Mains, p: f64, e: f64, drawn: f64) -> (f64, f64) {
+    let (pump, tank) = (&mains.pump, m.supply.tank_pressure);
+    let per_angle = pump.displacement / (2.0 * PI);
+    let leaked = (1.0 - pump.volumetric_efficiency) * per_angle * pump.speed * (p - tank) / (m.supply.pressure - tank);
+    let relieved = match p - mains.relief_pressure {
+        beyond if beyond <= -0.5e5 => 0.0,
+        beyond if beyond < 0.5e5 => mains.relief_gradient * (beyond + 0.5e5).powi(2) / 2e5,
+        beyond => mains.relief_gradient * beyond,
+    };
+    let volume = mains.volume + mains.compliance * p;
+    let inflow = e * per_angle * pump.speed - leaked - relieved - drawn;
+    let pressure_rate = inflow / (volume / bulk_modulus(&m.fluid, p) + mains.compliance);
+    let swivel_rate = pump.control.as_ref().map_or(0.0, |control| {
+        let mut wanted = (m.supply.pressure - p) / control.range;
+        if let Some(limit) = control.torque_limit {
+            wanted =
+                wanted.min(limit / (per_angle * (p - tank).max(1e3)) - (1.0 / pump.hydromechanical_efficiency - 1.0));
+        }
+        (wanted.clamp(0.0, 1.0) - e) / control.time_constant
+    });
+    (pressure_rate, swivel_rate)
+}
+
 /// A smooth rise from 0 to 1 and its slope.
 fn flank(t: f64) -> (f64, f64) {
     match t {
@@ -74,7 +110,8 @@ fn flank(t: f64) -> (f64, f64) {
 
 /// State derivative of a corrected machine; `None` where any law is switched to as-printed.
 ///
-/// Order of states: joint coordinates, joint rates, then per cylinder p1, p2, xs, vs and, with LuGre, z.
+/// Order of states: joint coordinates, joint rates, then per cylinder p1, p2, xs, vs and, with LuGre, z; with a pump the pressure
+/// of the mains and, where it swivels, the share of its displacement.
 pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Option<Vec<f64>> {
     let e = &m.errata;
     let laws = [e.gravity_sign, e.inertia_about, e.orifice_law, e.extension_leakage, e.extension_dead_volume];
@@ -113,6 +150,10 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
     let velocity = |i: usize, p: V| add(slide[i], scale(quarter(sub(p, origin[i + 1])), spin[i]));
 
     // Cylinders: stroke, its slope, then flows, pressures, friction and force.
+    let states_of = |c: &Cylinder| if c.friction.model == FrictionModel::LuGre { 5 } else { 4 };
+    let mains_at = 2 * n + m.cylinders.iter().map(states_of).sum::<usize>();
+    let mains_pressure = if m.supply.mains.is_some() { x[mains_at] } else { m.supply.pressure };
+    let mut drawn = 0.0;
     let mut torque = vec![0.0; n];
     let mut s = 2 * n;
     for (i, c) in m.cylinders.iter().enumerate() {
@@ -161,13 +202,19 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             };
             c0 * opening.max(0.0) * root + valve.leakage * dp
         };
-        let (ps, pt) = (m.supply.pressure, m.supply.tank_pressure);
+        let (ps, pt) = (mains_pressure, m.supply.tank_pressure);
         let (extend, retract) = (xs - valve.overlap, -xs - valve.overlap);
-        let q_a = edge(extend, ps - pa) - edge(retract, pa - pt);
-        let q_b = match valve.kind {
-            ValveKind::FourThree => edge(extend, pb - pt) - edge(retract, ps - pb),
-            ValveKind::Regenerative => edge(0.0, pb - pt) - edge(extend.max(retract), ps - pb),
+        let checked = |flow: f64| if valve.load_check { flow.max(0.0) } else { flow };
+        let from_supply = match valve.kind {
+            ValveKind::FourThree => [checked(edge(extend, ps - pa)), checked(edge(retract, ps - pb))],
+            ValveKind::Regenerative => [edge(extend, ps - pa), edge(extend.max(retract), ps - pb)],
         };
+        let to_tank = match valve.kind {
+            ValveKind::FourThree => [edge(retract, pa - pt), edge(extend, pb - pt)],
+            ValveKind::Regenerative => [edge(retract, pa - pt), edge(0.0, pb - pt)],
+        };
+        let (q_a, q_b) = (from_supply[0] - to_tank[0], to_tank[1] - from_supply[1]);
+        drawn += from_supply[0] + from_supply[1];
 
         let (k_int, k_ext) = match c.leakage {
             Leakage::Conductance { internal, external } => (internal, external),
@@ -178,19 +225,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         };
         let (q_int, q_ext) = (k_int * (p1 - p2), k_ext * (p2 - pt));
 
-        let bulk = |p: f64| {
-            let f = &m.fluid;
-            let oil =
-                |p: f64| 0.5 * f.bulk_modulus_max * (f.bulk_c1 * p / f.bulk_reference_pressure + f.bulk_c2).log10();
-            match f.cavitation {
-                Cavitation::FreeGas { vacuum } if p < 0.0 => {
-                    let y = ((p - vacuum) / -vacuum).max(1e-9);
-                    let gas_share = -vacuum / oil(0.0);
-                    oil(0.0) * y * (y + gas_share * (1.0 - y))
-                }
-                _ => oil(p.abs()),
-            }
-        };
+        let bulk = |p: f64| bulk_modulus(&m.fluid, p);
         let half = c.stroke / 2.0;
         dx[s] = bulk(p1) / (c.dead_volume[0] + a1 * (half + position)) * (q_a - q_int - a1 * v);
         dx[s + 1] = bulk(p2) / (c.dead_volume[1] + a2 * (half - position)) * (a2 * v - q_b + q_int - q_ext);
@@ -294,6 +329,14 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
     inverse.of(n, &system);
     inverse.solve(&mut qdd);
 
+    if let Some(mains) = &m.supply.mains {
+        let e = if mains.pump.control.is_some() { x[mains_at + 1] } else { 1.0 };
+        let (pressure_rate, swivel_rate) = supply_rates(m, mains, x[mains_at], e, drawn);
+        dx[mains_at] = pressure_rate;
+        if mains.pump.control.is_some() {
+            dx[mains_at + 1] = swivel_rate;
+        }
+    }
     dx[..n].copy_from_slice(qd);
     dx[n..2 * n].copy_from_slice(&qdd);
     Some(dx)

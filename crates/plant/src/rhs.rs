@@ -1,9 +1,9 @@
 //! The right-hand side: geometry, cylinders, forces, accelerations.
 
 use crate::axis_group::{AxisGroup, Member};
-use crate::hydraulic_axis::{LocalRates, LocalState};
+use crate::hydraulic_axis::{LocalRates, LocalState, SupplyPressures};
 use crate::layout::Layout;
-use crate::ledger::LEDGER_PER_CYLINDER;
+use crate::ledger::{supply_powers, LEDGER_PER_CYLINDER, SUPPLY_TERMS};
 use crate::plant::Plant;
 use hydrocrane_num::small::Spd;
 use hydrocrane_num::{Dual, Pack, Real};
@@ -59,10 +59,9 @@ pub struct Evaluated<'a, T, const N: usize> {
 impl<'a, T: Real, const N: usize> Evaluated<'a, T, N> {
     /// With one cylinder after the other.
     pub fn new(plant: &Plant<T, N>, layout: &'a Layout, x: &'a [T], payload: T) -> Self {
-        let placed = plant.place(layout, x);
-        let rates = std::array::from_fn(|c| {
-            plant.cylinders[c].rates(&plant.fluid, &plant.supply_pressures, &placed.local(layout, x, c))
-        });
+        let (placed, pressures) = (plant.place(layout, x), plant.pressures_at(layout, x));
+        let rates =
+            std::array::from_fn(|c| plant.cylinders[c].rates(&plant.fluid, &pressures, &placed.local(layout, x, c)));
         Evaluated { layout, x, placed, rates, payload }
     }
 }
@@ -153,17 +152,34 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         ChainPose::of(poses)
     }
 
+    /// The pressures of the supply in every lane.
+    #[inline(always)]
+    pub fn pressures(&self, layout: &Layout, x: &[T]) -> SupplyPressures<L> {
+        let everywhere = &mut |number| {
+            L::gather(
+                #[inline(always)]
+                |_| number,
+            )
+        };
+        self.plant.pressures_at(layout, x).map(everywhere)
+    }
+
     /// Writes the state derivative for the spool commands `u` (m) with `payload` kg at the tip.
     #[inline(always)]
     pub fn derivative(&self, layout: &Layout, x: &[T], u: &[T], payload: T, dx: &mut [T]) {
         let placed = self.place(layout, x);
-        let mut forces = [T::c(0.0); N];
+        let (pressures, mains) = (self.pressures(layout, x), self.plant.mains(layout).is_some());
+        let (mut forces, mut drawn) = ([T::c(0.0); N], T::c(0.0));
         for group in &self.groups {
             let local = group.local(&placed.positions, &placed.velocities, x);
-            let rates = group.rates(&local);
+            let rates = group.rates(&pressures, &local);
             group.write_rates(&rates, &mut forces, dx);
             group.write_spools(x, u, dx);
+            if mains {
+                drawn += group.sum(rates.edges.supply());
+            }
         }
+        self.plant.write_supply(layout, x, drawn, dx);
         let Accelerated { qdd, .. } = self.plant.accelerate(&placed, &forces, payload);
         write_joints(layout, &placed.rates, &qdd, dx);
     }
@@ -171,10 +187,10 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
     /// Positions and laws at a state.
     #[inline(always)]
     pub fn evaluated<'a>(&self, layout: &'a Layout, x: &'a [T], payload: T) -> Evaluated<'a, T, N> {
-        let placed = self.place(layout, x);
+        let (placed, pressures) = (self.place(layout, x), self.pressures(layout, x));
         let mut rates = [LocalRates::default(); N];
         for group in &self.groups {
-            let of_group = group.rates(&group.local(&placed.positions, &placed.velocities, x));
+            let of_group = group.rates(&pressures, &group.local(&placed.positions, &placed.velocities, x));
             for lane in 0..L::WIDTH {
                 let Some(Member { cylinder, .. }) = group.member(lane) else { break };
                 rates[*cylinder] = of_group.map(
@@ -186,7 +202,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         Evaluated { layout, x, placed, rates, payload }
     }
 
-    /// Writes the powers of the ledger (W), cylinder by cylinder, then that of the ground.
+    /// Writes the powers of the ledger (W), cylinder by cylinder, then that of the ground and those of the supply.
     #[inline(always)]
     pub fn powers(&self, layout: &Layout, oil: &OilTables, x: &[T], payload: T, out: &mut [T]) {
         let placed = self.place(layout, x);
@@ -194,10 +210,19 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
             let contact = self.plant.mechanics.contact(ground, &placed.pose, &placed.rates, payload);
             out[N * LEDGER_PER_CYLINDER] = contact.heat;
         }
+        let (pressures, mut drawn) = (self.pressures(layout, x), T::c(0.0));
         for group in &self.groups {
             let local = group.local(&placed.positions, &placed.velocities, x);
-            group.write_powers(&group.powers(oil, &local), out);
+            let (powers, flow) = group.powers(oil, &pressures, &local);
+            group.write_powers(&powers, out);
+            drawn += group.sum(flow);
         }
+        let Some((supply, pressures, e)) = self.plant.supply_at(layout, x) else { return };
+        let rates = supply.rates(&self.plant.fluid, &pressures, e, drawn);
+        let stored = oil.energy_density(pressures.supply);
+        let first = N * LEDGER_PER_CYLINDER + usize::from(self.plant.ground.is_some());
+        out[first..][..SUPPLY_TERMS.len()]
+            .copy_from_slice(&supply_powers(stored, &pressures, e, drawn, supply, &rates));
     }
 }
 
@@ -210,6 +235,22 @@ pub fn write_joints<T: Real, const N: usize>(layout: &Layout, qd: &[T; N], qdd: 
 }
 
 impl<L: Real> AxisGroup<L> {
+    /// Sum of a number over the cylinders.
+    #[inline(always)]
+    pub fn sum<T: Real>(&self, number: L) -> T
+    where
+        L: Pack<T>,
+    {
+        let mut sum = T::c(0.0);
+        for lane in 0..L::WIDTH {
+            if self.member(lane).is_none() {
+                break;
+            }
+            sum += number.lane(lane);
+        }
+        sum
+    }
+
     /// Net forces of the cylinders, and the rates of their pressures and bristles.
     #[inline(always)]
     pub fn write_rates<T: Real, const N: usize>(&self, rates: &LocalRates<L>, forces: &mut [T; N], dx: &mut [T])

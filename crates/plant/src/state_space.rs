@@ -25,11 +25,11 @@ pub trait StateSpace: Send + Sync {
     /// Energy in the spring of the ground, J.
     fn ground_energy(&self, q: &[f64], payload: f64) -> f64;
     /// Writes the powers of the ledger, W: cylinder by cylinder its [terms](crate::LEDGER_TERMS), then
-    /// [that of the ground](crate::ground_terms).
+    /// [those of ground and supply](crate::shared_terms).
     fn powers(&self, x: &[f64], payload: f64, powers: &mut [f64]);
     /// Row-major Jacobian.
     fn jacobian(&self, x: &[f64], u: &[f64], payload: f64, jacobian: &mut [f64]) {
-        let mut blocks = BlockArrow::new(self.layout().axes());
+        let mut blocks = BlockArrow::new(self.layout().blocks());
         self.linearise(x, u, payload, &mut vec![0.0; x.len()], &mut blocks);
         blocks.write_dense(x.len(), jacobian);
     }

@@ -7,7 +7,7 @@ use crate::overrides::{overrides, pairs_of};
 use hydrocrane_machine::{OverrideValue, Template};
 use hydrocrane_sim::assembly::AssemblyError;
 use hydrocrane_sim::build;
-use hydrocrane_sim::{controllers, ground_terms, EquilibriumMode, Model, OutputInfo, LEDGER_TERMS, PAYLOAD_TERMS};
+use hydrocrane_sim::{controllers, shared_terms, EquilibriumMode, Model, OutputInfo, LEDGER_TERMS, PAYLOAD_TERMS};
 use numpy::{PyArray1, PyArray2, PyArray3};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
@@ -473,15 +473,15 @@ impl Machine {
             self.ledger_entries(|c, name, long_name| (format!("{c}.{name}"), "J", format!("{c}: {long_name}")));
         let of_payload =
             PAYLOAD_TERMS.map(|(name, text, _)| (format!("payload.{name}"), "J", format!("payload: {text}")));
-        let of_ground = ground_terms(self.model.machine()).iter();
-        let of_ground = of_ground.map(|(name, text, _)| (format!("ground.{name}"), "J", format!("ground: {text}")));
-        of_cylinders.into_iter().chain(of_ground).chain(of_payload).collect()
+        let shared = shared_terms(self.model.machine()).into_iter();
+        let shared = shared.map(|(of, (name, text, _))| (format!("{of}.{name}"), "J", format!("{of}: {text}")));
+        of_cylinders.into_iter().chain(shared).chain(of_payload).collect()
     }
     /// +1 where a ledger entry adds to the stored energy, -1 where it takes from it, 0 where it moves inside.
     #[getter]
     fn ledger_signs(&self) -> Vec<f64> {
         let of_cylinders = self.model.machine().cylinders.iter().flat_map(|_| LEDGER_TERMS.map(|(_, _, sign)| sign));
-        let shared = ground_terms(self.model.machine()).iter().chain(&PAYLOAD_TERMS);
+        let shared = shared_terms(self.model.machine()).into_iter().map(|(_, term)| term).chain(&PAYLOAD_TERMS);
         of_cylinders.chain(shared.map(|(_, _, sign)| *sign)).collect()
     }
 }

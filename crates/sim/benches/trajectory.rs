@@ -122,7 +122,7 @@ fn laws(model: &dyn Model, run: &Run) {
             black_box(&dx);
         }
     });
-    let mut jacobian = BlockArrow::new(model.layout().axes());
+    let mut jacobian = BlockArrow::new(model.layout().blocks());
     let structured = shortest(ROUNDS, || {
         for x in &states {
             model.linearise(x, &u, 0.0, &mut dx, &mut jacobian);

@@ -37,7 +37,7 @@ impl<T: Real + Cell<Factor = T>> CraneStep<T> {
         CraneStep {
             k: vec![T::c(0.0); STAGES * layout.len()],
             reached: room,
-            jacobian: BlockArrow { secants: true, ..BlockArrow::new(layout.axes()) },
+            jacobian: BlockArrow { secants: true, ..BlockArrow::new(layout.blocks()) },
             schur: SchurFactors::default(),
         }
     }

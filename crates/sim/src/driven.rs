@@ -67,11 +67,11 @@ impl System for Driven<'_> {
         self.model.powers(x, self.payload, dw);
     }
     fn linearise(&self, t: f64, x: &[f64], at: &mut Linearisation) {
-        let (rate, jacobian) = at.block_arrow(self.model.layout().axes(), 0);
+        let (rate, jacobian) = at.block_arrow(self.model.layout().blocks(), 0);
         self.model.linearise(x, &self.command(t), self.payload, rate, &mut jacobian[0]);
     }
     fn update_input(&self, t: f64, x: &[f64], at: &mut Linearisation) {
-        let (rate, jacobian) = at.block_arrow(self.model.layout().axes(), 0);
+        let (rate, jacobian) = at.block_arrow(self.model.layout().blocks(), 0);
         self.model.update_input(x, &self.command(t), rate, &mut jacobian[0]);
     }
     fn time_derivative(&self, _t: f64, _x: &[f64], dfdt: &mut [f64]) -> bool {

@@ -37,7 +37,7 @@ pub use controller_model::controller_model;
 pub use crane_step::{CraneStep, Scene};
 pub use hydrocrane_control::controller;
 pub use hydrocrane_plant::{
-    ground_terms, map_point, reference, BuildError, Crane, Dynamics, EquilibriumMode, Hydraulics, JointLimits,
+    map_point, reference, shared_terms, BuildError, Crane, Dynamics, EquilibriumMode, Hydraulics, JointLimits,
     Kinematics, Layout, LimitReason, MapPoint, OutputInfo, Passivity, Plant, PoseError, Shape, ShapeKind, StateSpace,
     StrokeError, LEDGER_PER_CYLINDER, LEDGER_TERMS, MAP_PARAMETERS,
 };

@@ -5,7 +5,7 @@ use crate::outcome::Outcome;
 use crate::payload::{PayloadChange, PayloadEvent};
 use crate::warning::Warning;
 use hydrocrane_ode::{Effort, StepControl, Tolerances};
-use hydrocrane_plant::ledger::{ground_terms, LEDGER_PER_CYLINDER};
+use hydrocrane_plant::ledger::{shared_terms, LEDGER_PER_CYLINDER};
 
 /// Spool commands against time: one row per time, one column per cylinder, m.
 #[derive(Debug, Clone, Default)]
@@ -38,7 +38,7 @@ impl RunOptions {
     /// Number of energies integrated along.
     pub(crate) fn quadratures(&self, model: &dyn Model) -> usize {
         if self.ledger {
-            LEDGER_PER_CYLINDER * model.layout().joints() + ground_terms(model.machine()).len()
+            LEDGER_PER_CYLINDER * model.layout().joints() + shared_terms(model.machine()).len()
         } else {
             0
         }

@@ -8,7 +8,7 @@ use crate::warning::Warning;
 use hydrocrane_machine::model::{Cavitation, Cylinder, Unusual};
 use hydrocrane_machine::Machine;
 use hydrocrane_ode::Stepper;
-use hydrocrane_plant::ledger::{ground_terms, LEDGER_PER_CYLINDER, LEDGER_TERMS};
+use hydrocrane_plant::ledger::{shared_terms, LEDGER_PER_CYLINDER, LEDGER_TERMS};
 use hydrocrane_plant::limits::in_words;
 use hydrocrane_plant::limits::JointLimits;
 use hydrocrane_plant::outputs::energies;
@@ -23,6 +23,8 @@ const AUDIT_INTERVAL: f64 = 0.5;
 const LEDGER_SHARE: f64 = 0.01;
 /// The same as a share of what one stroke of all pistons takes from the supply: below it nothing has flowed yet.
 const LEDGER_FLOOR: f64 = 1e-4;
+/// Share of the supply pressure below which the mains want for oil.
+const MAINS_SHARE: f64 = 0.8;
 
 /// What can be found, about the cylinder or joint of a number.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,9 +35,11 @@ enum Finding {
     DeadCentre(usize),
     LedgerOpen,
     StepTooLong,
+    PumpSaturated,
 }
 
-/// A finding since when, with its farthest value: a pressure (Pa), a joint coordinate, a share of the energy, or a step (s).
+/// A finding since when, with its farthest value: a pressure (Pa), a joint coordinate, a share of the energy, a step (s), or a fall
+/// of pressure (Pa).
 #[derive(Debug, Clone, Copy)]
 struct Found {
     what: Finding,
@@ -116,6 +120,10 @@ impl Watch {
                 self.beyond(driven.model, c, x, t);
             }
         }
+        let wanted = driven.model.machine().supply.pressure;
+        if let Some(mains) = layout.mains().map(|p| x[p]).filter(|p| *p < MAINS_SHARE * wanted) {
+            self.note(Finding::PumpSaturated, t, wanted - mains);
+        }
         if let Some(since) = stepper.unresolved {
             self.note(Finding::StepTooLong, since, stepper.least_part());
         }
@@ -142,9 +150,9 @@ impl Watch {
         audit.next = stepper.t + AUDIT_INTERVAL;
         let gained = stored(driven.model, driven.payload, stepper, &mut audit.outputs) - audit.start;
         let machine = driven.model.machine();
-        let (of_cylinders, of_ground) = stepper.integrals().split_at(LEDGER_PER_CYLINDER * machine.cylinders.len());
+        let (of_cylinders, of_all) = stepper.integrals().split_at(LEDGER_PER_CYLINDER * machine.cylinders.len());
         let own = of_cylinders.chunks_exact(LEDGER_PER_CYLINDER).flat_map(|row| row.iter().zip(&LEDGER_TERMS));
-        let shared = of_ground.iter().zip(ground_terms(machine));
+        let shared = of_all.iter().zip(shared_terms(machine).into_iter().map(|(_, term)| term));
         let entries = own.chain(shared).chain(driven.loads.account.iter().zip(&PAYLOAD_TERMS));
         let (mut balance, mut flowed) = (0.0, 0.0);
         for (energy, (_, _, sign)) in entries {
@@ -248,6 +256,17 @@ impl Found {
                 "step-too-long",
                 format!("even steps cut to {:.0} us do not follow the motion everywhere", 1e6 * value),
                 "shorten `step`, or take `rodas5p`, which chooses its steps".to_string(),
+            ),
+            Finding::PumpSaturated => (
+                "pump-saturated",
+                format!(
+                    "the pump gives less than the valves ask for: the mains fall to {:.0} bar, {:.0} bar below the supply pressure",
+                    bar(machine.supply.pressure - value),
+                    bar(value)
+                ),
+                "move fewer functions at once, or more gently, or take a larger `pump.<name>.displacement`; controllers \
+                 reckon with the full supply pressure"
+                    .to_string(),
             ),
         };
         Warning { time: self.time, kind, text, cure }

@@ -1,7 +1,7 @@
 //! The numbers of an instant in one row, for charts and drawing.
 
 use crate::drive::Drive;
-use hydrocrane_sim::{ground_terms, Model, LEDGER_PER_CYLINDER, LEDGER_TERMS, PAYLOAD_TERMS};
+use hydrocrane_sim::{shared_terms, Model, LEDGER_PER_CYLINDER, LEDGER_TERMS, PAYLOAD_TERMS};
 use serde_json::{json, Value};
 
 /// What stands before the lists.
@@ -82,7 +82,7 @@ impl Frame {
         if state.len() != layout.len() {
             return None;
         }
-        let shared = ground_terms(drive.now.model.machine()).len() + PAYLOAD_TERMS.len();
+        let shared = shared_terms(drive.now.model.machine()).len() + PAYLOAD_TERMS.len();
         let unknown = vec![f64::NAN; cylinders * LEDGER_PER_CYLINDER + shared];
         let instant = Instant {
             time: *time,
@@ -128,7 +128,8 @@ struct Instant<'a> {
 
 /// Name, meaning and sign of the account's terms.
 pub fn ledger_terms(model: &dyn Model) -> impl Iterator<Item = &'static (&'static str, &'static str, f64)> {
-    LEDGER_TERMS.iter().chain(ground_terms(model.machine())).chain(&PAYLOAD_TERMS)
+    let shared = shared_terms(model.machine()).into_iter().map(|(_, term)| term);
+    LEDGER_TERMS.iter().chain(shared).chain(&PAYLOAD_TERMS)
 }
 
 /// The terms of the account, those of cylinders each over all of them.

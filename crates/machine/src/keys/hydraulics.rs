@@ -1,10 +1,10 @@
-//! `[cylinder]`, `[valve]`, `[friction]`, `[fluid]`, `[supply]` and `[equilibrium]`.
+//! `[cylinder]`, `[valve]`, `[friction]`, `[fluid]`, `[supply]`, `[pump]`, `[mains]` and `[equilibrium]`.
 
 use super::Sign::{Any, NonNegative, Positive};
 use super::{Key, Value};
 use crate::quantities::{
-    ACCELERATION, ANGULAR_FREQUENCY, CONDUCTANCE, DAMPING, DENSITY, FLOW, FORCE, LENGTH, NUMBER, PRESSURE, STIFFNESS,
-    TIME, VELOCITY, VISCOSITY, VOLUME,
+    ACCELERATION, ANGULAR_FREQUENCY, ANGULAR_VELOCITY, COMPLIANCE, CONDUCTANCE, DAMPING, DENSITY, FLOW, FORCE,
+    GRADIENT, LENGTH, NUMBER, PRESSURE, STIFFNESS, TIME, TORQUE, VELOCITY, VISCOSITY, VOLUME,
 };
 
 /// Of groups of which a file gives one.
@@ -178,6 +178,10 @@ pub static VALVE: &[Key] = &[
         .defaults(&["0 m^3/(s Pa)"])
         .usual(&[("0 m^3/(s Pa)", "1e-10 m^3/(s Pa)", 1e3)])
         .means("Leakage conductance of each edge."),
+    Key::choice("load-check", &["yes", "no"])
+        .defaults(&["no"])
+        .means("Whether a check valve keeps oil from flowing back from the cylinder into the mains; with `4/3` only.")
+        .source("theory/hydraulics/spool_valve.md"),
     Key::quantity("velocity-limit", &[VELOCITY], Positive)
         .otherwise("none")
         .usual(&[("1 mm/s", "100 m/s", 1e3)])
@@ -330,11 +334,70 @@ pub static SUPPLY: &[Key] = &[
     Key::quantity("pressure", &[PRESSURE], NonNegative)
         .required()
         .usual(&[("5 bar", "500 bar", 4.0)])
-        .means("Supply pressure, gauge, constant."),
+        .means("Supply pressure, gauge: constant, or what the pump of the machine is set to."),
     Key::quantity("tank-pressure", &[PRESSURE], NonNegative)
         .required()
         .usual(&[("0.01 bar", "50 bar", 40.0)])
         .means("Tank pressure, gauge, constant."),
+];
+
+/// Where the pump is no ideal one.
+const REAL_PUMP: &str = "required, but for `constant-pressure`";
+
+pub static PUMP: &[Key] = &[
+    Key::choice("type", &["constant-pressure", "fixed", "pressure-compensated"])
+        .required()
+        .means("`constant-pressure` needs nothing else; `fixed` delivers all it can, past the relief valve where nobody takes it; `pressure-compensated` swivels back at the supply pressure.")
+        .source("theory/hydraulics/pump.md"),
+    Key::quantity("displacement", &[VOLUME], Positive)
+        .otherwise(REAL_PUMP)
+        .usual(&[("1 ml", "1 l", 10.0)])
+        .means("Volume per revolution."),
+    Key::quantity("speed", &[ANGULAR_VELOCITY], Positive)
+        .otherwise(REAL_PUMP)
+        .usual(&[("300 rpm", "4000 rpm", 10.0)])
+        .means("Speed of the shaft, constant."),
+    Key::quantity("volumetric-efficiency", &[NUMBER], Positive)
+        .otherwise(REAL_PUMP)
+        .usual(&[("0.7", "1", 3.0)])
+        .means("At full displacement and the supply pressure, at most 1."),
+    Key::quantity("hydromechanical-efficiency", &[NUMBER], Positive)
+        .otherwise(REAL_PUMP)
+        .usual(&[("0.7", "1", 3.0)])
+        .means("At full displacement, at most 1."),
+    Key::quantity("control-range", &[PRESSURE], Positive)
+        .defaults(&["10 bar"])
+        .usual(&[("1 bar", "50 bar", 10.0)])
+        .means("Fall of pressure below the supply pressure that brings full displacement."),
+    Key::quantity("time-constant", &[TIME], Positive)
+        .defaults(&["60 ms"])
+        .usual(&[("5 ms", "1 s", 10.0)])
+        .means("Of the swivel."),
+    Key::quantity("torque-limit", &[TORQUE], Positive)
+        .otherwise("no limit")
+        .usual(&[("5 N m", "5000 N m", 10.0)])
+        .means("Largest torque that the pump takes from its shaft; it swivels back before."),
+];
+
+pub static MAINS: &[Key] = &[
+    Key::quantity("volume", &[VOLUME], Positive)
+        .required()
+        .usual(&[("0.05 l", "100 l", 100.0)])
+        .means("Oil in the lines between pump and valves.")
+        .source("theory/hydraulics/mains.md"),
+    Key::quantity("hose-compliance", &[COMPLIANCE], NonNegative)
+        .defaults(&["0 m^3/Pa"])
+        .usual(&[("0.001 ml/bar", "10 ml/bar", 100.0)])
+        .means("Growth of that volume with pressure."),
+    Key::quantity("relief-pressure", &[PRESSURE], Positive)
+        .otherwise("1.15 times the supply pressure; with a fixed pump the supply pressure")
+        .usual(&[("5 bar", "500 bar", 4.0)])
+        .means("Pressure at which the main relief valve opens.")
+        .source("theory/hydraulics/relief_valve.md"),
+    Key::quantity("relief-gradient", &[GRADIENT], Positive)
+        .defaults(&["10 l/(min bar)"])
+        .usual(&[("0.1 l/(min bar)", "1000 l/(min bar)", 10.0)])
+        .means("Flow of the relief valve per pressure beyond that."),
 ];
 
 pub static EQUILIBRIUM: &[Key] = &[Key::quantity("back-pressure", &[PRESSURE], NonNegative)

@@ -34,7 +34,13 @@ pub static MACHINE: &[Key] = &[
         .required()
         .means("Seal friction of a cylinder; exactly one per cylinder."),
     Key::table("fluid", hydraulics::FLUID).required().means("The oil."),
-    Key::table("supply", hydraulics::SUPPLY).required().means("Pump and tank, both at constant pressure."),
+    Key::table("supply", hydraulics::SUPPLY).required().means("Pressures of pump and tank."),
+    Key::tables("pump", hydraulics::PUMP)
+        .otherwise("a supply at constant pressure")
+        .means("The pump that feeds the mains; at most one."),
+    Key::table("mains", hydraulics::MAINS)
+        .otherwise("required with a pump that is not `constant-pressure`")
+        .means("The lines between pump and valves, with the main relief valve."),
     Key::table("payload", structure::PAYLOAD).means("The load at the tip."),
     Key::table("equilibrium", hydraulics::EQUILIBRIUM).means("Pressures of a crane at rest."),
     Key::tables("sensor", sensor::SENSOR)

@@ -28,6 +28,14 @@ const MACHINE_WITH_MORE: &str = r#"
     extends = "rottne-f9-lab"
     [machine]
     class = "assumed"
+    [pump.main]
+    type = "pressure-compensated"
+    displacement = "45 ml"
+    speed = "1500 rpm"
+    volumetric-efficiency = 0.95
+    hydromechanical-efficiency = 0.92
+    [mains]
+    volume = "2 l"
     [ground]
     height = "-2 m"
     support.bunk = { height = "-1 m", from = "1 m", to = "2 m" }

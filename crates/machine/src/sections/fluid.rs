@@ -1,7 +1,7 @@
-//! `[fluid]` and `[supply]`.
+//! `[fluid]`.
 
 use crate::errors::ErrorKind;
-use crate::model::{Cavitation, Fluid, Supply};
+use crate::model::{Cavitation, Fluid};
 use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::{required_table, Result};
@@ -85,16 +85,4 @@ fn cavitation<T: Number>(table: &Reader) -> Result<Cavitation<T>> {
     Err(table
         .error(ErrorKind::OutOfRange, "vacuum", "pressures are gauge: vacuum lies below -0.1 bar")
         .help("give \"-1 bar\""))
-}
-
-pub fn supply<T: Number>(root: &Reader) -> Result<Supply<T>> {
-    let table = required_table(root, "supply")?;
-    let supply: Supply<T> =
-        Supply { pressure: table.quantity("pressure")?, tank_pressure: table.quantity("tank-pressure")? };
-    if supply.pressure.plain() >= supply.tank_pressure.plain() {
-        return Ok(supply);
-    }
-    Err(table
-        .error(ErrorKind::OutOfRange, "pressure", "the supply pressure lies below the tank pressure")
-        .help("raise `pressure` or lower `tank-pressure`"))
 }

@@ -14,6 +14,7 @@ mod link;
 mod reference;
 mod sensor;
 mod signal_chain;
+mod supply;
 mod valve;
 
 pub use joint::coordinate;
@@ -46,7 +47,7 @@ pub fn machine<T: Number>(tree: &Node, variables: &[Variable]) -> Result<Machine
         gravity: gravity(&root)?,
         tip: reference::point(&head.required("tip", "a point as \"link.point\"")?, &links)?,
         fluid: fluid::read(&root)?,
-        supply: fluid::supply(&root)?,
+        supply: supply::read(&root)?,
         payload: ground::payload(&root)?,
         equilibrium: equilibrium(&root)?,
         errata: errata::read(&root, &cylinders)?,

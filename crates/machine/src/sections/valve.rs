@@ -21,11 +21,16 @@ pub fn read<T: Number>(name: &str, table: &Reader) -> Result<Valve<T>> {
         damping_ratio: table.quantity("damping-ratio")?,
         overlap: table.quantity_or_default("overlap")?,
         leakage: table.quantity_or_default("leakage")?,
+        load_check: table.choice_or_default("load-check", &[true, false])?,
         velocity_limit: table.optional_quantity("velocity-limit")?,
         acceleration_limit: table.optional_quantity("acceleration-limit")?,
         delay: table.quantity_or_default("delay")?,
         command: signal_chain::read(table, stroke.plain())?,
     };
+    if valve.load_check && valve.kind == ValveKind::Regenerative {
+        let message = "a regenerative valve returns the oil of the rod side to the mains";
+        return Err(table.error(ErrorKind::ConflictingKeys, "load-check", message).help("leave `load-check` out"));
+    }
     if valve.overlap.plain() < valve.stroke.plain() {
         return Ok(valve);
     }

@@ -33,10 +33,17 @@ impl<T: Real> Chambers<T> {
         p1 * self.area_1 - p2 * self.area_2
     }
 
+    /// Rise of each pressure per volume that flows in, Pa/m^3, from the bulk moduli (Pa).
+    #[inline(always)]
+    pub fn stiffness(&self, bulk: (T, T), x: T) -> (T, T) {
+        let (v1, v2) = self.volumes(x);
+        (bulk.0 / v1, bulk.1 / v2)
+    }
+
     /// (p_1', p_2') in Pa/s from the bulk moduli (Pa), the flows into each chamber (m^3/s) and the piston's motion.
     #[inline(always)]
     pub fn pressure_rates(&self, bulk: (T, T), x: T, v: T, inflow: (T, T)) -> (T, T) {
-        let (v1, v2) = self.volumes(x);
-        (bulk.0 / v1 * (inflow.0 - self.area_1 * v), bulk.1 / v2 * (inflow.1 + self.area_2 * v))
+        let (stiffness_1, stiffness_2) = self.stiffness(bulk, x);
+        (stiffness_1 * (inflow.0 - self.area_1 * v), stiffness_2 * (inflow.1 + self.area_2 * v))
     }
 }

@@ -10,6 +10,8 @@
 //! | q_A    | flow from port A into the cylinder, m^3/s  | positive into the chamber   |
 //! | q_B    | flow out of the cylinder into port B       | positive out of the chamber |
 //!
+//! With a load check valve the flows from the supply are not below zero: oil does not return from a port.
+//!
 //! Overlap closes both directions within +-overlap. Leakage (75) is laminar over each edge; unlike (75), which
 //! opens it on the closed edges only, it is always there, so the law stays smooth (an open edge drowns it).
 
@@ -27,6 +29,8 @@ pub struct SpoolValve<T> {
     pub leakage: T,
     /// 1: port B is joined to the supply in both directions; 0: to the tank when extending.
     pub regenerative: T,
+    /// A check valve before the edges from the supply.
+    pub load_check: bool,
 }
 
 impl<T: Copy> SpoolValve<T> {
@@ -38,6 +42,7 @@ impl<T: Copy> SpoolValve<T> {
             overlap: f(self.overlap),
             leakage: f(self.leakage),
             regenerative: f(self.regenerative),
+            load_check: self.load_check,
         }
     }
 }
@@ -72,9 +77,9 @@ impl<T: Real> SpoolValve<T> {
     #[inline(always)]
     pub fn closed(&self, p: &PortPressures<T>) -> EdgeFlows<T> {
         EdgeFlows {
-            supply_to_a: self.leakage * (p.supply - p.a),
+            supply_to_a: self.checked(self.leakage * (p.supply - p.a)),
             a_to_tank: self.leakage * (p.a - p.tank),
-            supply_to_b: self.leakage * (p.supply - p.b),
+            supply_to_b: self.checked(self.leakage * (p.supply - p.b)),
             b_to_tank: self.leakage * (p.b - p.tank),
         }
     }
@@ -86,7 +91,8 @@ impl<T: Real> SpoolValve<T> {
         let (fed, drained) = (supply - a, a - tank);
         // At most one edge of a port is open: one root per port serves both.
         let per_opening = self.edge_a.flow_per_opening(T::select(spool.lt(T::c(0.0)), drained, fed));
-        (extend * per_opening + self.leakage * fed, retract * per_opening + self.leakage * drained)
+        let from_supply = self.checked(extend * per_opening + self.leakage * fed);
+        (from_supply, retract * per_opening + self.leakage * drained)
     }
 
     /// The same for port B.
@@ -99,7 +105,18 @@ impl<T: Real> SpoolValve<T> {
         let per_opening = self.edge_b.flow_per_opening(T::select(regenerative | spool.lt(zero), fed, drained));
         let to_supply = T::select(regenerative, extend + retract, retract);
         let to_tank = T::select(regenerative, zero, extend);
-        (to_supply * per_opening + self.leakage * fed, to_tank * per_opening + self.leakage * drained)
+        let from_supply = self.checked(to_supply * per_opening + self.leakage * fed);
+        (from_supply, to_tank * per_opening + self.leakage * drained)
+    }
+
+    /// A flow from the supply behind the check valve, if there is one.
+    #[inline(always)]
+    fn checked(&self, flow: T) -> T {
+        if self.load_check {
+            smooth::positive_part(flow)
+        } else {
+            flow
+        }
     }
 
     /// Openings (m) of the edges that extend and of those that retract the piston.
@@ -152,6 +169,7 @@ mod tests {
             overlap,
             leakage: 0.0,
             regenerative: f64::from(u8::from(regenerative)),
+            load_check: false,
         }
     }
 
@@ -182,6 +200,21 @@ mod tests {
             let f = valve(false, overlap).flows(spool, &P);
             assert_eq!((f.port_a(), f.port_b()), (0.0, 0.0));
         }
+    }
+
+    #[test]
+    fn behind_a_check_valve_a_load_above_the_supply_is_held() {
+        let checked = SpoolValve { load_check: true, leakage: 1e-13, ..valve(false, 0.0) };
+        let heavy = PortPressures { a: 180e5, ..P };
+        assert!(valve(false, 0.0).flows(0.01, &heavy).supply_to_a < 0.0);
+        assert_eq!(checked.flows(0.01, &heavy).supply_to_a, 0.0);
+        assert_eq!(
+            checked.flows(0.01, &P).supply_to_a,
+            SpoolValve { load_check: false, ..checked }.flows(0.01, &P).supply_to_a
+        );
+        // Towards the tank it acts on nothing.
+        let open = SpoolValve { load_check: false, ..checked };
+        assert_eq!(checked.flows(-0.01, &P).a_to_tank, open.flows(-0.01, &P).a_to_tank);
     }
 
     #[test]

@@ -78,7 +78,7 @@ impl<'a, const N: usize> TangentSystem<'a, N> {
         let scratch = RefCell::new(Scratch {
             x: zeros(n),
             rate: zeros(n),
-            jacobian: BlockArrow::new(driven.model.layout().axes()),
+            jacobian: BlockArrow::new(driven.model.layout().blocks()),
         });
         TangentSystem { driven, groups, scales, scratch }
     }
@@ -125,7 +125,7 @@ impl<const N: usize> System for TangentSystem<'_, N> {
     fn linearise(&self, t: f64, x: &[f64], at: &mut Linearisation) {
         let (layout, u) = (self.layout(), self.command(t));
         let Scratch { x: state, rate, jacobian } = &mut *self.scratch.borrow_mut();
-        let (rates, blocks) = at.block_arrow(layout.axes(), self.tangents());
+        let (rates, blocks) = at.block_arrow(layout.blocks(), self.tangents());
         jacobian.secants = blocks[0].secants;
         for group in self.groups {
             let Group { inputs, evaluator, first, count } = group;

@@ -8,8 +8,10 @@ use std::sync::Arc;
 /// Chains of one and three joints, with and without bristles, regenerative valves, cylinders on four-bars.
 fn models() -> Vec<Arc<dyn Model>> {
     let without_bristles = [("friction.lift.model".to_string(), OverrideValue::Text("static".to_string()))];
-    let mut machines: Vec<_> =
-        ["rottne-f9-lab", "hiab-xs031", "single-cylinder"].map(|name| load(name, &[])).into_iter().collect();
+    let mut machines: Vec<_> = ["rottne-f9-lab", "rottne-f9-pump", "hiab-xs031", "single-cylinder"]
+        .map(|name| load(name, &[]))
+        .into_iter()
+        .collect();
     machines.push(load("rottne-f9-lab", &without_bristles));
     machines.into_iter().map(|m| build(&m.expect("a bundled machine")).expect("it can be built")).collect()
 }
@@ -22,7 +24,7 @@ fn derivatives(model: &dyn Model) -> (BlockArrow<f64>, usize) {
     for (i, scale) in model.layout().scales.iter().enumerate().skip(q.len()) {
         x[i] += 0.4 * scale * (1.0 + i as f64).sin();
     }
-    let mut derivatives = BlockArrow::new(model.layout().axes());
+    let mut derivatives = BlockArrow::new(model.layout().blocks());
     let u = vec![0.01; q.len()];
     model.linearise(&x, &u, 50.0, &mut vec![0.0; n], &mut derivatives);
     (derivatives, n)

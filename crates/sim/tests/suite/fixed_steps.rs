@@ -87,7 +87,7 @@ fn secants_replace_the_slope_of_static_friction_alone() {
         let v = -1.5e-3;
         x[layout.qd(2)] = v / gain[2];
         let derivatives = |secants: bool| {
-            let mut derivatives = BlockArrow { secants, ..BlockArrow::new(layout.axes()) };
+            let mut derivatives = BlockArrow { secants, ..BlockArrow::new(layout.blocks()) };
             model.linearise(&x, &[0.0; 3], 0.0, &mut vec![0.0; layout.len()], &mut derivatives);
             let mut dense = vec![0.0; layout.len() * layout.len()];
             derivatives.write_dense(layout.len(), &mut dense);

@@ -3,7 +3,7 @@
 use hydrocrane_machine::{load, OverrideValue};
 use hydrocrane_ode::Tolerances;
 use hydrocrane_sim::{
-    build, ground_terms, simulate, Commands, EquilibriumMode, Model, OutcomeKind, PayloadChange, Run, RunOptions,
+    build, shared_terms, simulate, Commands, EquilibriumMode, Model, OutcomeKind, PayloadChange, Run, RunOptions,
     LEDGER_TERMS, PAYLOAD_TERMS,
 };
 use std::sync::Arc;
@@ -208,7 +208,7 @@ fn output(m: &dyn Model, run: &Run, name: &str, i: usize) -> f64 {
 /// Largest gap between what the states store and what the ledger explains, J, and what the contact took.
 fn gap(m: &dyn Model, run: &Run) -> (f64, f64) {
     let of_cylinders = m.machine().cylinders.iter().flat_map(|_| LEDGER_TERMS.map(|t| t.2));
-    let shared = ground_terms(m.machine()).iter().chain(&PAYLOAD_TERMS).map(|t| t.2);
+    let shared = shared_terms(m.machine()).into_iter().map(|(_, term)| term).chain(&PAYLOAD_TERMS).map(|t| t.2);
     let signs: Vec<f64> = of_cylinders.chain(shared).collect();
     let width = run.ledger.len() / run.times.len();
     assert_eq!(signs.len(), width);

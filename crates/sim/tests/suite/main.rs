@@ -15,6 +15,7 @@ mod phases;
 mod plausibility;
 mod ride_through;
 mod sampled_loop;
+mod supply;
 mod tip_control;
 
 use hydrocrane_ode::StepControl;

@@ -1,11 +1,12 @@
 //! The fast right-hand side equals the readable reference; the exact Jacobian equals finite differences.
 
-use hydrocrane_machine::load;
+use hydrocrane_machine::{load, parse};
 use hydrocrane_ode::BlockArrow;
 use hydrocrane_sim::{build, Model};
 use std::sync::Arc;
 
-const MACHINES: [&str; 5] = ["rottne-f9-lab", "hiab-xs031", "single-cylinder", "rig-rottne", "rig-kalmar"];
+const MACHINES: [&str; 6] =
+    ["rottne-f9-lab", "rottne-f9-pump", "hiab-xs031", "single-cylinder", "rig-rottne", "rig-kalmar"];
 
 fn model(name: &str) -> Arc<dyn Model> {
     build(&load(name, &[]).expect("a bundled machine")).expect("a machine that can be built")
@@ -24,6 +25,37 @@ fn frictionless(name: &str) -> Arc<dyn Model> {
 /// Every machine as it is, and without friction.
 fn models() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     MACHINES.into_iter().flat_map(|name| [(name, model(name)), (name, frictionless(name))])
+}
+
+/// Fixed pumps, torque limits and soft hoses on chains of one and three joints.
+fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
+    let fixed = r#"
+        [pump.main]
+        type = "fixed"
+        displacement = "20 ml"
+        speed = "1500 rpm"
+        volumetric-efficiency = 0.9
+        hydromechanical-efficiency = 0.85
+        [mains]
+        volume = "1 l"
+        hose-compliance = "0.3 ml/bar"
+    "#;
+    let limited = r#"
+        [pump.main]
+        type = "pressure-compensated"
+        displacement = "40 ml"
+        speed = "1500 rpm"
+        volumetric-efficiency = 0.9
+        hydromechanical-efficiency = 0.85
+        torque-limit = "30 N m"
+        [mains]
+        volume = "1 l"
+    "#;
+    [("hiab-xs031", fixed), ("single-cylinder", fixed), ("hiab-xs031", limited)].into_iter().map(|(name, pump)| {
+        let text = format!("extends = \"{name}\"\n[machine]\nclass = \"assumed\"\n{pump}");
+        let machine = parse(&text, "pump.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
+        (name, build(&machine).expect("a machine that can be built"))
+    })
 }
 
 /// A repeatable stream of numbers in (-1, 1).
@@ -50,6 +82,9 @@ fn random_state(m: &dyn Model, noise: &mut Noise) -> Vec<f64> {
             Some("xs") => x[i] = 0.02 * noise.next(),
             Some("vs") => x[i] = noise.next(),
             Some("z") => x[i] = 1e-3 * noise.next(),
+            // From empty mains to beyond the relief pressure.
+            Some("p") => x[i] = 90e5 + 90e5 * noise.next(),
+            Some("displacement") => x[i] = 0.5 + 0.5 * noise.next(),
             _ => {}
         }
     }
@@ -58,7 +93,7 @@ fn random_state(m: &dyn Model, noise: &mut Noise) -> Vec<f64> {
 
 #[test]
 fn fast_right_hand_side_equals_the_reference() {
-    for (name, m) in models() {
+    for (name, m) in models().chain(models_with_pumps()) {
         let mut noise = Noise(7);
         for _ in 0..500 {
             let x = random_state(m.as_ref(), &mut noise);
@@ -87,7 +122,7 @@ fn steering_a_linearisation_gives_the_one_at_the_other_commands() {
             let mut commands = || -> Vec<f64> { (0..m.layout().joints()).map(|_| 0.02 * noise.next()).collect() };
             let (before, after) = (commands(), commands());
             let at = |u: &[f64]| {
-                let (mut rate, mut derivatives) = (vec![0.0; n], BlockArrow::new(m.layout().axes()));
+                let (mut rate, mut derivatives) = (vec![0.0; n], BlockArrow::new(m.layout().blocks()));
                 m.linearise(&x, u, 0.0, &mut rate, &mut derivatives);
                 (rate, derivatives)
             };
@@ -106,7 +141,7 @@ fn steering_a_linearisation_gives_the_one_at_the_other_commands() {
 
 #[test]
 fn exact_jacobian_equals_central_differences() {
-    for (name, m) in models() {
+    for (name, m) in models().chain(models_with_pumps()) {
         let n = m.layout().len();
         let mut noise = Noise(11);
         for _ in 0..50 {
