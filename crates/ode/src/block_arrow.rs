@@ -68,6 +68,13 @@ pub struct AxisDerivatives<T> {
     pub response: [T; MAX_BORDER],
 }
 
+/// The force of an axis with the change of the accelerations by it along a direction.
+#[derive(Debug, Clone, Copy, Default)]
+struct ForceAlong<T> {
+    force: Row<T>,
+    response: [T; MAX_BORDER],
+}
+
 /// df/dx in blocks.
 #[derive(Debug, Clone)]
 pub struct BlockArrow<T> {
@@ -79,6 +86,8 @@ pub struct BlockArrow<T> {
     pub by_q: [[T; MAX_BORDER]; MAX_BORDER],
     pub by_qd: [[T; MAX_BORDER]; MAX_BORDER],
     pub cylinders: [AxisDerivatives<T>; MAX_BORDER],
+    /// Of a derivative of the matrix along a direction: see [`BlockArrow::along`].
+    along: Option<Box<[ForceAlong<T>; MAX_BORDER]>>,
     /// `None` without shared states.
     pub shared: Option<Box<SharedDerivatives<T>>>,
 }
@@ -142,7 +151,7 @@ impl<T: Real> BlockArrow<T> {
         cylinders.iter_mut().zip(&blocks.axes).for_each(|(own, at)| own.at = *at);
         let square = [[T::c(0.0); MAX_BORDER]; MAX_BORDER];
         let shared = (blocks.shared.count > 0).then(|| Box::new(SharedDerivatives::new(blocks.shared)));
-        BlockArrow { joints, secants: false, by_q: square, by_qd: square, cylinders, shared }
+        BlockArrow { joints, secants: false, by_q: square, by_qd: square, cylinders, along: None, shared }
     }
 
     /// The same blocks with `f` applied to every derivative.
@@ -161,8 +170,23 @@ impl<T: Real> BlockArrow<T> {
                 force: c.force.map(&f),
                 response: c.response.map(&f),
             }),
+            along: None,
             shared: self.shared.as_ref().map(|shared| Box::new(shared.map(&f))),
         }
+    }
+
+    /// The derivative of this matrix along a direction, for products with it, from the `value` of each number and its `derivative`
+    /// along the direction. Accelerations by an axis's states are the products m f: both factors change, (m f)' = m f' + m' f.
+    pub fn along<U: Real>(&self, value: impl Fn(T) -> U, derivative: impl Fn(T) -> U) -> BlockArrow<U> {
+        let mut matrix = self.map(&derivative);
+        for (of, own) in matrix.cylinders.iter_mut().zip(&self.cylinders) {
+            of.response = own.response.map(&value);
+        }
+        matrix.along = Some(Box::new(
+            self.cylinders
+                .map(|own| ForceAlong { force: own.force.map(&value), response: own.response.map(&derivative) }),
+        ));
+        matrix
     }
 
     fn cylinders(&self) -> &[AxisDerivatives<T>] {
@@ -184,6 +208,12 @@ impl<T: Real> BlockArrow<T> {
             let force = local.p1 * own.force.p1 + local.p2 * own.force.p2 + local.z * own.force.z;
             for j in 0..n {
                 y[n + j] += force * own.response[j];
+            }
+            if let Some(ForceAlong { force: f, response }) = self.along.as_ref().map(|along| &along[c]) {
+                let force = local.p1 * f.p1 + local.p2 * f.p2 + local.z * f.z;
+                for j in 0..n {
+                    y[n + j] += force * response[j];
+                }
             }
             y[at.p1] += own.p1.directional(&local);
             y[at.p2] += own.p2.directional(&local);

@@ -24,7 +24,7 @@ pub fn solver() -> Solver {
 pub fn problem(error: AssemblyError) -> Problem {
     match error {
         AssemblyError::Machine(error) => Problem::file(&error),
-        AssemblyError::Build(_, BuildError::Chain(_)) => Problem::named("chain", error.to_string()),
+        AssemblyError::Build(_, BuildError::Chain(_) | BuildError::Pump) => Problem::named("chain", error.to_string()),
         AssemblyError::Build(..) => Problem::named("cannot-build", error.to_string()),
         other => Problem::plain(other.to_string()),
     }

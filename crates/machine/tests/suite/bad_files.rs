@@ -72,7 +72,9 @@ fn a_wrong_bundled_name_lists_the_names() {
     assert_eq!(error.slug(), "unknown-source");
     let shown = error.to_string();
     assert!(
-        shown.contains("rottne-f9-lab, heinze-2007, hiab-xs031, single-cylinder, rig-rottne, rig-kalmar"),
+        shown.contains(
+            "rottne-f9-lab, rottne-f9-pump, heinze-2007, hiab-xs031, single-cylinder, rig-rottne, rig-kalmar"
+        ),
         "{shown}"
     );
     assert!(shown.contains("did you mean `rottne-f9-lab`?"), "{shown}");

@@ -134,7 +134,7 @@ impl<const N: usize> System for TangentSystem<'_, N> {
             group.write(rate, rates);
             blocks[0] = jacobian.map(|number| number.value);
             for k in 0..*count {
-                blocks[1 + first + k] = jacobian.map(|number| number.derivative[k]);
+                blocks[1 + first + k] = jacobian.along(|number| number.value, |number| number.derivative[k]);
             }
         }
     }

@@ -199,7 +199,7 @@ fn a_check_valve_holds_the_load_where_the_mains_cannot_lift_it() {
     };
     let (checked, free) = (sunk(weak("yes")), sunk(weak("no")));
     println!("sunk {checked} m with a check valve, {free} m without");
-    assert!(checked.abs() < 2e-4, "{checked} m");
+    assert!(checked.abs() < 5e-4, "{checked} m");
     assert!(free > 2e-3, "{free} m");
 }
 
