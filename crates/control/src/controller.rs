@@ -48,6 +48,8 @@ pub enum Stick<'a> {
     Tip([f64; 2]),
     /// One axis per cylinder (thesis Figure 76).
     Lever(&'a [f64]),
+    /// One axis per cylinder as well, for pistons at a speed, while one joint holds the tip's height.
+    Height(&'a [f64]),
     /// Every stick is released, and the tip shall go to a place.
     Goal(Goal),
 }

@@ -7,7 +7,7 @@ use crate::machine::Machine;
 use crate::overrides::{overrides, pairs_of};
 use hydrocrane_machine::scenario::{
     CommandLog, ControllerChoice, FaultKind, Interpolation, Joystick, LoggedColumn, Phase, Pressures, SensorFault,
-    SensorQuality, StickMode,
+    SensorQuality,
 };
 use hydrocrane_machine::FileKind;
 use numpy::PyArray1;
@@ -139,7 +139,7 @@ fn fault_of<'py>(py: Python<'py>, f: SensorFault) -> PyResult<Bound<'py, PyDict>
 
 fn joystick_of<'py>(py: Python<'py>, j: Joystick) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
-    out.set_item("mode", if j.mode == StickMode::Tip { "tip" } else { "lever" })?;
+    out.set_item("mode", j.mode.name())?;
     out.set_item("time", j.time)?;
     out.set_item("axes", j.axes)?;
     out.set_item("log", j.log)?;

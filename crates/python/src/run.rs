@@ -8,7 +8,7 @@ use crate::overrides::pairs_of;
 use crate::own_controller::PythonController;
 use crate::record::{record_of, stopper, MAX_STEPS};
 use crate::scenario::ScenarioEntry;
-use hydrocrane_machine::scenario::{Scenario, SensorQuality, Stage, StickMode};
+use hydrocrane_machine::scenario::{Scenario, SensorQuality, Stage};
 use hydrocrane_machine::OverrideValue;
 use hydrocrane_sim::assembly::{
     assemble, commands, start, AssembledStage, AssemblyError, OwnedDriver, RunSettings, Surroundings,
@@ -56,18 +56,11 @@ impl Surroundings for Host<'_> {
         let ask = |py: Python| {
             let make = self.make.as_ref()?.bind(py);
             let machine = Bound::new(py, made.clone());
-            let about = machine.map(|machine| (number, machine, mode_of(stage), full_speed));
+            let about = machine.map(|machine| (number, machine, stage.stick_mode().name(), full_speed));
             let object = about.and_then(|about| make.call1(about));
             Some(PythonController::new(py, object, period))
         };
         Some(Box::new(Python::attach(ask)?))
-    }
-}
-
-fn mode_of(stage: &Stage) -> &'static str {
-    match stage.stick_mode() {
-        StickMode::Tip => "tip",
-        StickMode::Lever => "lever",
     }
 }
 
@@ -123,7 +116,7 @@ fn stage_of<'py>(py: Python<'py>, assembled: &AssembledStage, built: &[Machine])
 fn told<'py>(py: Python<'py>, stage: &Stage) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
     out.set_item("from", stage.from)?;
-    out.set_item("mode", mode_of(stage))?;
+    out.set_item("mode", stage.stick_mode().name())?;
     out.set_item("overrides", pairs_of(py, &stage.machine_overrides())?)?;
     let choice = stage.controller.as_ref();
     out.set_item("controller", choice.filter(|choice| choice.own.is_none()).map(|choice| &choice.name))?;

@@ -146,7 +146,7 @@ impl ScenarioEntry<'_> {
     pub fn levers(&self) -> Vec<&str> {
         let sticks = self.joystick.iter().chain(self.phases.iter().filter_map(|phase| phase.joystick.as_ref()));
         sticks
-            .filter(|stick| stick.mode == "lever")
+            .filter(|stick| stick.mode != "tip")
             .flat_map(|stick| stick.axes.iter().map(|(axis, _)| axis.as_str()))
             .collect()
     }
@@ -197,6 +197,7 @@ impl JoystickEntry<'_> {
     fn joystick(&self, cylinders: &[&str]) -> PyResult<Joystick> {
         let (mode, names) = match self.mode.as_str() {
             "tip" => (StickMode::Tip, &["x", "z"][..]),
+            "height" => (StickMode::Height, cylinders),
             _ => (StickMode::Lever, cylinders),
         };
         if let Some((axis, _)) = self.axes.iter().find(|(axis, _)| !names.contains(&axis.as_str())) {

@@ -210,6 +210,7 @@ impl Hand {
         }
         match (self.sticks.kind, self.at.as_slice()) {
             (StickKind::Tip, &[x, z]) => Stick::Tip([x, z]),
+            (StickKind::Height, _) => Stick::Height(&self.at),
             _ => Stick::Lever(&self.at),
         }
     }

@@ -135,9 +135,9 @@ static CONTROLLER: &[Key] = &[
 ];
 
 static JOYSTICK: &[Key] = &[
-    Key::choice("mode", &["tip", "lever"])
+    Key::choice("mode", &["tip", "lever", "height"])
         .defaults(&["tip"])
-        .means("`tip`: one stick moves the tip; `lever`: one axis per cylinder."),
+        .means("`tip`: one stick moves the tip; `lever`: one axis per cylinder; `height`: one axis per cylinder too, while one joint holds the tip's height."),
     Key::series("time", &[TIME]).otherwise("this, or `log`").means("Times of the deflections, increasing."),
     Key::choice("interpolation", INTERPOLATION)
         .otherwise("`hold`, `linear` for a log")

@@ -182,7 +182,7 @@ impl Writer<'_> {
 
     fn joystick(&mut self, table: &str, stick: &Joystick, cylinders: &[String]) {
         let tip = stick.mode == StickMode::Tip;
-        let _ = write!(self.text, "\n[{table}joystick]\nmode = \"{}\"\n", if tip { "tip" } else { "lever" });
+        let _ = write!(self.text, "\n[{table}joystick]\nmode = \"{}\"\n", stick.mode.name());
         let _ = writeln!(self.text, "interpolation = {}", quoted(interpolation(stick.interpolation)));
         let _ = writeln!(self.text, "dead-zone = {:?}", stick.dead_zone);
         self.optional("full-speed", stick.full_speed, "m/s");
