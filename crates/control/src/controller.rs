@@ -27,6 +27,8 @@ pub struct Goal {
     pub share: f64,
     /// When it was given, s. The same place given later is another goal.
     pub given: f64,
+    /// When it is dropped, s, if it is not reached before.
+    pub until: f64,
 }
 
 impl Goal {

@@ -62,7 +62,7 @@ pub fn load_scenario<'py>(py: Python<'py>, source: &str, pairs: &Bound<'py, PyLi
     out.set_item("controller", s.controller.map(|c| controller_of(py, c)).transpose()?)?;
     out.set_item("cylinders", s.cylinders)?;
     out.set_item("joystick", s.joystick.map(|j| joystick_of(py, j)).transpose()?)?;
-    let goals = s.goals.iter().map(|goal| (goal.time, goal.place, goal.speed));
+    let goals = s.goals.iter().map(|goal| (goal.time, goal.place, goal.speed, goal.until));
     out.set_item("goals", goals.collect::<Vec<_>>())?;
     let phases: PyResult<Vec<_>> = s.phases.into_iter().map(|phase| phase_of(py, phase)).collect();
     out.set_item("phases", phases?)?;

@@ -22,11 +22,11 @@ use pyo3::types::PyDict;
 use std::sync::Arc;
 
 /// A scenario's machines, and somebody's own controllers: `make(number, machine, mode, full_speed)` gives each.
-struct Host<'a> {
-    machine: &'a Machine,
-    make: Option<Py<PyAny>>,
+pub struct Host<'a> {
+    pub machine: &'a Machine,
+    pub make: Option<Py<PyAny>>,
     /// All that were built, to tell what each is.
-    built: Vec<Machine>,
+    pub built: Vec<Machine>,
 }
 
 impl Surroundings for Host<'_> {
@@ -64,7 +64,7 @@ impl Surroundings for Host<'_> {
     }
 }
 
-fn cylinders(machine: &Machine) -> Vec<&str> {
+pub fn cylinders(machine: &Machine) -> Vec<&str> {
     machine.model.machine().cylinders.iter().map(|cylinder| cylinder.name.as_str()).collect()
 }
 

@@ -106,8 +106,8 @@ pub struct ScenarioEntry<'py> {
     commands: Vec<(String, Row<'py>, Row<'py>, bool)>,
     controller: Option<ControllerEntry<'py>>,
     joystick: Option<JoystickEntry<'py>>,
-    /// Time, place, and speed where one is stated.
-    goals: Vec<(f64, [f64; 2], Option<f64>)>,
+    /// Time, place, and speed and end where they are stated.
+    goals: Vec<(f64, [f64; 2], Option<f64>, Option<f64>)>,
     phases: Vec<PhaseEntry<'py>>,
     sensor_faults: Vec<FaultEntry>,
     solver: SolverEntry,
@@ -132,7 +132,7 @@ impl ScenarioEntry<'_> {
             cylinders: cylinders.iter().map(|name| name.to_string()).collect(),
             controller: self.controller.as_ref().map(ControllerEntry::choice).transpose()?,
             joystick: self.joystick.as_ref().map(|stick| stick.joystick(cylinders)).transpose()?,
-            goals: self.goals.iter().map(|&(time, place, speed)| Goal { time, place, speed }).collect(),
+            goals: self.goals.iter().map(|&(time, place, speed, until)| Goal { time, place, speed, until }).collect(),
             phases: self.phases.iter().map(|phase| phase.phase(cylinders)).collect::<PyResult<_>>()?,
             sensor_faults: sensor_faults(&self.sensor_faults)?,
             solver: self.solver.solver(),

@@ -171,6 +171,9 @@ static GOAL: &[Key] = &[
     Key::series(TIP_AXES[0], &[LENGTH]).required().means("Forward coordinate of each place."),
     Key::series(TIP_AXES[1], &[LENGTH]).required().means("Height of each place."),
     Key::series("speed", &[VELOCITY]).otherwise("that of full stick").means("Speed on the way to each place."),
+    Key::series("drop", &[TIME])
+        .otherwise("never")
+        .means("Times at which the way to the goal at hand ends: the tip comes to rest where it is."),
 ];
 
 static PHASE: &[Key] = &[

@@ -141,6 +141,10 @@ impl Writer<'_> {
             let message = "a file states the speed of every goal or of none; give each goal a speed";
             return Err(Unwritable(message.into()));
         }
+        let dropped: Vec<f64> = goals.iter().filter_map(|goal| goal.until).collect();
+        if !dropped.is_empty() {
+            let _ = writeln!(self.text, "drop = {}", list(&dropped, "s"));
+        }
         Ok(())
     }
 
