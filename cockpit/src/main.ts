@@ -126,6 +126,8 @@ class CockpitPage {
     clickedPlaces(this.canvas, this.picture.view, (place) => this.goTo(place));
     window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recolour());
     window.addEventListener("keydown", (event) => this.shortcut(event));
+    // A crane does not go on by itself while nobody watches.
+    document.addEventListener("visibilitychange", () => document.hidden && this.dropGoal());
     window.addEventListener("hashchange", () => void this.follow());
     for (const change of ["gamepadconnected", "gamepaddisconnected"]) {
       window.addEventListener(change, () => this.run || this.panel.plugged());
@@ -153,6 +155,12 @@ class CockpitPage {
   private setGoal(place: Point | null): void {
     this.picture.stale ||= this.picture.goal !== place;
     this.picture.goal = place;
+  }
+
+  private dropGoal(): void {
+    if (!this.picture.goal) return;
+    this.setGoal(null);
+    this.send({ do: "drop" });
   }
 
   private bePrecise(precise: boolean): void {
@@ -497,7 +505,7 @@ class CockpitPage {
     else if (this.run) return;
     else if (event.code === "KeyX") this.bePrecise(!this.sticks.precise);
     else if (event.code === "KeyG" && this.description?.controller === "tip") this.aim(!this.aiming);
-    else if (event.code === "Escape") this.aim(false);
+    else if (event.code === "Escape") this.aiming ? this.aim(false) : this.dropGoal();
     else if (mode) this.description?.controllers.includes(mode) && this.change({ controller: mode });
     else if (event.code === "Space" && !/^(BUTTON|SUMMARY)$/.test(target.tagName)) {
       event.preventDefault();

@@ -165,6 +165,8 @@ export type ToWorker =
   | { do: "steer"; axes: number[]; share: number }
   /** The tip goes to a place (x, z), m, by itself. */
   | { do: "go"; place: Point }
+  /** The tip goes to no place any more. */
+  | { do: "drop" }
   | { do: "carry"; mass: number }
   | { do: "pace"; speed: number; paused: boolean }
   /** `share`: for a link, not a file. */
