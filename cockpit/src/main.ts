@@ -5,12 +5,11 @@ import { addDriveButtons, addViewButtons, Bar, showLegend, type Clock, type Swit
 import { drawable } from "./bounds";
 import { Charts } from "./charts";
 import { download } from "./elements";
-import type { Controller } from "./file-keys";
 import { Hint } from "./hint";
 import { History } from "./history";
 import { linkOf, requestOf } from "./link";
 import { Logs, LogTask } from "./logs";
-import type { Description, Ended, FromWorker, Occurrence, Overrides, Pace, Point, Recording, Request, ToWorker } from "./messages";
+import type { Description, Ended, FromWorker, Mode, Occurrence, Overrides, Pace, Point, Recording, Request, ToWorker } from "./messages";
 import { Notices } from "./notices";
 import { keepOffline, servedLive } from "./offline";
 import { dark } from "./palette";
@@ -112,7 +111,7 @@ class CockpitPage {
 
   private newBar(looks: boolean): Bar {
     const act = {
-      mode: (controller: Controller) => this.change({ controller }),
+      mode: (controller: Mode) => this.change({ controller }),
       pause: () => this.pause(!this.paused),
       reset: () => this.reset(),
       speed: (speed: number) => this.keepTime(speed, this.paused),
@@ -300,7 +299,7 @@ class CockpitPage {
 
   private showControls(description: Description, axesBefore: string | undefined): void {
     if (axesBefore !== description.axes.join()) this.sticks.show(description.axes);
-    if (description["replay-until"] === null) this.hint.show(description.controller !== "lever");
+    if (description["replay-until"] === null) this.hint.show(description.axes.length === 2 && description.axes[0] === "x");
     else this.hint.hide();
     this.sentSticks = "";
     this.switches.aim.hidden = description.controller !== "tip";
@@ -498,7 +497,7 @@ class CockpitPage {
   private shortcut(event: KeyboardEvent): void {
     const target = event.target as HTMLElement;
     if (event.repeat || event.ctrlKey || event.metaKey || event.altKey || /^(INPUT|SELECT|TEXTAREA)$/.test(target.tagName)) return;
-    const modes: Record<string, Controller> = { Digit1: "tip", Digit2: "lever" };
+    const modes: Record<string, Mode> = { Digit1: "tip", Digit2: "lever", Digit3: "height" };
     const mode = modes[event.code];
     if (event.code === "KeyP") this.pause(!this.paused);
     else if (event.code === "Digit0") this.reset();

@@ -1,8 +1,8 @@
 """Height of the tip under levers, mode `height`, from random poses: `python docs/validation/tip_height.py [RUNS]`.
 
-Prints a row for each machine, kind of sensors and share of the full lever: how far the tip leaves its height, in mm. The levers of all
-cylinders but the follower's change every 0.75 s to values drawn evenly; the payload of 0 to 150 kg is not told to the controller. Runs
-with the event that a cylinder cannot lift its load are counted apart.
+Prints a row for each machine, kind of sensors and share of the full lever: how far the tip leaves its height, in mm.
+The levers of all cylinders but the follower's change every 0.75 s to values drawn evenly; the payload of 0 to 150 kg
+is not told to the controller. Runs with the event that a cylinder cannot lift its load are counted apart.
 """
 
 from __future__ import annotations
@@ -60,7 +60,10 @@ def main(runs: int) -> None:
         off = [1e3 * most for most in found if most is not None]
         median, most_of_all, most = np.percentile(off, [50, 90, 100])
         levers = f"up to {100 * share:.0f} %"
-        print(f"| `{name}`, {sensors}, {levers} | {runs} | {runs - len(off)} | {median:.1f} | {most_of_all:.1f} | {most:.1f} |")
+        print(
+            f"| `{name}`, {sensors}, {levers} | {runs} | {runs - len(off)} "
+            f"| {median:.1f} | {most_of_all:.1f} | {most:.1f} |"
+        )
 
 
 if __name__ == "__main__":

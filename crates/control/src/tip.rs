@@ -98,8 +98,10 @@ const BEHIND: f64 = 0.25;
 /// Distance of a goal from the nearest place within reach that is none, m.
 const WITHIN_REACH: f64 = 1e-4;
 
-/// Guard of a lever near a dead centre, m/rad.
+/// Guards of levers near a dead centre, m/rad, and where the joint that holds the height lifts nothing, m/rad or m/m: there the
+/// levers still ask for something, so that whoever holds them is told why the tip stands.
 const LEAST_LEVER_ARM: f64 = 1e-3;
+const LEAST_LIFT: f64 = 0.1;
 
 /// Steps that find a missing joint coordinate.
 const NEWTON: usize = 2;
@@ -110,12 +112,6 @@ const WEIGHING: f64 = 1.0;
 impl<const N: usize> Tip<N> {
     pub fn new(model: ControllerModel<N>, settings: Settings<N>) -> Self {
         Tip { model, settings, state: None }
-    }
-
-    /// Speeds of the pistons that levers ask for, m/s.
-    fn piston_speeds(&self, levers: &[f64; N]) -> [f64; N] {
-        let speeds = &self.settings.lever_speeds;
-        std::array::from_fn(|i| levers[i] * speeds[i][usize::from(levers[i] > 0.0)])
     }
 
     /// Joint coordinates and pressures of a measurement, without those pressures that are only estimated.
@@ -131,8 +127,8 @@ impl<const N: usize> Tip<N> {
 enum Wanted<const N: usize> {
     /// Of the tip, m/s.
     Velocity([f64; 2]),
-    /// Of each piston, m/s, while the height of the tip is held.
-    Pistons([f64; N]),
+    /// Deflections of levers, while the height of the tip is held.
+    Levers([f64; N]),
     Goal(Goal),
 }
 
@@ -254,17 +250,26 @@ impl<const N: usize> State<N> {
         let wish = match stick {
             Wanted::Goal(goal) => return Wish::Tip(self.towards_goal(s, goal)),
             Wanted::Velocity(velocity) => Wish::Tip(velocity),
-            Wanted::Pistons(speeds) => {
-                let lever_arm = self.reference.posture.lever_arm;
-                let rate = |i: usize| speeds[i] / lever_arm[i].abs().max(LEAST_LEVER_ARM).copysign(lever_arm[i]);
-                Wish::Joints(std::array::from_fn(rate))
-            }
+            Wanted::Levers(levers) => Wish::Joints(self.rates(s, &levers)),
         };
         if let Some(travel) = self.travel.take().filter(|travel| !travel.over) {
             let why = if wish.is_zero() { "the goal is dropped" } else { "the stick takes over" };
             self.news.push(format!("{why}: the tip goes to {} no further", travel.goal.name()));
         }
         wish
+    }
+
+    /// Rates of the joints that levers ask for while one joint holds the height: at full lever what the valve gives without
+    /// load, or less where the height could not be held as fast.
+    fn rates(&self, s: &Settings<N>, levers: &[f64; N]) -> [f64; N] {
+        let (posture, follower) = (&self.reference.posture, s.shape.height_joint);
+        let lift = posture.jacobian[1];
+        let full = |i: usize, sense: usize| s.lever_speeds[i][sense] / posture.lever_arm[i].abs().max(LEAST_LEVER_ARM);
+        let held = full(follower, 0).min(full(follower, 1)) * lift[follower].abs().max(LEAST_LIFT);
+        std::array::from_fn(|i| {
+            let most = if i == follower { f64::INFINITY } else { held / lift[i].abs() };
+            (levers[i] * full(i, usize::from(levers[i] > 0.0)).min(most)) * posture.lever_arm[i].signum()
+        })
     }
 
     /// The velocity that leads to a goal, m/s.
@@ -503,7 +508,7 @@ impl<const N: usize> Controller for Tip<N> {
         let (q, p) = self.checked(measured)?;
         let stick = match stick {
             Stick::Goal(goal) => Wanted::Goal(checked_goal(goal)?),
-            Stick::Height(axes) => Wanted::Pistons(self.piston_speeds(&checked_levers(axes)?)),
+            Stick::Height(axes) => Wanted::Levers(checked_levers(axes)?),
             _ => Wanted::Velocity(checked_stick(stick)?.map(|s| s * self.settings.full_speed)),
         };
         let state = self.state.get_or_insert_with(|| State::at(&self.model, &self.settings, q, &p));

@@ -61,11 +61,7 @@ impl LiveSimulator {
     }
 
     /// Goes on by so many samples of the controller: kind and message of the outcome, and what is seen then.
-    fn step<'py>(
-        &self,
-        py: Python<'py>,
-        samples: u64,
-    ) -> PyResult<(&'static str, String, Bound<'py, PyArray1<f64>>)> {
+    fn step<'py>(&self, py: Python<'py>, samples: u64) -> PyResult<(&'static str, String, Bound<'py, PyArray1<f64>>)> {
         let (kind, message) = py.detach(|| {
             let mut going = self.going();
             going.samples += samples;

@@ -125,7 +125,7 @@ class LiveSimulator:
 
     @property
     def goal(self) -> tuple[float, float] | None:
-        """Where the tip is going (x, z), m; ``None`` once it is there, and after a stick or :meth:`drop_goal` ended the way."""
+        """Where the tip is going (x, z), m; ``None`` once it is there, or a stick or :meth:`drop_goal` ended it."""
         place = self._core.goal
         return None if place is None else (place[0], place[1])
 

@@ -1,4 +1,4 @@
-"""Levers move their joints while one joint holds the tip's height: within a few millimetres, or it stops and says why."""
+"""Levers move their joints while one joint holds the tip's height within millimetres, or all stop and say why."""
 
 from __future__ import annotations
 
@@ -28,8 +28,10 @@ def height(run: hc.Run) -> np.ndarray:
 
 
 @pytest.mark.parametrize("payload", [0.0, 100.0])
-@pytest.mark.parametrize(("sensors", "most"), [("ideal", 1e-3), ("data-sheet", 3e-3)])
-@pytest.mark.parametrize("levers", [{"lift": [0.5, 0.0]}, {"lift": [-0.5, 0.0]}, {"jib": [0.5, 0.0]}, {"jib": [-0.5, 0.0]}])
+@pytest.mark.parametrize(("sensors", "most"), [("ideal", 1e-3), ("data-sheet", 4e-3)])
+@pytest.mark.parametrize(
+    "levers", [{"lift": [0.9, 0.0]}, {"lift": [-0.9, 0.0]}, {"jib": [0.9, 0.0]}, {"jib": [-0.9, 0.0]}]
+)
 def test_the_telescope_follows_and_the_height_holds(levers, sensors, most, payload) -> None:
     run = run_of(levers, payload=payload, sensors=sensors, seed=1)
     moved = joints(run) - joints(run)[0]
@@ -41,17 +43,16 @@ def test_the_telescope_follows_and_the_height_holds(levers, sensors, most, paylo
     assert np.ptp(run.columns["set_point.z"].values[:-1]) < 1e-9
 
 
-def test_both_levers_at_once_and_the_ratio_of_their_speeds() -> None:
-    run = run_of({"lift": [0.4, 0.0], "jib": [-0.3, 0.0]})
-    assert np.abs(height(run)).max() < 1e-3
-    # Both are slowed down together where the telescope cannot follow.
-    at = slice(150, 300)
-    pistons = [np.ptp(run.columns[f"cylinder.{c}.x"].values[at]) for c in ("lift", "jib")]
-    alone = [
-        np.ptp(run_of({c: [lever, 0.0]}).columns[f"cylinder.{c}.x"].values[at])
-        for c, lever in (("lift", 0.1), ("jib", -0.1))
-    ]
-    assert pistons[0] / pistons[1] == pytest.approx(0.4 / 0.3 * alone[0] / alone[1], rel=0.03)
+def test_both_levers_at_once_are_slowed_down_together_where_the_telescope_cannot_follow() -> None:
+    ratios, speeds = [], []
+    for share in (0.1, 1.0):
+        run = run_of({"lift": [share, 0.0], "jib": [-0.75 * share, 0.0]})
+        assert np.abs(height(run)).max() < 1e-3
+        lift, jib = (np.ptp(run.columns[f"cylinder.{c}.x"].values[90:110]) for c in ("lift", "jib"))
+        ratios.append(lift / jib)
+        speeds.append(lift)
+    assert ratios[1] == pytest.approx(ratios[0], rel=0.03)
+    assert 2 < speeds[1] / speeds[0] < 5, "together they ask the telescope for more than it has"
 
 
 def test_the_lever_of_the_telescope_itself_changes_the_height_that_is_held() -> None:
@@ -63,7 +64,7 @@ def test_the_lever_of_the_telescope_itself_changes_the_height_that_is_held() -> 
 
 
 def test_another_joint_holds_the_height_where_the_file_says_so() -> None:
-    run = run_of({"lift": [0.2, 0.0]}, overrides={"control.tip.height-joint": "jib"})
+    run = run_of({"lift": [0.6, 0.0]}, overrides={"control.tip.height-joint": "jib"})
     moved = joints(run)[-1] - joints(run)[0]
     assert np.abs(height(run)).max() < 2e-3
     assert moved[0] > np.deg2rad(2) and abs(moved[1]) > np.deg2rad(2) and abs(moved[2]) < 1e-3
@@ -139,18 +140,24 @@ def test_the_mode_stands_in_a_file_and_is_driven_live(tmp_path) -> None:
 def test_a_phase_changes_between_levers_with_and_without_the_height() -> None:
     raw = hc.Joystick([0.0, 2.0], {"lift": [0.1, 0.0]}, mode="lever")
     held = hc.Joystick([0.5, 2.0], {"lift": [0.3, 0.0]}, mode="height")
-    run = hc.simulate(
-        hc.Scenario(joints=START, joystick=held, phases=[hc.Phase(3.0, joystick=raw)], duration=4.0)
+    run = hc.simulate(hc.Scenario(joints=START, joystick=held, phases=[hc.Phase(3.0, joystick=raw)], duration=4.0))
+    assert (
+        [stage.driver for _, stage in run.scenario.stages()] == ["tip", "lever"] if hasattr(run, "scenario") else True
     )
-    assert [stage.driver for _, stage in run.scenario.stages()] == ["tip", "lever"] if hasattr(run, "scenario") else True
     assert np.abs(height(run)[:300]).max() < 1e-3
 
 
 @pytest.mark.parametrize(
     ("make", "why"),
     [
-        (lambda: hc.Scenario(joints=START, controller="lever", joystick=hc.Joystick([0], {}, mode="height")), "does not take"),
-        (lambda: hc.Scenario(joints=START, controller="heinze-pid", joystick=hc.Joystick([0], {}, mode="height")), "does not"),
+        (
+            lambda: hc.Scenario(joints=START, controller="lever", joystick=hc.Joystick([0], {}, mode="height")),
+            "does not take",
+        ),
+        (
+            lambda: hc.Scenario(joints=START, controller="heinze-pid", joystick=hc.Joystick([0], {}, mode="height")),
+            "does not",
+        ),
         (lambda: hc.Joystick([0], {}, mode="hight"), "height"),
         (lambda: run_of({"x": [0.5, 0.0]}), r"unknown stick axis `x`"),
         (lambda: run_of({}, overrides={"control.tip.height-joint": "telescope"}), "there is no joint `telescope`"),

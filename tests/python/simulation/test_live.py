@@ -1,4 +1,4 @@
-"""A scenario driven live: sticks and goals take effect at the next sample, and what was driven is repeated to the last bit."""
+"""A scenario driven live: sticks and goals take effect at the next sample, and a drive is repeated to the last bit."""
 
 from __future__ import annotations
 
@@ -116,7 +116,9 @@ def test_a_goal_given_and_dropped_between_two_samples_is_none() -> None:
 
 def test_a_replay_goes_on_until_somebody_takes_over() -> None:
     plan = PLAN.changed(
-        joystick=hc.Joystick([0.2], {"z": [0.5]}, full_speed=0.1), goals=[hc.Goal(9.0, *HOME)], payload_changes={8.0: 10.0}
+        joystick=hc.Joystick([0.2], {"z": [0.5]}, full_speed=0.1),
+        goals=[hc.Goal(9.0, *HOME)],
+        payload_changes={8.0: 10.0},
     )
     live = hc.LiveSimulator(plan)
     live.step(1.0)

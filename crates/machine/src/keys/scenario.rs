@@ -161,7 +161,7 @@ static JOYSTICK: &[Key] = &[
     Key::series(TIP_AXES[1], &[NUMBER]).otherwise("centred").means("Deflection along z, from -1 to 1."),
     Key::series("<cylinder>", &[NUMBER])
         .otherwise("centred")
-        .means("Deflection of the cylinder's lever, from -1 to 1, with `mode = \"lever\"`."),
+        .means("Deflection of the cylinder's lever, from -1 to 1, with `mode = \"lever\"` or `\"height\"`."),
 ];
 
 static GOAL: &[Key] = &[

@@ -187,7 +187,9 @@ pub fn joystick(root: &Reader, machine: &Machine, files: &Files) -> Result<Optio
     let mode = open.choice_or_default("mode", &[StickMode::Tip, StickMode::Lever, StickMode::Height])?;
     let axes: Vec<&str> = match mode {
         StickMode::Tip => TIP_AXES.to_vec(),
-        StickMode::Lever | StickMode::Height => machine.cylinders.iter().map(|cylinder| cylinder.name.as_str()).collect(),
+        StickMode::Lever | StickMode::Height => {
+            machine.cylinders.iter().map(|cylinder| cylinder.name.as_str()).collect()
+        }
     };
     let mut known: Vec<&str> = open.known().filter(|key| !TIP_AXES.contains(key)).collect();
     known.extend(&axes);
