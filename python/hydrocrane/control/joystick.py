@@ -172,6 +172,10 @@ class Joystick:
                 f"the log has no column of a stick axis; it has {', '.join(table)}; say which with columns="
             )
         axes = {axis: table[name] for name, axis in columns.items()}
+        if mode == "tip" and not set(axes) & set(TIP_AXES):
+            raise InputError(
+                f'the log has levers, {", ".join(axes)}, and no stick axis x or z; give mode="lever" or "height"'
+            )
         for name in ("stick.precision", "precision"):
             if name in table:
                 more.setdefault("precision", table[name])

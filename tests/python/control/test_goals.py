@@ -212,6 +212,25 @@ def test_a_goal_is_dropped_where_a_file_says_so(tmp_path) -> None:
     assert abs(x[-1] - HOME[0]) < 0.2 and np.ptp(x[150:300]) < 1e-6
 
 
+def test_the_sticks_of_a_run_are_repeated_from_the_run_and_from_its_file(tmp_path) -> None:
+    stick = hc.Joystick(
+        [0.5, 2.0, 3.0],
+        {"x": [0.3, 0.0, 0.2], "z": [-0.2, 0.4, 0.0]},
+        dead_zone=0.1,
+        ramp=0.2,
+        full_speed=0.2,
+        precision=[1, 0.5, 1],
+    )
+    run = hc.simulate(hc.Scenario(joints=START, joystick=stick, duration=4.0))
+    for log in (run, run.save(tmp_path / "run.csv")):
+        again = hc.Scenario(joints=START, joystick=hc.Joystick.from_log(log, full_speed=0.2), duration=4.0)
+        assert (way_of(hc.simulate(again)) == way_of(run)).all()
+    levers = hc.simulate(hc.Scenario(joints=START, joystick=hc.Joystick([0.5], {"jib": [0.1]}, "lever"), duration=1.0))
+    with pytest.raises(hc.InputError, match=r'levers, lift, jib, extension, .*mode="lever" or "height"'):
+        hc.Joystick.from_log(levers)
+    assert "jib" in hc.Joystick.from_log(levers, mode="height").axes
+
+
 def test_precision_slows_the_stick_smoothly_and_the_way_to_a_goal() -> None:
     stick = hc.Joystick([0.2, 2.0], {"x": [-1.0, -1.0]}, full_speed=0.1, precision=[1.0, 0.25])
     run = hc.simulate(hc.Scenario(joints=START, joystick=stick, duration=4.0))
