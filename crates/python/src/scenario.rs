@@ -90,6 +90,9 @@ pub struct PhaseEntry<'py> {
     joystick: Option<JoystickEntry<'py>>,
 }
 
+/// Time, place, and speed and end where they are stated.
+pub type GoalEntry = (f64, [f64; 2], Option<f64>, Option<f64>);
+
 /// Everything of a scenario but its names and its machine.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
@@ -106,8 +109,7 @@ pub struct ScenarioEntry<'py> {
     commands: Vec<(String, Row<'py>, Row<'py>, bool)>,
     controller: Option<ControllerEntry<'py>>,
     joystick: Option<JoystickEntry<'py>>,
-    /// Time, place, and speed and end where they are stated.
-    goals: Vec<(f64, [f64; 2], Option<f64>, Option<f64>)>,
+    goals: Vec<GoalEntry>,
     phases: Vec<PhaseEntry<'py>>,
     sensor_faults: Vec<FaultEntry>,
     solver: SolverEntry,
