@@ -1,8 +1,7 @@
 /** The bar above the picture: mode, clock, pace; and the marks in the picture's corners. */
 
 import { button, make } from "./elements";
-import type { Controller } from "./file-keys";
-import type { Description, Pace } from "./messages";
+import type { Description, Mode, Pace } from "./messages";
 import { palette, scaleColour } from "./palette";
 import type { View } from "./view";
 
@@ -10,15 +9,16 @@ import type { View } from "./view";
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
 const FASTER = [5, 10];
 
-const MODES: [Controller, string][] = [
+const MODES: [Mode, string][] = [
   ["tip", "One stick moves the tip (key 1)"],
   ["lever", "One lever per cylinder (key 2)"],
+  ["height", "Levers, and the telescope holds the height of the tip (key 3)"],
 ];
 
 export type Clock = "runs" | "paused" | "ended";
 
 interface Actions {
-  mode: (mode: Controller) => void;
+  mode: (mode: Mode) => void;
   pause: () => void;
   reset: () => void;
   speed: (speed: number) => void;
@@ -26,7 +26,7 @@ interface Actions {
 }
 
 export class Bar {
-  private readonly modes: [Controller, HTMLButtonElement][];
+  private readonly modes: [Mode, HTMLButtonElement][];
   private readonly pause: HTMLButtonElement;
   private readonly name = make("small", { id: "machine-name" });
   private readonly badge = make("span", { id: "pace" });

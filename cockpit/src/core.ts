@@ -13,6 +13,7 @@ interface Exports extends WebAssembly.Exports {
   open(): void;
   steer(axis: number, deflection: number): void;
   go_to(x: number, z: number): void;
+  drop_goal(): void;
   precise(share: number): void;
   carry(mass: number): void;
   advance(ticks: number): number;
@@ -51,6 +52,10 @@ export class Core {
   goTo([x, z]: Point): Problem | null {
     this.wasm.go_to(x, z);
     return this.wasm.text_length() ? this.json<{ error: Problem }>().error : null;
+  }
+
+  dropGoal(): void {
+    this.wasm.drop_goal();
   }
 
   carry(mass: number): void {

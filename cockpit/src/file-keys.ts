@@ -157,6 +157,7 @@ export type MachineKey =
   | "control.tip.pressure-bandwidth"
   | "control.tip.reserve"
   | "control.tip.pressures"
+  | "control.tip.height-joint"
   | "control.tip.rest-band"
   | "control.tip.learning-time"
   | "control.tip.lag-limit"

@@ -5,12 +5,11 @@ import { addDriveButtons, addViewButtons, Bar, showLegend, type Clock, type Swit
 import { drawable } from "./bounds";
 import { Charts } from "./charts";
 import { download } from "./elements";
-import type { Controller } from "./file-keys";
 import { Hint } from "./hint";
 import { History } from "./history";
 import { linkOf, requestOf } from "./link";
 import { Logs, LogTask } from "./logs";
-import type { Description, Ended, FromWorker, Occurrence, Overrides, Pace, Point, Recording, Request, ToWorker } from "./messages";
+import type { Description, Ended, FromWorker, Mode, Occurrence, Overrides, Pace, Point, Recording, Request, ToWorker } from "./messages";
 import { Notices } from "./notices";
 import { keepOffline, servedLive } from "./offline";
 import { dark } from "./palette";
@@ -112,7 +111,7 @@ class CockpitPage {
 
   private newBar(looks: boolean): Bar {
     const act = {
-      mode: (controller: Controller) => this.change({ controller }),
+      mode: (controller: Mode) => this.change({ controller }),
       pause: () => this.pause(!this.paused),
       reset: () => this.reset(),
       speed: (speed: number) => this.keepTime(speed, this.paused),
@@ -126,6 +125,8 @@ class CockpitPage {
     clickedPlaces(this.canvas, this.picture.view, (place) => this.goTo(place));
     window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recolour());
     window.addEventListener("keydown", (event) => this.shortcut(event));
+    // A crane does not go on by itself while nobody watches.
+    document.addEventListener("visibilitychange", () => document.hidden && this.dropGoal());
     window.addEventListener("hashchange", () => void this.follow());
     for (const change of ["gamepadconnected", "gamepaddisconnected"]) {
       window.addEventListener(change, () => this.run || this.panel.plugged());
@@ -153,6 +154,12 @@ class CockpitPage {
   private setGoal(place: Point | null): void {
     this.picture.stale ||= this.picture.goal !== place;
     this.picture.goal = place;
+  }
+
+  private dropGoal(): void {
+    if (!this.picture.goal) return;
+    this.setGoal(null);
+    this.send({ do: "drop" });
   }
 
   private bePrecise(precise: boolean): void {
@@ -292,7 +299,7 @@ class CockpitPage {
 
   private showControls(description: Description, axesBefore: string | undefined): void {
     if (axesBefore !== description.axes.join()) this.sticks.show(description.axes);
-    if (description["replay-until"] === null) this.hint.show(description.controller !== "lever");
+    if (description["replay-until"] === null) this.hint.show(description.axes.length === 2 && description.axes[0] === "x");
     else this.hint.hide();
     this.sentSticks = "";
     this.switches.aim.hidden = description.controller !== "tip";
@@ -490,14 +497,14 @@ class CockpitPage {
   private shortcut(event: KeyboardEvent): void {
     const target = event.target as HTMLElement;
     if (event.repeat || event.ctrlKey || event.metaKey || event.altKey || /^(INPUT|SELECT|TEXTAREA)$/.test(target.tagName)) return;
-    const modes: Record<string, Controller> = { Digit1: "tip", Digit2: "lever" };
+    const modes: Record<string, Mode> = { Digit1: "tip", Digit2: "lever", Digit3: "height" };
     const mode = modes[event.code];
     if (event.code === "KeyP") this.pause(!this.paused);
     else if (event.code === "Digit0") this.reset();
     else if (this.run) return;
     else if (event.code === "KeyX") this.bePrecise(!this.sticks.precise);
     else if (event.code === "KeyG" && this.description?.controller === "tip") this.aim(!this.aiming);
-    else if (event.code === "Escape") this.aim(false);
+    else if (event.code === "Escape") this.aiming ? this.aim(false) : this.dropGoal();
     else if (mode) this.description?.controllers.includes(mode) && this.change({ controller: mode });
     else if (event.code === "Space" && !/^(BUTTON|SUMMARY)$/.test(target.tagName)) {
       event.preventDefault();

@@ -2,6 +2,9 @@
 
 import type { Controller, MachineKey } from "./file-keys";
 
+/** A controller, or its levers with which `tip` holds the height. */
+export type Mode = Controller | "height";
+
 export interface Signal {
   name: string;
   unit: string;
@@ -55,8 +58,8 @@ export interface Description {
   version: string;
   machine: { name: string; title: string; source: string };
   machines: { name: string; title: string }[];
-  controllers: Controller[];
-  controller: Controller;
+  controllers: Mode[];
+  controller: Mode;
   axes: string[];
   tick: number;
   payload: number;
@@ -98,7 +101,7 @@ export interface Request {
   friction?: number;
   joints?: Record<string, number>;
   payload?: number;
-  controller?: Controller;
+  controller?: Mode;
   "full-speed"?: number;
   "real-sensors"?: boolean;
   seed?: number;
@@ -165,6 +168,8 @@ export type ToWorker =
   | { do: "steer"; axes: number[]; share: number }
   /** The tip goes to a place (x, z), m, by itself. */
   | { do: "go"; place: Point }
+  /** The tip goes to no place any more. */
+  | { do: "drop" }
   | { do: "carry"; mass: number }
   | { do: "pace"; speed: number; paused: boolean }
   /** `share`: for a link, not a file. */

@@ -1,9 +1,9 @@
 /** The knobs beside the picture: load, pressure, friction, sensors, controller, machine, files. */
 
 import { button, choice, make, number, slider, type Knob, type Range } from "./elements";
-import type { Controller, MachineKey } from "./file-keys";
+import type { MachineKey } from "./file-keys";
 import { devices, keepMapping, mapping } from "./gamepad";
-import type { Description, Request } from "./messages";
+import type { Description, Mode, Request } from "./messages";
 import { TASKS, type Score, type TaskName } from "./tasks";
 
 /** Largest file that is read, bytes. */
@@ -33,10 +33,11 @@ export interface Actions {
   task: (task: TaskName | null) => void;
 }
 
-const MODES: Record<Controller, string> = {
+const MODES: Record<Mode, string> = {
   tip: "tip: one stick moves the tip",
   "heinze-pid": "heinze-pid: the thesis's controller",
   lever: "lever: one axis per cylinder",
+  height: "height: levers, the tip's height is held",
 };
 
 /** What the page knows of the place that the panel does not: what there is to be done there. */
@@ -211,10 +212,10 @@ export class Panel {
 
   private control(open: Set<string | null>): HTMLElement {
     const { controllers, controller, gains } = this.description;
-    const modes = controllers.map((name): [Controller, string] => [name, MODES[name]]);
+    const modes = controllers.map((name): [Mode, string] => [name, MODES[name]]);
     const mode = choice("Mode", modes, controller, (mode) => this.act.change({ controller: mode }));
     const parts = [this.knob(mode, () => this.description.controller)];
-    if (controller !== "lever") {
+    if (controller !== "lever" && controller !== "height") {
       // A replay need not state a speed; the controller then takes its own.
       const speed = (): number => this.description["full-speed"] ?? NaN;
       const show = (value: number): string => (Number.isNaN(value) ? "the controller's own" : `${value.toFixed(2)} m/s`);

@@ -74,7 +74,7 @@ export class Sticks {
       line("", tip ? "Drag the stick: the tip goes where it points." : "Drag the levers: up moves a piston out."),
       line("", "Let go, and the valves close."),
       line("keys", "Keys: ", ...(tip ? ["the arrows"] : [...row(1), "out, ", ...row(0), "in"]), "; with Shift, or after X, a quarter as fast."),
-      line("keys", "1 tip, 2 lever, ", key("span", "KeyP"), " pause, 0 reset, Space grips a log", ...(tip ? [", G and a click send the tip there"] : []), "."),
+      line("keys", "1 tip, 2 lever, 3 height, ", key("span", "KeyP"), " pause, 0 reset, Space grips a log", ...(tip ? [", G and a click send the tip there, Esc stops it"] : []), "."),
     );
   }
 

@@ -95,6 +95,8 @@ class Clockwork {
         if (problem) post({ tell: "refused", problem });
         return;
       }
+      case "drop":
+        return this.core.dropGoal();
       case "carry":
         return this.core.carry(message.mass);
       case "pace":

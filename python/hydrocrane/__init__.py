@@ -31,6 +31,7 @@ _HOME = {
     "Identification": "identification",
     "InputError": "errors",
     "Joystick": "control.joystick",
+    "LiveSimulator": "simulation.live",
     "LoadChart": "analysis.capacity",
     "Log": "logs",
     "Machine": "machine.machine",

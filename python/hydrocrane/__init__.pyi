@@ -47,6 +47,7 @@ from hydrocrane.scenario.scenario_file import load_scenario as load_scenario
 from hydrocrane.scenario.solver import Solver as Solver
 from hydrocrane.simulation.batch import BatchObservation as BatchObservation
 from hydrocrane.simulation.batch import BatchSimulator as BatchSimulator
+from hydrocrane.simulation.live import LiveSimulator as LiveSimulator
 from hydrocrane.simulation.running import simulate as simulate
 from hydrocrane.simulation.simulator import Simulator as Simulator
 from hydrocrane.studies import Study as Study

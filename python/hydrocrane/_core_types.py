@@ -128,8 +128,8 @@ class PhaseEntry(TypedDict):
     joystick: JoystickEntry | None
 
 
-# Time, place and speed of a goal.
-GoalEntry: TypeAlias = tuple[float, tuple[float, float], float | None]
+# Time, place, speed and end of a goal.
+GoalEntry: TypeAlias = tuple[float, tuple[float, float], float | None, float | None]
 # Cylinder, times, spool positions, and whether to join them.
 CommandEntry: TypeAlias = tuple[str, Array, Array, bool]
 
@@ -169,6 +169,18 @@ StageTable = TypedDict(
         "believed": NotRequired["_core.Machine"],
     },
 )
+
+
+class DriveRecord(TypedDict):
+    """What was done on a drive until its last sample."""
+
+    end: float
+    linear: bool
+    time: Array
+    axes: Array
+    precision: Array
+    goals: list[GoalEntry]
+    payload: float
 
 
 class CommandTable(TypedDict):

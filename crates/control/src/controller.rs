@@ -27,6 +27,8 @@ pub struct Goal {
     pub share: f64,
     /// When it was given, s. The same place given later is another goal.
     pub given: f64,
+    /// When it is dropped, s, if it is not reached before.
+    pub until: f64,
 }
 
 impl Goal {
@@ -48,6 +50,8 @@ pub enum Stick<'a> {
     Tip([f64; 2]),
     /// One axis per cylinder (thesis Figure 76).
     Lever(&'a [f64]),
+    /// One axis per cylinder as well, for pistons at a speed, while one joint holds the tip's height.
+    Height(&'a [f64]),
     /// Every stick is released, and the tip shall go to a place.
     Goal(Goal),
 }

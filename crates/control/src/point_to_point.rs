@@ -90,7 +90,7 @@ mod tests {
     const BEHIND: f64 = 0.01;
 
     fn goal(place: [f64; 2]) -> Goal {
-        Goal { place, speed: None, share: 1.0, given: 0.0 }
+        Goal { place, speed: None, share: 1.0, given: 0.0, until: f64::INFINITY }
     }
 
     /// Place, velocity and acceleration of a set-point behind two lags on its way over `length` (m), sample by sample.

@@ -6,6 +6,8 @@
 //! path and is not slowed down. Without limits the answer is a weighted pseudo-inverse. A joint at its limit is held there
 //! and the others take over its share, as long as two are left (saturation in the null space); where even that does not
 //! reach, s shrinks.
+//!
+//! With levers, every joint moves as it is asked to but one, which holds the height: [`level`].
 
 /// What the tip shall do, m/s.
 #[derive(Debug, Clone, Copy)]
@@ -41,6 +43,31 @@ pub fn resolve<const N: usize>(jacobian: &[[f64; N]; 2], task: &Task, prefer: &P
         fastest(jacobian, &task, &Preference { rates: [0.0; N], ..*prefer })
     };
     fastest(jacobian, task, prefer).or_else(slower).unwrap_or(Motion { rates: [0.0; N], scale: 0.0 })
+}
+
+/// Rates of joints that move as `asked`, while joint `follower` takes back what the others change of the tip's height.
+pub fn level<const N: usize>(jacobian: &[[f64; N]; 2], asked: &[f64; N], follower: usize) -> [f64; N] {
+    let lift = jacobian[1];
+    let others: f64 = (0..N).filter(|&i| i != follower).map(|i| lift[i] * asked[i]).sum();
+    // Where the follower moves the tip on a level line, the smallest step of the others takes it out of its bounds.
+    let taken_back = others / lift[follower].abs().max(LEAST_LIFT).copysign(lift[follower]);
+    std::array::from_fn(|i| asked[i] - if i == follower { taken_back } else { 0.0 })
+}
+
+/// As [`level`], with a `correction` of the height, m/s; all are slowed down together, so that the height holds.
+pub fn level_within<const N: usize>(
+    jacobian: &[[f64; N]; 2],
+    asked: &[f64; N],
+    follower: usize,
+    correction: f64,
+    bounds: &[[f64; 2]; N],
+) -> Motion<N> {
+    let gain = jacobian[1][follower];
+    let [low, high] = bounds[follower];
+    let corrected = (correction * gain / (gain * gain + LIFT_IN_FULL * LIFT_IN_FULL)).clamp(low, high);
+    let base = std::array::from_fn(|i| if i == follower { corrected } else { 0.0 });
+    let line = Line { base, slope: level(jacobian, asked, follower) };
+    line.fastest(bounds, &[None; N]).unwrap_or(Motion { rates: [0.0; N], scale: 0.0 })
 }
 
 /// The motion of largest s, if any keeps the bounds: free, or with joints held at a bound one after the other.
@@ -128,6 +155,9 @@ impl<const N: usize> Line<N> {
     }
 }
 
+/// What a joint lifts the tip per its own motion (m/rad, m/m): guard at zero, and from where on it corrects in full.
+const LEAST_LIFT: f64 = 1e-6;
+const LIFT_IN_FULL: f64 = 0.05;
 /// Rates that count as zero, rad/s or m/s.
 const STILL: f64 = 1e-12;
 
@@ -183,6 +213,29 @@ mod tests {
         let v = tip(&m.rates);
         assert!(m.scale == 1.0 && (v[0] - 0.3).abs() < 1e-6 && v[1].abs() < 1e-6);
         assert!((m.rates[1] - bounds[1][1]).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_follower_holds_the_height_and_slows_the_others_down_at_its_bound() {
+        let asked = [0.1, -0.05, 0.0];
+        let free = level_within(&J, &asked, 2, 0.0, &WIDE);
+        assert!(free.scale == 1.0 && tip(&free.rates)[1].abs() < 1e-12);
+        assert_eq!(free.rates[..2], asked[..2]);
+        let bounds = [[-1.0, 1.0], [-1.0, 1.0], [-0.1, 0.1]];
+        let slow = level_within(&J, &asked, 2, 0.0, &bounds);
+        assert!((slow.rates[2].abs() - 0.1).abs() < 1e-12 && tip(&slow.rates)[1].abs() < 1e-12);
+        assert!((slow.rates[0] / slow.rates[1] - asked[0] / asked[1]).abs() < 1e-9);
+        // Its own lever changes the height; an error of the height is corrected even at rest.
+        assert!((tip(&level_within(&J, &[0.0, 0.0, 0.1], 2, 0.0, &WIDE).rates)[1] + 0.09397).abs() < 1e-9);
+        assert!(tip(&level_within(&J, &[0.0; 3], 2, 0.02, &WIDE).rates)[1] > 0.019);
+    }
+
+    #[test]
+    fn a_follower_that_lifts_nothing_stops_the_others() {
+        let flat = [J[0], [2.8, 0.5, 0.0]];
+        let m = level_within(&flat, &[0.3, 0.1, 0.0], 2, 0.01, &WIDE);
+        assert!(m.rates.iter().all(|r| r.is_finite()) && m.rates[0].abs() < 1e-6 && m.scale < 1e-5);
+        assert_eq!(level_within(&[[0.6], [0.8]], &[0.3], 0, 0.0, &[[-1.0, 1.0]]).rates, [0.3]);
     }
 
     #[test]

@@ -212,6 +212,7 @@ impl<const N: usize> Controller for SafeState<N> {
             (Phase::Driving, stick) => stick,
             (_, Stick::Tip(_) | Stick::Goal(_)) => Stick::Tip([0.0; 2]),
             (_, Stick::Lever(axes)) => Stick::Lever(&centred[..axes.len().min(N)]),
+            (_, Stick::Height(axes)) => Stick::Height(&centred[..axes.len().min(N)]),
         };
         if let Phase::Stopping(since) = self.phase {
             if t >= since + STOPPING || self.inner.stands() {
@@ -261,7 +262,7 @@ impl<const N: usize> Controller for SafeState<N> {
 fn released(stick: Stick) -> bool {
     match stick {
         Stick::Tip(axes) => axes == [0.0; 2],
-        Stick::Lever(axes) => axes.iter().all(|d| *d == 0.0),
+        Stick::Lever(axes) | Stick::Height(axes) => axes.iter().all(|d| *d == 0.0),
         Stick::Goal(_) => false,
     }
 }

@@ -4,11 +4,13 @@
 //! joint rates; their integral is the reference. What integration loses on the path is fed back as a correction of
 //! the next step, so no inverse kinematics is needed and any chain will do. Joints beyond the first two revolute ones
 //! follow their measured positions: where the telescope lags, boom and jib make up for it.
+//!
+//! Under levers that hold the height (docs/theory/control/height.md) the lags are those of the joints' rates.
 
 use crate::controller_model::{ControllerModel, Posture};
 use crate::holding::Leave;
 use crate::keep_out::KeepOut;
-use crate::redundancy::{resolve, Motion, Preference, Task};
+use crate::redundancy::{level, level_within, resolve, Motion, Preference, Task};
 use crate::slow_down::joint_rates;
 use hydrocrane_num::{portable, Vec2};
 
@@ -27,6 +29,52 @@ pub struct Shape<const N: usize> {
     pub effort: [f64; N],
     /// Regions that the set-point stays out of.
     pub keep_out: KeepOut,
+    /// Joint that holds the height of the tip under levers.
+    pub height_joint: usize,
+}
+
+/// What is asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Wish<const N: usize> {
+    /// Of the tip, m/s.
+    Tip([f64; 2]),
+    /// Of every joint, rad/s or m/s, while one holds the tip's height.
+    Joints([f64; N]),
+}
+
+impl<const N: usize> Wish<N> {
+    pub fn scaled(self, share: f64) -> Self {
+        match self {
+            Wish::Tip(velocity) => Wish::Tip(velocity.map(|v| v * share)),
+            Wish::Joints(rates) => Wish::Joints(rates.map(|rate| rate * share)),
+        }
+    }
+
+    pub fn is_zero(&self) -> bool {
+        match self {
+            Wish::Tip(velocity) => *velocity == [0.0; 2],
+            Wish::Joints(rates) => rates.iter().all(|rate| *rate == 0.0),
+        }
+    }
+}
+
+/// Two lags in a row of the velocity asked for.
+#[derive(Debug, Clone, Copy)]
+struct Lags<const K: usize>([[f64; K]; 2]);
+
+impl<const K: usize> Lags<K> {
+    fn at(velocity: [f64; K]) -> Self {
+        Lags([velocity; 2])
+    }
+
+    fn follow(&mut self, wish: [f64; K], share: f64) -> [f64; K] {
+        let [first, second] = &mut self.0;
+        for r in 0..K {
+            first[r] += share * (wish[r] - first[r]);
+            second[r] += share * (first[r] - second[r]);
+        }
+        *second
+    }
 }
 
 impl<const N: usize> Shape<N> {
@@ -70,7 +118,9 @@ pub struct Reference<const N: usize> {
     pub pace: f64,
     /// What the oil that holds the joints left of the last step.
     pub leave: Leave,
-    lags: [[f64; 2]; 2],
+    lags: Lags<2>,
+    /// Of the joints' rates, under levers.
+    joint_lags: Option<Lags<N>>,
     /// s
     period: f64,
     leaders: [bool; N],
@@ -94,7 +144,8 @@ impl<const N: usize> Reference<N> {
             scale: 1.0,
             pace: 0.0,
             leave: Leave { share: 1.0, joint: 0 },
-            lags: [[0.0; 2]; 2],
+            lags: Lags::at([0.0; 2]),
+            joint_lags: None,
             period,
             leaders,
         }
@@ -102,36 +153,59 @@ impl<const N: usize> Reference<N> {
 
     /// Speed of the set-point before it is scaled, m/s.
     pub fn speed(&self) -> f64 {
-        Vec2::<f64>::c(self.lags[1]).norm()
+        match self.joint_lags {
+            Some(_) => self.pace,
+            None => Vec2::<f64>::c(self.lags.0[1]).norm(),
+        }
+    }
+
+    /// Velocity of the tip at these rates of the joints, m/s.
+    fn of_tip(&self, rates: [f64; N]) -> [f64; 2] {
+        self.posture.jacobian.map(|row| (0..N).map(|i| row[i] * rates[i]).sum())
+    }
+
+    /// Velocity of the tip that a wish leads to where nothing slows it down, m/s.
+    pub fn towards(&self, shape: &Shape<N>, wish: &Wish<N>) -> [f64; 2] {
+        match wish {
+            Wish::Tip(velocity) => *velocity,
+            Wish::Joints(rates) => self.of_tip(level(&self.posture.jacobian, rates, shape.height_joint)),
+        }
     }
 
     /// Whether the set-point still moves or shall move.
-    pub fn moving(&self, stick: [f64; 2]) -> bool {
-        stick != [0.0; 2] || self.speed().min(self.pace) > STANDING
+    pub fn moving(&self, wish: &Wish<N>) -> bool {
+        !wish.is_zero() || self.speed().min(self.pace) > STANDING
     }
 
     /// Where the set-point comes to rest when the stick is released now, if nothing slows it down, m.
     pub fn stopping_place(&self, bandwidth: f64) -> [f64; 2] {
         let kept = portable::exp(-bandwidth * self.period);
         let time = kept * self.period / (1.0 - kept);
-        std::array::from_fn(|r| self.set_point[r] + time * (self.lags[0][r] + self.lags[1][r]))
+        let [first, second] = self.joint_lags.map_or(self.lags, |_| Lags::at(self.of_tip(self.rates))).0;
+        std::array::from_fn(|r| self.set_point[r] + time * (first[r] + second[r]))
     }
 
-    /// Moves on by one period towards the velocity `wish` (m/s).
-    pub fn advance(&mut self, model: &ControllerModel<N>, shape: &Shape<N>, wish: [f64; 2], now: &Means<N>) {
+    /// Moves on by one period towards a wish.
+    pub fn advance(&mut self, model: &ControllerModel<N>, shape: &Shape<N>, wish: Wish<N>, now: &Means<N>) {
         // The stick as well as its lags: lags wound up at a border would hold the tip there after the stick has turned away.
         let bandwidth = shape.bandwidth(now.slowest_mode);
-        self.shape_stick(shape.keep_out.slowed(self.set_point, wish), bandwidth);
-        for i in (0..N).filter(|&i| !self.leaders[i]) {
+        let shaped = self.shape_stick(shape, self.slowed(shape, wish), bandwidth);
+        for i in (0..N).filter(|&i| self.joint_lags.is_none() && !self.leaders[i]) {
             self.q[i] = now.observed[i];
         }
         let posture = model.posture(&self.q);
+        self.posture = posture;
+        if self.joint_lags.is_some() {
+            // Nothing but the height is held.
+            self.set_point[0] = posture.tip[0];
+        }
         let rate = shape.path_rate.min(MOST_CORRECTED / self.period);
         let correction = std::array::from_fn(|r| rate * (self.set_point[r] - posture.tip[r]));
-        let velocity = shape.keep_out.slowed(self.set_point, self.lags[1]);
+        let slowed = self.slowed(shape, shaped);
+        let velocity = self.towards(shape, &slowed);
         let speed = Vec2::<f64>::c(velocity).norm();
         let prefer = self.preference(model, shape, &posture, &now.piston, speed);
-        let Motion { rates, scale } = resolve(&posture.jacobian, &Task { velocity, correction }, &prefer);
+        let Motion { rates, scale } = self.motion(shape, &slowed, correction, &prefer);
         let next = std::array::from_fn(|i| self.q[i] + rates[i] * self.period);
         let most = shape.limit_rate * self.period;
         let leave = model.leave([&self.q, &next], &now.held, now.payload, &now.stiffness, most);
@@ -173,19 +247,39 @@ impl<const N: usize> Reference<N> {
         }
     }
 
-    /// Joints whose bound alone keeps the tip from moving at `velocity` (m/s), each with the rate (rad/s or m/s) that it
+    /// A wish slowed down before regions to keep out of.
+    pub fn slowed(&self, shape: &Shape<N>, wish: Wish<N>) -> Wish<N> {
+        match wish {
+            Wish::Tip(velocity) => Wish::Tip(shape.keep_out.slowed(self.set_point, velocity)),
+            Wish::Joints(_) => {
+                let velocity = self.towards(shape, &wish);
+                let left = Vec2::<f64>::c(shape.keep_out.slowed(self.set_point, velocity)).norm();
+                wish.scaled(left / Vec2::<f64>::c(velocity).norm().max(f64::MIN_POSITIVE))
+            }
+        }
+    }
+
+    /// Rates of the joints for a wish and a `correction` of the path, m/s.
+    fn motion(&self, shape: &Shape<N>, wish: &Wish<N>, correction: [f64; 2], prefer: &Preference<N>) -> Motion<N> {
+        let jacobian = &self.posture.jacobian;
+        match *wish {
+            Wish::Tip(velocity) => resolve(jacobian, &Task { velocity, correction }, prefer),
+            Wish::Joints(rates) => level_within(jacobian, &rates, shape.height_joint, correction[1], &prefer.bounds),
+        }
+    }
+
+    /// Joints whose bound alone keeps the tip from moving as wished, each with the rate (rad/s or m/s) that it
     /// would have without; zero for all others. Less than the share `least` of the velocity counts as standing.
     pub fn obstacles(
         &self,
         model: &ControllerModel<N>,
         shape: &Shape<N>,
-        velocity: [f64; 2],
+        wish: &Wish<N>,
         piston: &[[f64; 2]; N],
         least: f64,
     ) -> [f64; N] {
         let prefer = self.preference(model, shape, &self.posture, piston, 0.0);
-        let task = Task { velocity, correction: [0.0; 2] };
-        let motion = |bounds| resolve(&self.posture.jacobian, &task, &Preference { bounds, ..prefer });
+        let motion = |bounds| self.motion(shape, wish, [0.0; 2], &Preference { bounds, ..prefer });
         if motion(prefer.bounds).scale >= least {
             return [0.0; N];
         }
@@ -201,18 +295,35 @@ impl<const N: usize> Reference<N> {
         })
     }
 
-    /// `bandwidth`: of each lag, rad/s.
-    fn shape_stick(&mut self, wish: [f64; 2], bandwidth: f64) {
+    /// The wish behind its lags, each of this `bandwidth`, rad/s.
+    fn shape_stick(&mut self, shape: &Shape<N>, wish: Wish<N>, bandwidth: f64) -> Wish<N> {
         let share = 1.0 - portable::exp(-bandwidth * self.period);
-        for r in 0..2 {
-            self.lags[0][r] += share * (wish[r] - self.lags[0][r]);
-            self.lags[1][r] += share * (self.lags[0][r] - self.lags[1][r]);
+        match wish {
+            Wish::Tip(velocity) => {
+                if self.joint_lags.take().is_some() {
+                    self.lags = Lags::at(self.of_tip(self.rates));
+                }
+                Wish::Tip(self.lags.follow(velocity, share))
+            }
+            Wish::Joints(rates) => {
+                let mut lags = self.joint_lags.unwrap_or_else(|| Lags::at(self.as_asked(shape.height_joint)));
+                let rates = lags.follow(rates, share);
+                self.joint_lags = Some(lags);
+                Wish::Joints(rates)
+            }
         }
+    }
+
+    /// What would have to be asked of the joints for the rates at hand.
+    fn as_asked(&self, follower: usize) -> [f64; N] {
+        let mut asked = self.rates;
+        asked[follower] += asked[follower] - level(&self.posture.jacobian, &self.rates, follower)[follower];
+        asked
     }
 
     /// Stops where it is.
     pub fn stand(&mut self) {
-        self.lags = [[0.0; 2]; 2];
+        (self.lags, self.joint_lags) = (Lags::at([0.0; 2]), None);
         self.rates = [0.0; N];
         self.acceleration = [0.0; N];
         self.pace = 0.0;

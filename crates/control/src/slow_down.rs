@@ -56,8 +56,14 @@ pub fn checked_stick(stick: Stick) -> Result<[f64; 2], Fault> {
     match stick {
         Stick::Tip(s) if s.iter().all(|s| s.abs() <= 1.0) => Ok(s),
         Stick::Tip(_) => Err(Fault::BadStick),
-        Stick::Lever(_) | Stick::Goal(_) => Err(Fault::WrongStick("tip")),
+        Stick::Lever(_) | Stick::Height(_) | Stick::Goal(_) => Err(Fault::WrongStick("tip")),
     }
+}
+
+/// One lever per cylinder inside its range.
+pub fn checked_levers<const N: usize>(axes: &[f64]) -> Result<[f64; N], Fault> {
+    let levers = axes.try_into().ok().filter(|levers: &[f64; N]| levers.iter().all(|d| d.abs() <= 1.0));
+    levers.ok_or(Fault::BadStick)
 }
 
 #[cfg(test)]

@@ -15,9 +15,9 @@ use crate::point_to_point::{Stretch, Travel};
 use crate::reach;
 use crate::readings::Readings;
 use crate::safe_state::Names;
-use crate::set_point::{Means, Reference, Shape, STANDING};
+use crate::set_point::{Means, Reference, Shape, Wish, STANDING};
 use crate::signal::Signal;
-use crate::slow_down::{checked, checked_stick};
+use crate::slow_down::{checked, checked_levers, checked_stick};
 use crate::standstill::{runaway, sinks, yielding, Aim, Cause, Standstill};
 use crate::valve_learning::LearntValve;
 use crate::weighing::Weighing;
@@ -29,6 +29,8 @@ pub struct Settings<const N: usize> {
     pub period: f64,
     /// Tip speed at full stick, m/s.
     pub full_speed: f64,
+    /// Speeds of each piston at full lever, retracting and extending, m/s.
+    pub lever_speeds: [[f64; 2]; N],
     pub shape: Shape<N>,
     pub drive: DriveGains,
     pub damping: DampingGains,
@@ -96,6 +98,11 @@ const BEHIND: f64 = 0.25;
 /// Distance of a goal from the nearest place within reach that is none, m.
 const WITHIN_REACH: f64 = 1e-4;
 
+/// Guards of levers near a dead centre, m/rad, and where the joint that holds the height lifts nothing, m/rad or m/m: there the
+/// levers still ask for something, so that whoever holds them is told why the tip stands.
+const LEAST_LEVER_ARM: f64 = 1e-3;
+const LEAST_LIFT: f64 = 0.1;
+
 /// Steps that find a missing joint coordinate.
 const NEWTON: usize = 2;
 
@@ -117,9 +124,11 @@ impl<const N: usize> Tip<N> {
 }
 
 /// What the operator asks for.
-enum Wanted {
+enum Wanted<const N: usize> {
     /// Of the tip, m/s.
     Velocity([f64; 2]),
+    /// Deflections of levers, while the height of the tip is held.
+    Levers([f64; N]),
     Goal(Goal),
 }
 
@@ -184,12 +193,12 @@ impl<const N: usize> State<N> {
         &mut self,
         model: &ControllerModel<N>,
         s: &Settings<N>,
-        wish: [f64; 2],
+        wish: &Wish<N>,
         lag: Vec2<f64>,
         now: &Means<N>,
         waiting: f64,
     ) {
-        let led_back = waiting < BLOCKED && Vec2::<f64>::c(wish).dot(lag) < 0.0;
+        let led_back = waiting < BLOCKED && Vec2::<f64>::c(self.reference.towards(&s.shape, wish)).dot(lag) < 0.0;
         self.led_back = if led_back { self.led_back + s.period } else { 0.0 };
         if self.led_back >= LED_BACK {
             self.led_back = 0.0;
@@ -197,23 +206,25 @@ impl<const N: usize> State<N> {
         }
     }
 
-    /// Finds out why the tip stands though it is told to move at `wish`, m/s. `waiting`: share of it that is left.
+    /// Finds out why the tip stands though it is told to move. `waiting`: share of the wish that is left.
     fn look_for_standstill(
         &mut self,
         model: &ControllerModel<N>,
         s: &Settings<N>,
-        wish: [f64; 2],
+        wish: &Wish<N>,
         now: &Means<N>,
         waiting: f64,
     ) {
-        let asked = Vec2::<f64>::c(wish).norm();
+        let speed = |wish: &Wish<N>| Vec2::<f64>::c(self.reference.towards(&s.shape, wish)).norm();
+        let asked = speed(wish);
         // A goal is given up only where the tip hardly gets any nearer.
         let least = if self.travel.is_some() { asked.min(CREEPING / BLOCKED) } else { asked };
         if !self.standstill.watch(least, self.reference.pace, s.period) {
             return;
         }
-        let open = s.shape.keep_out.slowed(self.reference.set_point, wish);
-        let obstacles = self.reference.obstacles(model, &s.shape, open, &now.piston, BLOCKED);
+        let open = self.reference.slowed(&s.shape, *wish);
+        let barred = speed(&open) < BLOCKED * asked;
+        let obstacles = self.reference.obstacles(model, &s.shape, &open, &now.piston, BLOCKED);
         let (overloaded, limited) = self.sorted(&obstacles);
         let cause = if !overloaded.is_empty() {
             if waiting < BLOCKED {
@@ -225,7 +236,7 @@ impl<const N: usize> State<N> {
             Cause::Holding(self.reference.leave.joint)
         } else if waiting < BLOCKED {
             Cause::Lag
-        } else if Vec2::<f64>::c(open).norm() < BLOCKED * asked {
+        } else if barred {
             Cause::Region
         } else {
             Cause::Range(limited)
@@ -234,17 +245,35 @@ impl<const N: usize> State<N> {
         self.news.push(cause.text(&s.names, aim));
     }
 
-    /// The velocity that the operator asks for, m/s: the stick's, or the one that leads to the goal.
-    fn wish(&mut self, s: &Settings<N>, stick: Wanted) -> [f64; 2] {
-        let goal = match stick {
-            Wanted::Velocity(velocity) => {
-                if let Some(travel) = self.travel.take().filter(|travel| !travel.over) {
-                    self.news.push(format!("the stick takes over: the tip goes to {} no further", travel.goal.name()));
-                }
-                return velocity;
-            }
-            Wanted::Goal(goal) => goal,
+    /// What the operator asks for: by the sticks, or the velocity that leads to the goal.
+    fn wish(&mut self, s: &Settings<N>, stick: Wanted<N>) -> Wish<N> {
+        let wish = match stick {
+            Wanted::Goal(goal) => return Wish::Tip(self.towards_goal(s, goal)),
+            Wanted::Velocity(velocity) => Wish::Tip(velocity),
+            Wanted::Levers(levers) => Wish::Joints(self.rates(s, &levers)),
         };
+        if let Some(travel) = self.travel.take().filter(|travel| !travel.over) {
+            let why = if wish.is_zero() { "the goal is dropped" } else { "the stick takes over" };
+            self.news.push(format!("{why}: the tip goes to {} no further", travel.goal.name()));
+        }
+        wish
+    }
+
+    /// Rates of the joints that levers ask for while one joint holds the height: at full lever what the valve gives without
+    /// load, or less where the height could not be held as fast.
+    fn rates(&self, s: &Settings<N>, levers: &[f64; N]) -> [f64; N] {
+        let (posture, follower) = (&self.reference.posture, s.shape.height_joint);
+        let lift = posture.jacobian[1];
+        let full = |i: usize, sense: usize| s.lever_speeds[i][sense] / posture.lever_arm[i].abs().max(LEAST_LEVER_ARM);
+        let held = full(follower, 0).min(full(follower, 1)) * lift[follower].abs().max(LEAST_LIFT);
+        std::array::from_fn(|i| {
+            let most = if i == follower { f64::INFINITY } else { held / lift[i].abs() };
+            (levers[i] * full(i, usize::from(levers[i] > 0.0)).min(most)) * posture.lever_arm[i].signum()
+        })
+    }
+
+    /// The velocity that leads to a goal, m/s.
+    fn towards_goal(&mut self, s: &Settings<N>, goal: Goal) -> [f64; 2] {
         // The share of the speed may change on the way.
         let same = |travel: &Travel| (travel.goal.given, travel.goal.place) == (goal.given, goal.place);
         let mut travel = self.travel.filter(same).unwrap_or_else(|| Travel::to(goal, self.asked));
@@ -347,7 +376,7 @@ impl<const N: usize> State<N> {
         q: &[f64; N],
         p: &[[f64; 2]; N],
         gaps: &[Signal],
-        stick: Wanted,
+        stick: Wanted<N>,
     ) -> [f64; N] {
         let q = &self.filled(model, q, gaps);
         let measured = model.posture(q);
@@ -374,8 +403,8 @@ impl<const N: usize> State<N> {
         let holding = model.holding(q, self.payload, &stiffness);
         self.look_for_runaways(s, &holding);
         let wish = self.wish(s, stick);
-        self.asked = wish;
-        let moving = self.reference.moving(wish) || self.corrects(s, &measured, &counts);
+        self.asked = if let Wish::Tip(velocity) = wish { velocity } else { [0.0; 2] };
+        let moving = self.reference.moving(&wish) || self.corrects(s, &measured, &counts);
         self.still = if moving { 0.0 } else { self.still + s.period };
         let rest = self.still >= s.settling;
         let target: [f64; N];
@@ -398,9 +427,9 @@ impl<const N: usize> State<N> {
             let piston = self.drives.map(|drive| drive.range());
             let held = holding.map(|hold| hold.share);
             let now = Means { observed, piston, stiffness, held, payload: self.payload, slowest_mode: self.slowest };
-            self.reference.advance(model, &s.shape, wish.map(|w| w * waiting), &now);
-            self.look_for_standstill(model, s, wish, &now, waiting);
-            self.follow_the_stick_back(model, s, wish, lag, &now, waiting);
+            self.reference.advance(model, &s.shape, wish.scaled(waiting), &now);
+            self.look_for_standstill(model, s, &wish, &now, waiting);
+            self.follow_the_stick_back(model, s, &wish, lag, &now, waiting);
             target = self.reference.posture.stroke;
         }
         let rates = self.reference.rates;
@@ -479,6 +508,7 @@ impl<const N: usize> Controller for Tip<N> {
         let (q, p) = self.checked(measured)?;
         let stick = match stick {
             Stick::Goal(goal) => Wanted::Goal(checked_goal(goal)?),
+            Stick::Height(axes) => Wanted::Levers(checked_levers(axes)?),
             _ => Wanted::Velocity(checked_stick(stick)?.map(|s| s * self.settings.full_speed)),
         };
         let state = self.state.get_or_insert_with(|| State::at(&self.model, &self.settings, q, &p));

@@ -402,6 +402,8 @@ pub struct Control {
     pub thesis: ThesisSteps,
     /// Tip control reads no chamber pressure but estimates all of them.
     pub estimates_pressures: bool,
+    /// Joint that holds the tip's height in the stick mode `height`; `None`: the telescope, else the last one.
+    pub height_joint: Option<usize>,
 }
 
 /// The steps of the thesis's controller that its program leaves out (Table 6): whether they are taken.

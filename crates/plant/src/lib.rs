@@ -22,6 +22,7 @@ mod oil;
 pub mod outputs;
 pub mod plant;
 pub mod precision;
+#[cfg(feature = "reference")]
 pub mod reference;
 pub mod rhs;
 mod state_space;

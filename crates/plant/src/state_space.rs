@@ -9,6 +9,7 @@ use crate::laws::Moment;
 use crate::layout::Layout;
 use crate::limits::outside_limits;
 use crate::outputs::OutputInfo;
+#[cfg(feature = "reference")]
 use crate::reference;
 use hydrocrane_machine::Machine;
 use hydrocrane_ode::BlockArrow;
@@ -34,6 +35,7 @@ pub trait StateSpace: Send + Sync {
         blocks.write_dense(x.len(), jacobian);
     }
     /// The same derivative by the readable one-function model; `None` where a law is switched to as-printed.
+    #[cfg(feature = "reference")]
     fn reference_derivative(&self, x: &[f64], u: &[f64], payload: f64) -> Option<Vec<f64>>;
     /// Derivative of the state derivative by time where the commands change at `rate` (m/s).
     fn command_derivative(&self, rate: &[f64], dfdt: &mut [f64]);
@@ -80,6 +82,7 @@ impl<const N: usize> StateSpace for Crane<N> {
         self.laws.powers(&self.layout, self.oil(), x, payload, powers);
     }
 
+    #[cfg(feature = "reference")]
     fn reference_derivative(&self, x: &[f64], u: &[f64], payload: f64) -> Option<Vec<f64>> {
         reference::state_derivative(&self.machine, x, u, payload)
     }

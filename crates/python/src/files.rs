@@ -7,7 +7,7 @@ use crate::machine::Machine;
 use crate::overrides::{overrides, pairs_of};
 use hydrocrane_machine::scenario::{
     CommandLog, ControllerChoice, FaultKind, Interpolation, Joystick, LoggedColumn, Phase, Pressures, SensorFault,
-    SensorQuality, StickMode,
+    SensorQuality,
 };
 use hydrocrane_machine::FileKind;
 use numpy::PyArray1;
@@ -62,7 +62,7 @@ pub fn load_scenario<'py>(py: Python<'py>, source: &str, pairs: &Bound<'py, PyLi
     out.set_item("controller", s.controller.map(|c| controller_of(py, c)).transpose()?)?;
     out.set_item("cylinders", s.cylinders)?;
     out.set_item("joystick", s.joystick.map(|j| joystick_of(py, j)).transpose()?)?;
-    let goals = s.goals.iter().map(|goal| (goal.time, goal.place, goal.speed));
+    let goals = s.goals.iter().map(|goal| (goal.time, goal.place, goal.speed, goal.until));
     out.set_item("goals", goals.collect::<Vec<_>>())?;
     let phases: PyResult<Vec<_>> = s.phases.into_iter().map(|phase| phase_of(py, phase)).collect();
     out.set_item("phases", phases?)?;
@@ -139,7 +139,7 @@ fn fault_of<'py>(py: Python<'py>, f: SensorFault) -> PyResult<Bound<'py, PyDict>
 
 fn joystick_of<'py>(py: Python<'py>, j: Joystick) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
-    out.set_item("mode", if j.mode == StickMode::Tip { "tip" } else { "lever" })?;
+    out.set_item("mode", j.mode.name())?;
     out.set_item("time", j.time)?;
     out.set_item("axes", j.axes)?;
     out.set_item("log", j.log)?;

@@ -7,6 +7,7 @@ mod control;
 mod errors;
 mod files;
 mod friction;
+mod live;
 mod machine;
 mod overrides;
 mod own_controller;
@@ -24,6 +25,7 @@ use pyo3::prelude::*;
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("MachineFileError", m.py().get_type::<errors::MachineFileError>())?;
     m.add_class::<batch::BatchSimulator>()?;
+    m.add_class::<live::LiveSimulator>()?;
     m.add_class::<machine::Machine>()?;
     m.add_class::<sensitivity::SensitivityExperiment>()?;
     m.add_class::<simulation::Simulator>()?;

@@ -64,7 +64,7 @@ impl Controller for PythonController {
         }
         let answer = match stick {
             Stick::Tip(axes) => self.ask("step", measured, Some(&axes)),
-            Stick::Lever(axes) => self.ask("step", measured, Some(axes)),
+            Stick::Lever(axes) | Stick::Height(axes) => self.ask("step", measured, Some(axes)),
             Stick::Goal(_) => return Err(Fault::WrongStick("tip")),
         };
         let command = answer?;

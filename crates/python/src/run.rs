@@ -8,7 +8,7 @@ use crate::overrides::pairs_of;
 use crate::own_controller::PythonController;
 use crate::record::{record_of, stopper, MAX_STEPS};
 use crate::scenario::ScenarioEntry;
-use hydrocrane_machine::scenario::{Scenario, SensorQuality, Stage, StickMode};
+use hydrocrane_machine::scenario::{Scenario, SensorQuality, Stage};
 use hydrocrane_machine::OverrideValue;
 use hydrocrane_sim::assembly::{
     assemble, commands, start, AssembledStage, AssemblyError, OwnedDriver, RunSettings, Surroundings,
@@ -22,11 +22,11 @@ use pyo3::types::PyDict;
 use std::sync::Arc;
 
 /// A scenario's machines, and somebody's own controllers: `make(number, machine, mode, full_speed)` gives each.
-struct Host<'a> {
-    machine: &'a Machine,
-    make: Option<Py<PyAny>>,
+pub struct Host<'a> {
+    pub machine: &'a Machine,
+    pub make: Option<Py<PyAny>>,
     /// All that were built, to tell what each is.
-    built: Vec<Machine>,
+    pub built: Vec<Machine>,
 }
 
 impl Surroundings for Host<'_> {
@@ -56,7 +56,7 @@ impl Surroundings for Host<'_> {
         let ask = |py: Python| {
             let make = self.make.as_ref()?.bind(py);
             let machine = Bound::new(py, made.clone());
-            let about = machine.map(|machine| (number, machine, mode_of(stage), full_speed));
+            let about = machine.map(|machine| (number, machine, stage.stick_mode().name(), full_speed));
             let object = about.and_then(|about| make.call1(about));
             Some(PythonController::new(py, object, period))
         };
@@ -64,14 +64,7 @@ impl Surroundings for Host<'_> {
     }
 }
 
-fn mode_of(stage: &Stage) -> &'static str {
-    match stage.stick_mode() {
-        StickMode::Tip => "tip",
-        StickMode::Lever => "lever",
-    }
-}
-
-fn cylinders(machine: &Machine) -> Vec<&str> {
+pub fn cylinders(machine: &Machine) -> Vec<&str> {
     machine.model.machine().cylinders.iter().map(|cylinder| cylinder.name.as_str()).collect()
 }
 
@@ -123,7 +116,7 @@ fn stage_of<'py>(py: Python<'py>, assembled: &AssembledStage, built: &[Machine])
 fn told<'py>(py: Python<'py>, stage: &Stage) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
     out.set_item("from", stage.from)?;
-    out.set_item("mode", mode_of(stage))?;
+    out.set_item("mode", stage.stick_mode().name())?;
     out.set_item("overrides", pairs_of(py, &stage.machine_overrides())?)?;
     let choice = stage.controller.as_ref();
     out.set_item("controller", choice.filter(|choice| choice.own.is_none()).map(|choice| &choice.name))?;

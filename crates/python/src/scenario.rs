@@ -90,6 +90,9 @@ pub struct PhaseEntry<'py> {
     joystick: Option<JoystickEntry<'py>>,
 }
 
+/// Time, place, and speed and end where they are stated.
+pub type GoalEntry = (f64, [f64; 2], Option<f64>, Option<f64>);
+
 /// Everything of a scenario but its names and its machine.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
@@ -106,8 +109,7 @@ pub struct ScenarioEntry<'py> {
     commands: Vec<(String, Row<'py>, Row<'py>, bool)>,
     controller: Option<ControllerEntry<'py>>,
     joystick: Option<JoystickEntry<'py>>,
-    /// Time, place, and speed where one is stated.
-    goals: Vec<(f64, [f64; 2], Option<f64>)>,
+    goals: Vec<GoalEntry>,
     phases: Vec<PhaseEntry<'py>>,
     sensor_faults: Vec<FaultEntry>,
     solver: SolverEntry,
@@ -132,7 +134,7 @@ impl ScenarioEntry<'_> {
             cylinders: cylinders.iter().map(|name| name.to_string()).collect(),
             controller: self.controller.as_ref().map(ControllerEntry::choice).transpose()?,
             joystick: self.joystick.as_ref().map(|stick| stick.joystick(cylinders)).transpose()?,
-            goals: self.goals.iter().map(|&(time, place, speed)| Goal { time, place, speed }).collect(),
+            goals: self.goals.iter().map(|&(time, place, speed, until)| Goal { time, place, speed, until }).collect(),
             phases: self.phases.iter().map(|phase| phase.phase(cylinders)).collect::<PyResult<_>>()?,
             sensor_faults: sensor_faults(&self.sensor_faults)?,
             solver: self.solver.solver(),
@@ -146,7 +148,7 @@ impl ScenarioEntry<'_> {
     pub fn levers(&self) -> Vec<&str> {
         let sticks = self.joystick.iter().chain(self.phases.iter().filter_map(|phase| phase.joystick.as_ref()));
         sticks
-            .filter(|stick| stick.mode == "lever")
+            .filter(|stick| stick.mode != "tip")
             .flat_map(|stick| stick.axes.iter().map(|(axis, _)| axis.as_str()))
             .collect()
     }
@@ -197,6 +199,7 @@ impl JoystickEntry<'_> {
     fn joystick(&self, cylinders: &[&str]) -> PyResult<Joystick> {
         let (mode, names) = match self.mode.as_str() {
             "tip" => (StickMode::Tip, &["x", "z"][..]),
+            "height" => (StickMode::Height, cylinders),
             _ => (StickMode::Lever, cylinders),
         };
         if let Some((axis, _)) = self.axes.iter().find(|(axis, _)| !names.contains(&axis.as_str())) {

@@ -8,7 +8,7 @@ use crate::scenario::SolverEntry;
 use crate::sensors::{self, FaultEntry};
 use hydrocrane_machine::scenario::Solver;
 use hydrocrane_sim::assembly::{options, RunSettings};
-use hydrocrane_sim::{Layout, OutcomeKind, Task};
+use hydrocrane_sim::{Layout, Model, OutcomeKind, Sensors, Task};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -29,6 +29,19 @@ impl Simulator {
     fn layout(&self) -> &Layout {
         self.inner.model().layout()
     }
+}
+
+/// Time, joint coordinates, their rates, both pressures of each cylinder, x and z of the tip, and the readings of all sensors.
+pub fn seen(model: &dyn Model, time: f64, state: &[f64], sensors: &Sensors) -> Vec<f64> {
+    let (layout, n) = (model.layout(), model.layout().joints());
+    let joints = (0..n).map(|i| layout.q(i)).chain((0..n).map(|i| layout.qd(i)));
+    let pressures = (0..n).flat_map(|c| [layout.own(c).p1, layout.own(c).p2]);
+    let mut seen = Vec::with_capacity(3 + 4 * n + sensors.readings().len());
+    seen.push(time);
+    seen.extend(joints.chain(pressures).map(|i| state[i]));
+    seen.extend(model.tip(&state[..n]));
+    seen.extend(sensors.readings());
+    seen
 }
 
 /// What is asked of a simulator before its first reset.
@@ -75,20 +88,11 @@ impl Simulator {
         Ok((kind.name(), self.observation(py)?))
     }
 
-    /// Time, joint coordinates, their rates, both pressures of each cylinder, x and z of the tip, and the readings of all
-    /// sensors.
+    /// As [`seen`] tells it.
     #[getter]
     fn observation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let (state, tip) = self.inner.state().zip(self.inner.tip()).ok_or_else(not_reset)?;
-        let (layout, n) = (self.layout(), self.layout().joints());
-        let joints = (0..n).map(|i| layout.q(i)).chain((0..n).map(|i| layout.qd(i)));
-        let pressures = (0..n).flat_map(|c| [layout.own(c).p1, layout.own(c).p2]);
-        let mut seen = Vec::with_capacity(3 + 4 * n + self.inner.sensors().readings().len());
-        seen.push(self.inner.time());
-        seen.extend(joints.chain(pressures).map(|i| state[i]));
-        seen.extend(tip);
-        seen.extend(self.inner.sensors().readings());
-        Ok(vector(py, seen))
+        let state = self.inner.state().ok_or_else(not_reset)?;
+        Ok(vector(py, seen(self.inner.model(), self.inner.time(), state, self.inner.sensors())))
     }
 
     /// The method that is taken.

@@ -92,6 +92,7 @@ pub fn tip_settings<const N: usize>(machine: &Machine, controller_model: &Contro
     tip::Settings {
         period,
         full_speed: machine.control.gain("tip", "full-speed").unwrap_or_else(|| fastest_joint(controller_model)),
+        lever_speeds: std::array::from_fn(|i| [-1.0, 1.0].map(|sense| unloaded_speed(controller_model, i, sense))),
         shape: Shape {
             stick_bandwidth: gain("stick-bandwidth"),
             path_rate: gain("path-rate"),
@@ -99,6 +100,10 @@ pub fn tip_settings<const N: usize>(machine: &Machine, controller_model: &Contro
             centring: telescope.map(|t| if t { centring } else { 0.0 }),
             effort: [1.0; N],
             keep_out: keep_out(machine, gain("keep-out-margin"), border_rate),
+            height_joint: machine.control.height_joint.unwrap_or_else(|| {
+                let telescopes = telescope.iter().position(|&t| t);
+                telescopes.unwrap_or(N - 1)
+            }),
         },
         drive: DriveGains {
             position: gain("position-gain"),
@@ -133,12 +138,17 @@ fn keep_out(machine: &Machine, margin: f64, rate: f64) -> KeepOut {
 /// Tip speed that the fastest joint alone gives in the middle of all ranges, unloaded, m/s.
 fn fastest_joint<const N: usize>(n: &ControllerModel<N>) -> f64 {
     let posture = n.posture(&n.joint_limits.map(|[low, high]| 0.5 * (low + high)));
-    let supply_pressures = SupplyPressures { supply: n.supply, tank: n.tank };
     let speed = |i: usize| {
-        let piston = steady_speed(&n.cylinders[i], &supply_pressures, 0.0, 1.0);
+        let piston = unloaded_speed(n, i, 1.0);
         portable::hypot(posture.jacobian[0][i], posture.jacobian[1][i]) * (piston / posture.lever_arm[i]).abs()
     };
     (0..N).map(speed).fold(0.0, f64::max)
+}
+
+/// Steady speed of a piston at full stroke of its spool without load, in either sense, m/s.
+fn unloaded_speed<const N: usize>(n: &ControllerModel<N>, cylinder: usize, sense: f64) -> f64 {
+    let supply_pressures = SupplyPressures { supply: n.supply, tank: n.tank };
+    sense * steady_speed(&n.cylinders[cylinder], &supply_pressures, 0.0, sense)
 }
 
 /// Candidates of the penalty search to each side of the telescope's place.

@@ -36,10 +36,12 @@ pub use build::build;
 pub use controller_model::controller_model;
 pub use crane_step::{CraneStep, Scene};
 pub use hydrocrane_control::controller;
+#[cfg(feature = "reference")]
+pub use hydrocrane_plant::reference;
 pub use hydrocrane_plant::{
-    map_point, reference, shared_terms, BuildError, Crane, Dynamics, EquilibriumMode, Hydraulics, JointLimits,
-    Kinematics, Layout, LimitReason, MapPoint, OutputInfo, Passivity, Plant, PoseError, Shape, ShapeKind, StateSpace,
-    StrokeError, LEDGER_PER_CYLINDER, LEDGER_TERMS, MAP_PARAMETERS,
+    map_point, shared_terms, BuildError, Crane, Dynamics, EquilibriumMode, Hydraulics, JointLimits, Kinematics, Layout,
+    LimitReason, MapPoint, OutputInfo, Passivity, Plant, PoseError, Shape, ShapeKind, StateSpace, StrokeError,
+    LEDGER_PER_CYLINDER, LEDGER_TERMS, MAP_PARAMETERS,
 };
 pub use live::Live;
 pub use method_choice::{method_for, Task};

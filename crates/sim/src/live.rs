@@ -39,8 +39,9 @@ pub struct Live {
     deflections: Vec<f64>,
     /// Share of the full speed that counts.
     precision: f64,
-    /// A goal to be given at the next sample.
+    /// A goal to be given at the next sample, and whether the one at hand is to be dropped there.
     goal: Option<Goal>,
+    dropping: bool,
     set_point: Option<[f64; 2]>,
     sampled_until: f64,
     /// Time at which another phase is to begin, s.
@@ -96,6 +97,7 @@ impl Live {
             deflections: vec![0.0; plan.sticks.axes],
             precision: 1.0,
             goal: None,
+            dropping: false,
             set_point: None,
             sampled_until: 0.0,
             phase_end: f64::INFINITY,
@@ -136,12 +138,26 @@ impl Live {
         if let Some(speed) = speed.filter(|speed| !(speed.is_finite() && *speed > 0.0)) {
             return Err(format!("the speed to a goal is {speed} m/s; it must be greater than zero"));
         }
-        let goal = Goal { place, speed, share: 1.0, given: 0.0 };
+        let goal = Goal { place, speed, share: 1.0, given: 0.0, until: f64::INFINITY };
+        if self.deflections.iter().any(|d| d.abs() > self.sticks().dead_zone) {
+            return Err(format!("the tip cannot go to {}: a stick is out; release it first", goal.name()));
+        }
         if let Some(why) = self.controller.refuses(place) {
             return Err(format!("the tip cannot go to {}: {why}", goal.name()));
         }
-        self.goal = Some(goal);
+        (self.goal, self.dropping) = (Some(goal), false);
         Ok(())
+    }
+
+    /// From the next sample on the tip goes to no goal: it comes to rest smoothly where it is.
+    pub fn drop_goal(&mut self) {
+        (self.goal, self.dropping) = (None, true);
+    }
+
+    /// Where the tip is going, or will from the next sample on (x, z), m.
+    pub fn goal(&self) -> Option<[f64; 2]> {
+        let going = self.goal.or_else(|| self.sampled.hand.goal().filter(|_| !self.dropping));
+        going.map(|goal| goal.place)
     }
 
     /// Ends a replay: from the next sample on the sticks are those of [`Self::set_sticks`]. Spool commands against time go on
@@ -276,6 +292,9 @@ impl Live {
             return;
         }
         self.sampled.hand.hold(now, &self.deflections, self.precision);
+        if std::mem::take(&mut self.dropping) {
+            self.sampled.hand.drop_goal(now);
+        }
         if let Some(goal) = self.goal.take() {
             self.sampled.hand.go_to(Goal { given: now, ..goal });
         }
@@ -283,6 +302,11 @@ impl Live {
         if self.wanted_payload != driven.payload && now > 0.0 {
             driven.loads.add(PayloadChange { time: now, mass: self.wanted_payload });
         }
+    }
+
+    /// Time between samples, s.
+    pub fn period(&self) -> f64 {
+        self.controller.period()
     }
 
     /// Time of the last sample, s: until then the drive is written down.

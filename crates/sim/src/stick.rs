@@ -148,6 +148,9 @@ impl Hand {
         }
         let given = self.sticks.given(last);
         self.sticks.goals.truncate(given);
+        for goal in self.sticks.goals.iter_mut().filter(|goal| goal.until > last) {
+            goal.until = f64::INFINITY;
+        }
     }
 
     /// From time `t` on the operator holds `deflections`, of which the `share` of the full speed counts. Times must grow.
@@ -175,6 +178,19 @@ impl Hand {
         self.refused.take()
     }
 
+    /// From time `t` on nobody goes to the goal at hand any more.
+    pub fn drop_goal(&mut self, t: f64) {
+        if let Some(goal) = self.sticks.goals.get_mut(self.past..).and_then(|ahead| ahead.last_mut()) {
+            goal.until = t;
+        }
+    }
+
+    /// Where the tip is under way to.
+    pub fn goal(&self) -> Option<Goal> {
+        let given = self.sticks.given(self.since);
+        (self.past < given).then(|| self.sticks.goals[given - 1])
+    }
+
     /// The controller is under way to no goal any more.
     pub fn arrive(&mut self) {
         self.past = self.sticks.given(self.since);
@@ -188,6 +204,9 @@ impl Hand {
             *at = (*at + (self.sticks.wanted(axis, t) - *at).clamp(-most, most)).clamp(-1.0, 1.0);
         }
         let given = self.sticks.given(t);
+        if self.past < given && self.sticks.goals[given - 1].until <= t + 1e-12 {
+            self.past = given;
+        }
         if self.past < given && (0..self.at.len()).any(|axis| self.sticks.wanted(axis, t) != 0.0) {
             let goal = self.sticks.goals[given - 1];
             self.refused = (goal.given > self.since || self.since == t).then_some(goal);
@@ -204,12 +223,12 @@ impl Hand {
 
     /// The deflections as a controller takes them.
     pub fn stick(&self) -> Stick<'_> {
-        let given = self.sticks.given(self.since);
-        if self.past < given {
-            return Stick::Goal(Goal { share: self.sticks.share(self.since), ..self.sticks.goals[given - 1] });
+        if let Some(goal) = self.goal() {
+            return Stick::Goal(Goal { share: self.sticks.share(self.since), ..goal });
         }
         match (self.sticks.kind, self.at.as_slice()) {
             (StickKind::Tip, &[x, z]) => Stick::Tip([x, z]),
+            (StickKind::Height, _) => Stick::Height(&self.at),
             _ => Stick::Lever(&self.at),
         }
     }
@@ -304,7 +323,7 @@ mod tests {
     }
 
     fn goal(given: f64, x: f64) -> Goal {
-        Goal { place: [x, 0.0], speed: None, share: 1.0, given }
+        Goal { place: [x, 0.0], speed: None, share: 1.0, given, until: f64::INFINITY }
     }
 
     /// To where the controller is sent at each time.
@@ -340,5 +359,25 @@ mod tests {
         assert_eq!(hand.sticks().goals.len(), 5);
         hand.forget_after([3.9].into_iter());
         assert_eq!((sent(&mut hand, &[4.1]), hand.sticks().goals.len()), (vec![None], 4));
+    }
+
+    #[test]
+    fn a_goal_that_is_dropped_is_past_from_then_on_and_again_when_repeated() {
+        let mut hand = Hand::new(Sticks::centred(StickKind::Tip, 0), 0.0);
+        hand.drop_goal(0.0);
+        assert!(hand.sticks().idle(), "there is none to drop");
+        hand.go_to(goal(0.1, 1.0));
+        assert_eq!(sent(&mut hand, &[0.1, 0.2]), [Some(1.0); 2]);
+        hand.drop_goal(0.3);
+        assert_eq!(sent(&mut hand, &[0.3, 0.4]), [None; 2]);
+        let mut again = Hand::new(hand.sticks().clone(), 0.0);
+        assert_eq!(sent(&mut again, &[0.1, 0.2, 0.3]), [Some(1.0), Some(1.0), None]);
+        again.go_to(goal(0.5, 2.0));
+        assert_eq!(sent(&mut again, &[0.5]), [Some(2.0)]);
+        // Somebody who takes over a replay has not dropped the goal yet.
+        let mut taken = Hand::new(hand.sticks().clone(), 0.0);
+        assert_eq!(sent(&mut taken, &[0.2]), [Some(1.0)]);
+        taken.forget_after([0.2].into_iter());
+        assert_eq!(sent(&mut taken, &[0.3]), [Some(1.0)]);
     }
 }

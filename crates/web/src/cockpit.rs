@@ -58,6 +58,14 @@ impl Cockpit {
         Ok(())
     }
 
+    /// The tip goes to no goal any more.
+    pub fn drop_goal(&mut self) {
+        if let Some(drive) = self.drive.as_mut().filter(|drive| drive.live.goal().is_some()) {
+            drive.take_over();
+            drive.live.drop_goal();
+        }
+    }
+
     /// From the next sample on this share of the full speed counts.
     pub fn set_precision(&mut self, share: f64) {
         if let Some(drive) = &mut self.drive {

@@ -5,6 +5,7 @@ use crate::frame::{corners, ledger_terms, signals};
 use crate::ground;
 use crate::offered;
 use hydrocrane_machine::bundled_machines;
+use hydrocrane_machine::scenario::StickMode;
 use hydrocrane_sim::controllers::{tip_gain, tip_gain_unit, CONTROLLERS, TIP_GAINS};
 use serde_json::{json, Value};
 
@@ -17,11 +18,14 @@ pub fn of(drive: &Drive) -> Value {
         "machines": machines(),
         "controllers": offered::modes(machine),
         "controller": request.controller,
-        "axes": if request.lever() { cylinder_names(drive) } else { vec!["x".to_string(), "z".to_string()] },
+        "axes": match request.stick_mode() {
+            StickMode::Tip => vec!["x".to_string(), "z".to_string()],
+            _ => cylinder_names(drive),
+        },
         "tick": TICK,
         "payload": drive.live.payload(),
         "supply": machine.supply.pressure,
-        "full-speed": machine.control.gain(&request.controller, "full-speed"),
+        "full-speed": machine.control.gain(request.law(), "full-speed"),
         "gains": gains(drive),
         "sensors": !machine.sensors.is_empty(),
         "continued": drive.continued(),
@@ -82,7 +86,7 @@ fn cylinders(drive: &Drive) -> Vec<Value> {
 }
 
 fn gains(drive: &Drive) -> Vec<Value> {
-    if drive.now.request.controller != CONTROLLERS[0] {
+    if drive.now.request.law() != CONTROLLERS[0] {
         return Vec::new();
     }
     let machine = drive.now.model.machine();

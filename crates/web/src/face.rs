@@ -105,6 +105,12 @@ pub extern "C" fn go_to(x: f64, z: f64) {
     });
 }
 
+/// The tip goes to no goal any more.
+#[no_mangle]
+pub extern "C" fn drop_goal() {
+    with(|desk| desk.cockpit.drop_goal());
+}
+
 /// From the next sample on this share of the full speed counts.
 #[no_mangle]
 pub extern "C" fn precise(share: f64) {

@@ -1,6 +1,7 @@
 //! The numbers of an instant in one row, for charts and drawing.
 
 use crate::drive::Drive;
+use hydrocrane_machine::scenario::StickMode;
 use hydrocrane_sim::{shared_terms, Model, LEDGER_PER_CYLINDER, LEDGER_TERMS, PAYLOAD_TERMS};
 use serde_json::{json, Value};
 
@@ -141,9 +142,9 @@ fn ledger(energies: &[f64], cylinders: usize) -> Vec<f64> {
 
 /// The velocity of the tip that the stick asks for; none where levers move the cylinders.
 fn wanted_velocity(drive: &Drive) -> [f64; 2] {
-    let speed = drive.now.model.machine().control.gain(&drive.now.request.controller, "full-speed");
+    let speed = drive.now.model.machine().control.gain(drive.now.request.law(), "full-speed");
     match (speed, drive.live.sticks_at()) {
-        (Some(speed), &[x, z]) if !drive.now.request.lever() => [speed * x, speed * z],
+        (Some(speed), &[x, z]) if drive.now.request.stick_mode() == StickMode::Tip => [speed * x, speed * z],
         _ => [f64::NAN; 2],
     }
 }

@@ -1,7 +1,7 @@
 //! Which modes a machine can have, and how a fresh drive begins where nobody says otherwise.
 
 use crate::problem::Problem;
-use crate::request::Request;
+use crate::request::{Request, HEIGHT};
 use hydrocrane_machine::model::JointKind;
 use hydrocrane_machine::Machine;
 use hydrocrane_sim::controllers::{CONTROLLERS, LEVER};
@@ -14,13 +14,14 @@ const COMFORTABLE: f64 = 0.3;
 pub fn modes(machine: &Machine) -> Vec<&'static str> {
     let turning = machine.joints.iter().filter(|joint| matches!(joint.kind, JointKind::Revolute(_))).count();
     let has = |name: &&str| machine.joints.len() >= 2 && (*name != "heinze-pid" || turning >= 2);
-    CONTROLLERS.into_iter().filter(has).chain([LEVER]).collect()
+    let holding = (machine.joints.len() >= 2).then_some(HEIGHT);
+    CONTROLLERS.into_iter().filter(has).chain(holding).chain([LEVER]).collect()
 }
 
 /// An error where the machine cannot have the mode that is asked for.
 pub fn check(machine: &Machine, mode: &str) -> Result<(), Problem> {
     let modes = modes(machine);
-    if modes.contains(&mode) || !CONTROLLERS.contains(&mode) {
+    if modes.contains(&mode) || !CONTROLLERS.contains(&mode) && mode != HEIGHT {
         return Ok(());
     }
     let there = modes.join(", ");
@@ -35,7 +36,7 @@ pub fn comfortable(mut request: Request) -> Result<Request, Problem> {
         request.controller = LEVER.into();
     }
     if request.full_speed.is_none() {
-        for mode in modes(&machine).into_iter().filter(|mode| *mode != LEVER) {
+        for mode in modes(&machine).into_iter().filter(|mode| CONTROLLERS.contains(mode)) {
             if machine.control.gain(mode, "full-speed").is_none() {
                 request.overrides.insert(format!("control.{mode}.full-speed"), Value::from(COMFORTABLE));
             }

@@ -2,9 +2,9 @@
 
 use crate::friction_level;
 use crate::problem::Problem;
-use crate::request::Request;
+use crate::request::{Request, HEIGHT};
 use crate::scenario::{problem, solver, SETTINGS};
-use hydrocrane_machine::scenario::{Scenario, SensorQuality, Stage};
+use hydrocrane_machine::scenario::{Scenario, SensorQuality, Stage, StickMode};
 use hydrocrane_machine::{parse_scenario_with, OverrideValue};
 use hydrocrane_sim::assembly::{assemble, Assembly, Machines};
 use hydrocrane_sim::controllers::LEVER;
@@ -54,7 +54,11 @@ fn request(scenario: &Scenario, stage: &Stage, machine: &str, text: Option<&str>
         joints: joints.iter().map(|(joint, q)| (joint.clone(), Value::from(*q))).collect(),
         payload: scenario.payload,
         // Levers stand ready while spool commands are repeated.
-        controller: choice.map_or_else(|| LEVER.to_string(), |choice| choice.name.clone()),
+        controller: match (choice, stage.stick_mode()) {
+            (_, StickMode::Height) => HEIGHT.to_string(),
+            (None, _) => LEVER.to_string(),
+            (Some(choice), _) => choice.name.clone(),
+        },
         full_speed: stick.and_then(|stick| stick.full_speed),
         real_sensors: choice.is_some_and(|choice| choice.sensors == SensorQuality::DataSheet),
         seed: scenario.seed,

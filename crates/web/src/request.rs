@@ -4,9 +4,11 @@ use crate::friction;
 use crate::ground;
 use crate::problem::Problem;
 use crate::values::stated;
+use hydrocrane_machine::scenario::StickMode;
 use hydrocrane_machine::{
     bundled_scenarios, load, parse, parse_scenario, scenario, Machine, OverrideValue, CONTROLLERS, MOST_SEED,
 };
+use hydrocrane_sim::controllers::LEVER;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
@@ -65,6 +67,9 @@ fn one() -> f64 {
 fn tip() -> String {
     "tip".into()
 }
+
+/// Mode of the page in which levers move the joints and `tip` holds the height.
+pub const HEIGHT: &str = "height";
 
 /// Longest request, bytes: one with a machine and a drive of an hour in it.
 const LONGEST_REQUEST: usize = 32 << 20;
@@ -148,8 +153,21 @@ impl Request {
         Ok(())
     }
 
-    pub fn lever(&self) -> bool {
-        self.controller == "lever"
+    /// What the sticks do in the mode that is asked for.
+    pub fn stick_mode(&self) -> StickMode {
+        match self.controller.as_str() {
+            LEVER => StickMode::Lever,
+            HEIGHT => StickMode::Height,
+            _ => StickMode::Tip,
+        }
+    }
+
+    /// The controller of the mode.
+    pub fn law(&self) -> &str {
+        match self.stick_mode() {
+            StickMode::Height => CONTROLLERS[0].0,
+            _ => &self.controller,
+        }
     }
 
     /// The machine with everything that is changed on it, and all the changes. What was changed `before` and is changed no

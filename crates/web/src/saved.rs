@@ -64,7 +64,8 @@ fn changed(setting: &Setting, before: &Setting) -> Vec<(String, OverrideValue)> 
 /// The goals that were given before `end` (s).
 fn goals(sticks: &Sticks, end: f64) -> Vec<Goal> {
     let due = sticks.goals.iter().filter(|goal| goal.given < end);
-    due.map(|goal| Goal { time: goal.given, place: goal.place, speed: goal.speed }).collect()
+    let until = |until: f64| (until < end).then_some(until);
+    due.map(|goal| Goal { time: goal.given, place: goal.place, speed: goal.speed, until: until(goal.until) }).collect()
 }
 
 /// What was done with the sticks. Their speed is among the overrides.

@@ -33,7 +33,8 @@ pub fn problem(error: AssemblyError) -> Problem {
 impl Request {
     /// The request as a scenario that starts at the joint coordinates `q`, on `machine` with its `overrides`.
     pub fn scenario(&self, machine: &Machine, overrides: &[(String, OverrideValue)], q: &[f64]) -> Scenario {
-        let (mode, axes) = if self.lever() { (StickMode::Lever, machine.cylinders.len()) } else { (StickMode::Tip, 2) };
+        let mode = self.stick_mode();
+        let axes = if mode == StickMode::Tip { 2 } else { machine.cylinders.len() };
         let joystick = Joystick {
             mode,
             time: Vec::new(),
@@ -46,7 +47,7 @@ impl Request {
             precision: Vec::new(),
         };
         let sensors = if self.real_sensors { SensorQuality::DataSheet } else { SensorQuality::Ideal };
-        let controller = ControllerChoice { delay: self.delay, sensors, ..ControllerChoice::named(&self.controller) };
+        let controller = ControllerChoice { delay: self.delay, sensors, ..ControllerChoice::named(self.law()) };
         let joints = machine.joints.iter().zip(q).map(|(joint, q)| (joint.name.clone(), *q)).collect();
         Scenario {
             name: "drive".into(),

@@ -15,7 +15,9 @@ from hydrocrane.errors import InputError, unknown
 if TYPE_CHECKING:
     from hydrocrane.logs.columns import LogLike
 
-MODES = ("tip", "lever")
+MODES = ("tip", "lever", "height")
+# The stick modes that each controller by name takes.
+MODES_OF = {"tip": ("tip", "height"), "heinze-pid": ("tip",), "lever": ("lever",)}
 TIP_AXES = ("x", "z")
 INTERPOLATIONS = ("hold", "linear")
 # How far beyond its end rounding may take a deflection; it counts as the end.
@@ -28,7 +30,7 @@ class Stick:
 
     Attributes
     ----------
-    mode : {"tip", "lever"}
+    mode : {"tip", "lever", "height"}
     axes : (2,) or (n_cyl,) array
         Deflections in -1 to 1: x (forward) and z (up), or one per cylinder.
     full_speed : float or None
@@ -66,14 +68,17 @@ class Joystick:
     time : (k,) array_like
         s, increasing. Before the first time the sticks are centred.
     axes : mapping
-        ``x`` and ``z`` in mode ``tip`` (one stick moves the tip), cylinder names in mode ``lever`` (one axis per
-        cylinder): deflections (k,) in -1 to 1. An axis left out stays centred.
-    mode : {"tip", "lever"}
+        ``x`` and ``z`` in mode ``tip`` (one stick moves the tip), cylinder names in modes ``lever`` and ``height`` (one
+        axis per cylinder): deflections (k,) in -1 to 1. An axis left out stays centred.
+    mode : {"tip", "lever", "height"}
+        ``height``: a lever asks for the speed of its piston, and one joint, the telescope, holds the tip's height, see
+        docs/howto/hold-the-height.md.
     interpolation : {"hold", "linear"}
     dead_zone : float
         Share of the deflection around the centre that does nothing; the rest counts from 0 to 1.
     full_speed : float, optional
-        Speed of the tip at full deflection, m/s; default is the machine's or the controller's own.
+        Speed of the tip at full deflection, m/s; default is the machine's or the controller's own. In mode ``height``
+        it is that of goals.
     ramp : float
         Time that a stick takes from its centre to its end, s.
     precision : (k,) array_like
@@ -145,7 +150,7 @@ class Joystick:
         log : path of a CSV, MATLAB or NetCDF file, or Dataset, DataFrame, mapping
             With a time column (``time`` or ``t``, s) and one column of deflections, -1 to 1, per axis, named ``x`` or
             ``stick.x`` and so on.
-        mode : {"tip", "lever"}
+        mode : {"tip", "lever", "height"}
         columns : mapping, optional
             Log column -> axis, where the names differ.
         **more
@@ -158,7 +163,7 @@ class Joystick:
             own = {name: name.removeprefix("stick.") for name in table if name.lower() not in TIME_NAMES}
             own = {name: axis for name, axis in own.items() if axis != "precision"}
             prefixed = {name: axis for name, axis in own.items() if name.startswith("stick.")}
-            columns = prefixed or {n: a for n, a in own.items() if mode == "lever" or a in TIP_AXES}
+            columns = prefixed or {n: a for n, a in own.items() if mode != "tip" or a in TIP_AXES}
         for name in columns:
             if name not in table:
                 raise unknown("column of the log", name, table)
@@ -167,6 +172,10 @@ class Joystick:
                 f"the log has no column of a stick axis; it has {', '.join(table)}; say which with columns="
             )
         axes = {axis: table[name] for name, axis in columns.items()}
+        if mode == "tip" and not set(axes) & set(TIP_AXES):
+            raise InputError(
+                f'the log has levers, {", ".join(axes)}, and no stick axis x or z; give mode="lever" or "height"'
+            )
         for name in ("stick.precision", "precision"):
             if name in table:
                 more.setdefault("precision", table[name])

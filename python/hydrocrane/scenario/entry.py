@@ -95,7 +95,7 @@ def scenario_entry(plan: Plan, cylinders: tuple[str, ...] | None = None) -> Scen
         "commands": _commands(plan, cylinders),
         "controller": _controller(plan, plan.driver, 0) if plan.closed_loop else None,
         "joystick": _joystick(plan.joystick),
-        "goals": [(goal.time, (goal.x, goal.z), goal.speed) for goal in plan.goals],
+        "goals": [(goal.time, (goal.x, goal.z), goal.speed, goal.until) for goal in plan.goals],
         "phases": [_phase(phase, number) for number, phase in enumerate(plan.phases, start=1)],
         "sensor_faults": [fault.entry for fault in plan.sensor_faults],
         "solver": plan.solver.entry,

@@ -25,12 +25,15 @@ class Goal:
         The place, m.
     speed : float, optional
         On the way, m/s; default is the speed at full stick.
+    until : float, optional
+        When the goal is dropped, s, if the tip is not there before: it comes to rest where it is.
     """
 
     time: float
     x: float
     z: float
     speed: float | None = None
+    until: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("time", "x", "z"):
@@ -41,6 +44,10 @@ class Goal:
             object.__setattr__(self, "speed", _number("speed", self.speed))
             if not self.speed > 0:
                 raise InputError(f"the speed to a goal must be greater than zero, in m/s; got {self.speed!r}")
+        if self.until is not None:
+            object.__setattr__(self, "until", _number("until", self.until))
+            if not self.until > self.time:
+                raise InputError(f"a goal is dropped after it is given, at {self.time!r} s; got until={self.until!r}")
 
 
 def _number(name: str, value: ArrayLike) -> float:

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 from hydrocrane import _core
 from hydrocrane.arrays import Array, check_positive, real_array, seed_number
 from hydrocrane.control.controllers import AnyController, check_controller
-from hydrocrane.control.joystick import Joystick
+from hydrocrane.control.joystick import MODES_OF, Joystick
 from hydrocrane.errors import InputError, nearest, translated, unknown
 from hydrocrane.files.whole_file import write_text
 from hydrocrane.machine.machine import Machine, load_machine
@@ -213,7 +213,7 @@ class Scenario:
                 raise InputError("`believed` changes the controller model; this scenario has no controller")
             if not isinstance(self.believed, Machine):
                 object.__setattr__(self, "believed", plain_overrides(self.believed))
-        if isinstance(self.driver, str) and (self.driver == "lever") != (self.stick_mode == "lever"):
+        if isinstance(self.driver, str) and self.stick_mode not in MODES_OF[self.driver]:
             raise InputError(f"controller `{self.driver}` does not take the stick mode `{self.stick_mode}`")
 
     @property

@@ -65,7 +65,7 @@ def simulate(
         raise unknown("choice of on_error", on_error, ON_ERROR)
     plan = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     plan = plan.changed(**changes)
-    machine = _machine_for(plan, machine)
+    machine = machine_for(plan, machine)
     payload = machine.payload(plan.payload)
     began = time.perf_counter()
     with interruptible() as should_stop:
@@ -132,7 +132,8 @@ def integrate(
     return recorded
 
 
-def _machine_for(plan: Scenario, machine: Machine | str | PathLike[str] | None) -> Machine:
+def machine_for(plan: Scenario, machine: Machine | str | PathLike[str] | None) -> Machine:
+    """The plan's machine, or `machine` in its place, with the plan's overrides."""
     if machine is None:
         return plan.load_machine()
     if not isinstance(machine, Machine):

@@ -82,9 +82,7 @@ class Simulator:
                 seed,
                 faults,
             )
-        # Where q, qd, p and the tip end in what the core tells of a sample, behind the time.
-        self._ends = (1 + np.cumsum([len(machine.joint_names)] * 2 + [2 * len(machine.cylinder_names), 2])).tolist()
-        self._signals = self._core.signals
+        self._sample = Sample(machine, self._core.signals)
 
     @property
     def crane(self) -> Machine:
@@ -151,7 +149,7 @@ class Simulator:
         with translated():
             self._core.reset(np.ascontiguousarray(start))
         self._ended, self._warnings = "completed", doubts
-        return self._seen(self._core.observation)
+        return self._sample.seen(self._core.observation)
 
     def step(self, spool_command: ArrayLike) -> Observation:
         """Advance by one sample with the spool commands (n_cyl,), m, held.
@@ -171,7 +169,7 @@ class Simulator:
                 self._ended, seen = self._core.step(self._checked(spool_command))
         if self._ended != "completed":
             raise SimulationError(self._end())
-        return self._seen(seen)
+        return self._sample.seen(seen)
 
     def _end(self) -> str:
         """What a step that did not end well is told as."""
@@ -190,8 +188,16 @@ class Simulator:
         if self._ended != "completed":
             raise SimulationError(f"{self._end()}; call reset first")
 
-    def _seen(self, seen: Array) -> Observation:
-        """The parts of what the core tells of a sample."""
+
+class Sample:
+    """What the core tells of a sample in one row, part by part."""
+
+    def __init__(self, machine: Machine, signals: list[str]) -> None:
+        # Where q, qd, p and the tip end, behind the time.
+        self._ends = (1 + np.cumsum([len(machine.joint_names)] * 2 + [2 * len(machine.cylinder_names), 2])).tolist()
+        self._signals = signals
+
+    def seen(self, seen: Array) -> Observation:
         q, qd, p, tip = self._ends
         return Observation(
             t=seen.item(0),

@@ -65,6 +65,24 @@ def test_a_click_sends_the_tip_to_a_point(cockpit):
     assert np.abs(cockpit.tip - start).max() > 0.05
 
 
+@pytest.mark.parametrize("hidden", [False, True])
+def test_escape_or_hiding_the_page_drops_the_goal(cockpit, hidden):
+    box = cockpit.tab.locator("#picture").bounding_box()
+    cockpit.tab.keyboard.press("g")
+    cockpit.tab.mouse.click(box["x"] + 0.6 * box["width"], box["y"] + 0.5 * box["height"])
+    cockpit.wait(1)
+    if hidden:
+        cockpit.tab.evaluate(
+            "() => { Object.defineProperty(document, 'hidden', { value: true, configurable: true });"
+            " document.dispatchEvent(new Event('visibilitychange')); delete document.hidden; }"
+        )
+    else:
+        cockpit.tab.keyboard.press("Escape")
+    cockpit.until(lambda: "the goal is dropped" in cockpit.notices())
+    cockpit.comes_to_rest()
+    assert "has reached its goal" not in cockpit.notices()
+
+
 def test_shift_makes_a_stick_slow_and_so_does_a_switch(cockpit):
     cockpit.tab.keyboard.down("ArrowUp")
     cockpit.wait(1)

@@ -192,7 +192,7 @@ def test_a_longer_chain_brings_a_core_of_its_own(browser, address):
 def test_the_controller_of_the_thesis_moves_the_tip_up(cockpit):
     mode = cockpit.tab.locator("label", has_text="Mode").locator("select")
     mode.select_option("heinze-pid")
-    cockpit.tab.locator("#modes button[aria-pressed=false]").nth(1).wait_for()
+    cockpit.tab.locator("#modes button[aria-pressed=false]").nth(2).wait_for()
     start = cockpit.tip
     hold(cockpit, "ArrowUp", 2)
     cockpit.comes_to_rest()

@@ -136,6 +136,7 @@ def test_a_goal_that_cannot_be_reached_is_refused_before_the_run(place, changes,
         (lambda: hc.Goal(-1.0, 2.0, 0.0), "zero seconds or later"),
         (lambda: hc.Goal(1.0, np.nan, 0.0), "`x` of a goal must be finite"),
         (lambda: hc.Goal(1.0, 2.0, 0.0, speed=0.0), "greater than zero"),
+        (lambda: hc.Goal(1.0, 2.0, 0.0, until=1.0), "dropped after it is given"),
         (lambda: plan(hc.Goal(1.0, 2.0, 0.0), hc.Goal(1.0, 2.5, 0.0)), "a time of its own"),
         (lambda: plan("there"), "must be a list of Goal"),
         (lambda: plan(hc.Goal(1.0, 2.0, 0.0), commands={"lift": 0.01}), "either commands or a controller"),
@@ -186,6 +187,8 @@ def test_a_file_states_goals_and_is_written_back_the_same(tmp_path) -> None:
         ('z = ["-100 mm", "0.1 m"]', 'z = ["-100 mm"]', "1 values for 2 times"),
         ('"0.1 m/s"]', '"0 m/s"]', "a speed of 0 m/s leads nowhere"),
         ('["0.2 s", "3 s"]', '["-1 s", "3 s"]', "before the run has begun"),
+        ("[joystick]", 'drop = ["0.1 s"]\n[joystick]', "there is no goal to be dropped at 0.1 s"),
+        ("[joystick]", 'drop = ["1 s", "2 s"]\n[joystick]', "no goal to be dropped at 2 s"),
         ("precision = [1, 0.5]", "precision = [1, 1.5]", "no share of the full speed"),
         ("[joystick]", '[command.lift]\ntime = ["0 s"]\nspool = ["1 mm"]\n[joystick]', "excludes `command`"),
     ],
@@ -195,6 +198,37 @@ def test_wrong_tables_are_errors_with_a_place(tmp_path, old, new, why) -> None:
     path.write_text(FILE.replace(old, new))
     with pytest.raises(hc.MachineFileError, match=why):
         hc.load_scenario(path)
+
+
+def test_a_goal_is_dropped_where_a_file_says_so(tmp_path) -> None:
+    path = tmp_path / "goals.toml"
+    path.write_text(FILE.replace("[joystick]", 'drop = ["0.6 s", "3.5 s"]\n[joystick]'))
+    told = hc.load_scenario(path)
+    assert [goal.until for goal in told.goals] == [0.6, 3.5]
+    assert hc.load_scenario(told.save(tmp_path / "again.toml")).goals == told.goals
+    run = hc.simulate(told)
+    assert [text[:19] for text in texts(run)] == ["the goal is dropped"] * 2
+    x = run.columns["set_point.x"].values
+    assert abs(x[-1] - HOME[0]) < 0.2 and np.ptp(x[150:300]) < 1e-6
+
+
+def test_the_sticks_of_a_run_are_repeated_from_the_run_and_from_its_file(tmp_path) -> None:
+    stick = hc.Joystick(
+        [0.5, 2.0, 3.0],
+        {"x": [0.3, 0.0, 0.2], "z": [-0.2, 0.4, 0.0]},
+        dead_zone=0.1,
+        ramp=0.2,
+        full_speed=0.2,
+        precision=[1, 0.5, 1],
+    )
+    run = hc.simulate(hc.Scenario(joints=START, joystick=stick, duration=4.0))
+    for log in (run, run.save(tmp_path / "run.csv")):
+        again = hc.Scenario(joints=START, joystick=hc.Joystick.from_log(log, full_speed=0.2), duration=4.0)
+        assert (way_of(hc.simulate(again)) == way_of(run)).all()
+    levers = hc.simulate(hc.Scenario(joints=START, joystick=hc.Joystick([0.5], {"jib": [0.1]}, "lever"), duration=1.0))
+    with pytest.raises(hc.InputError, match=r'levers, lift, jib, extension, .*mode="lever" or "height"'):
+        hc.Joystick.from_log(levers)
+    assert "jib" in hc.Joystick.from_log(levers, mode="height").axes
 
 
 def test_precision_slows_the_stick_smoothly_and_the_way_to_a_goal() -> None:

@@ -73,6 +73,10 @@ const TIP: &[Key] = &[
         .defaults(&["measured"])
         .means("Where chamber pressures come from: a sensor for each chamber, or an estimate from joint sensors and commands.")
         .source("theory/control/chamber_estimate.md"),
+    Key::text("height-joint")
+        .otherwise("the telescope, else the last joint")
+        .means("Joint that holds the tip's height in the stick mode `height`.")
+        .source("theory/control/height.md"),
     gain("rest-band", &[LENGTH])
         .defaults(&["0.2 mm"])
         .means("Position error of a piston up to which only creep is held at rest."),

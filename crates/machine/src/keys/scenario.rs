@@ -135,9 +135,9 @@ static CONTROLLER: &[Key] = &[
 ];
 
 static JOYSTICK: &[Key] = &[
-    Key::choice("mode", &["tip", "lever"])
+    Key::choice("mode", &["tip", "lever", "height"])
         .defaults(&["tip"])
-        .means("`tip`: one stick moves the tip; `lever`: one axis per cylinder."),
+        .means("`tip`: one stick moves the tip; `lever`: one axis per cylinder; `height`: one axis per cylinder too, while one joint holds the tip's height."),
     Key::series("time", &[TIME]).otherwise("this, or `log`").means("Times of the deflections, increasing."),
     Key::choice("interpolation", INTERPOLATION)
         .otherwise("`hold`, `linear` for a log")
@@ -161,7 +161,7 @@ static JOYSTICK: &[Key] = &[
     Key::series(TIP_AXES[1], &[NUMBER]).otherwise("centred").means("Deflection along z, from -1 to 1."),
     Key::series("<cylinder>", &[NUMBER])
         .otherwise("centred")
-        .means("Deflection of the cylinder's lever, from -1 to 1, with `mode = \"lever\"`."),
+        .means("Deflection of the cylinder's lever, from -1 to 1, with `mode = \"lever\"` or `\"height\"`."),
 ];
 
 static GOAL: &[Key] = &[
@@ -171,6 +171,9 @@ static GOAL: &[Key] = &[
     Key::series(TIP_AXES[0], &[LENGTH]).required().means("Forward coordinate of each place."),
     Key::series(TIP_AXES[1], &[LENGTH]).required().means("Height of each place."),
     Key::series("speed", &[VELOCITY]).otherwise("that of full stick").means("Speed on the way to each place."),
+    Key::series("drop", &[TIME])
+        .otherwise("never")
+        .means("Times at which the way to the goal at hand ends: the tip comes to rest where it is."),
 ];
 
 static PHASE: &[Key] = &[

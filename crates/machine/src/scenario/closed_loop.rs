@@ -84,12 +84,34 @@ pub enum StickMode {
     Tip,
     /// One axis per cylinder.
     Lever,
+    /// One axis per cylinder, for pistons at a speed, while one joint holds the tip's height.
+    Height,
+}
+
+impl StickMode {
+    /// As it stands in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            StickMode::Tip => "tip",
+            StickMode::Lever => "lever",
+            StickMode::Height => "height",
+        }
+    }
 }
 
 impl Joystick {
     /// Whether a controller takes sticks of this mode.
     pub fn fits(&self, controller: &ControllerChoice) -> bool {
-        controller.own.is_some() || (controller.name == LEVER) == (self.mode == StickMode::Lever)
+        controller.own.is_some() || modes(&controller.name).contains(&self.mode)
+    }
+}
+
+/// The stick modes that a controller by name takes, the usual one first.
+fn modes(controller: &str) -> &'static [StickMode] {
+    match controller {
+        LEVER => &[StickMode::Lever],
+        "tip" => &[StickMode::Tip, StickMode::Height],
+        _ => &[StickMode::Tip],
     }
 }
 
@@ -145,12 +167,12 @@ fn check_mode(table: &Reader, choice: &ControllerChoice, stick: Option<&Joystick
     if stick.is_none_or(|stick| stick.fits(choice)) {
         return Ok(());
     }
-    let name = &choice.name;
-    let (wants, given) = if name == LEVER { ("lever", "tip") } else { ("tip", "lever") };
-    let message = format!("`{name}` takes the stick mode `{wants}`, the joystick's is `{given}`");
+    let (name, given) = (&choice.name, stick.map_or("", |stick| stick.mode.name()));
+    let wants: Vec<String> = modes(name).iter().map(|mode| format!("`{}`", mode.name())).collect();
+    let message = format!("`{name}` takes the stick mode {}, the joystick's is `{given}`", wants.join(" or "));
     Err(table
         .error(ErrorKind::ConflictingKeys, "name", message)
-        .help(format!("set `mode = \"{wants}\"` in [joystick]")))
+        .help(format!("set `mode = \"{}\"` in [joystick]", modes(name)[0].name())))
 }
 
 /// The joystick, if there is one.
@@ -162,10 +184,12 @@ pub fn joystick(root: &Reader, machine: &Machine, files: &Files) -> Result<Optio
             .key_error(ErrorKind::ConflictingKeys, "joystick", message)
             .help("either sticks or spool commands move the crane"));
     }
-    let mode = open.choice_or_default("mode", &[StickMode::Tip, StickMode::Lever])?;
+    let mode = open.choice_or_default("mode", &[StickMode::Tip, StickMode::Lever, StickMode::Height])?;
     let axes: Vec<&str> = match mode {
         StickMode::Tip => TIP_AXES.to_vec(),
-        StickMode::Lever => machine.cylinders.iter().map(|cylinder| cylinder.name.as_str()).collect(),
+        StickMode::Lever | StickMode::Height => {
+            machine.cylinders.iter().map(|cylinder| cylinder.name.as_str()).collect()
+        }
     };
     let mut known: Vec<&str> = open.known().filter(|key| !TIP_AXES.contains(key)).collect();
     known.extend(&axes);

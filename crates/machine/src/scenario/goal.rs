@@ -2,7 +2,7 @@
 
 use super::{check_series, Result};
 use crate::errors::ErrorKind;
-use crate::reader::Reader;
+use crate::reader::{Field, Reader};
 
 /// From `time` on the tip goes to `place` on a straight line, until another goal is given or a stick is moved.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,6 +13,8 @@ pub struct Goal {
     pub place: [f64; 2],
     /// m/s; `None`: that of full stick.
     pub speed: Option<f64>,
+    /// When it is dropped, s, if it is not reached before.
+    pub until: Option<f64>,
 }
 
 /// The goals in order of time.
@@ -54,6 +56,26 @@ pub fn read(root: &Reader) -> Result<Vec<Goal>> {
         time: times[row],
         place: [axes[0][row], axes[1][row]],
         speed: speeds.as_ref().map(|speeds| speeds[row]),
+        until: None,
     };
-    Ok((0..times.len()).map(goal).collect())
+    let mut goals: Vec<Goal> = (0..times.len()).map(goal).collect();
+    if let Some(field) = table.optional("drop")? {
+        drop_at(&mut goals, &field)?;
+    }
+    Ok(goals)
+}
+
+/// Each time ends the way to the last goal before it.
+fn drop_at(goals: &mut [Goal], field: &Field) -> Result<()> {
+    for time in field.series()? {
+        let before = goals.partition_point(|goal| goal.time < time);
+        let goal = goals[..before].last_mut().filter(|goal| goal.until.is_none());
+        let Some(goal) = goal else {
+            let message = format!("there is no goal to be dropped at {time} s");
+            let cure = "give increasing times, each after the goal that it drops and at most one for each goal";
+            return Err(field.error(ErrorKind::OutOfRange, message).help(cure));
+        };
+        goal.until = Some(time);
+    }
+    Ok(())
 }

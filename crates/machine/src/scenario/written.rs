@@ -141,6 +141,10 @@ impl Writer<'_> {
             let message = "a file states the speed of every goal or of none; give each goal a speed";
             return Err(Unwritable(message.into()));
         }
+        let dropped: Vec<f64> = goals.iter().filter_map(|goal| goal.until).collect();
+        if !dropped.is_empty() {
+            let _ = writeln!(self.text, "drop = {}", list(&dropped, "s"));
+        }
         Ok(())
     }
 
@@ -182,7 +186,7 @@ impl Writer<'_> {
 
     fn joystick(&mut self, table: &str, stick: &Joystick, cylinders: &[String]) {
         let tip = stick.mode == StickMode::Tip;
-        let _ = write!(self.text, "\n[{table}joystick]\nmode = \"{}\"\n", if tip { "tip" } else { "lever" });
+        let _ = write!(self.text, "\n[{table}joystick]\nmode = \"{}\"\n", stick.mode.name());
         let _ = writeln!(self.text, "interpolation = {}", quoted(interpolation(stick.interpolation)));
         let _ = writeln!(self.text, "dead-zone = {:?}", stick.dead_zone);
         self.optional("full-speed", stick.full_speed, "m/s");

@@ -3,23 +3,26 @@
 use crate::keys::{Key, Value, CONTROLLERS, PLAUSIBILITY};
 use crate::model::{Control, Joint, ThesisSteps};
 use crate::reader::Reader;
-use crate::sections::Result;
+use crate::sections::{reference, Result};
 
 /// The tables of `[control.heinze-pid]` with a weight per joint.
 const HEINZE_WEIGHTS: [&str; 2] = ["motion-weight", "middle-weight"];
 
 pub fn read<T>(root: &Reader, joints: &[Joint<T>]) -> Result<Control> {
     let Some(table) = root.table("control")? else { return Ok(Control::default()) };
+    let names: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
     let mut control = Control { period: table.optional_quantity("period")?, ..Control::default() };
     for (name, keys) in CONTROLLERS.into_iter().chain([PLAUSIBILITY]) {
         let Some(own) = table.table(name)? else { continue };
         let mut gains = read_gains(&own, keys)?;
         if name == "heinze-pid" {
-            gains.extend(read_weights(&own, joints)?);
+            gains.extend(read_weights(&own, &names)?);
             control.thesis = read_switches(&own)?;
         }
         if name == "tip" {
             control.estimates_pressures = own.choice_or_default("pressures", &[false, true])?;
+            let field = own.optional("height-joint")?;
+            control.height_joint = field.map(|field| reference::index(&field, "joint", &names)).transpose()?;
         }
         control.gains.push((name.to_string(), gains));
     }
@@ -34,12 +37,11 @@ fn read_switches(table: &Reader) -> Result<ThesisSteps> {
 }
 
 /// One weight per joint, by the joint's name.
-fn read_weights<T>(table: &Reader, joints: &[Joint<T>]) -> Result<Vec<(String, f64)>> {
-    let names: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
+fn read_weights(table: &Reader, names: &[&str]) -> Result<Vec<(String, f64)>> {
     let mut weights = Vec::new();
     for key in HEINZE_WEIGHTS {
-        let Some(own) = table.table_of(key, &names)? else { continue };
-        for name in &names {
+        let Some(own) = table.table_of(key, names)? else { continue };
+        for name in names {
             if let Some(weight) = own.optional_quantity(name)? {
                 weights.push((format!("{key}.{name}"), weight));
             }

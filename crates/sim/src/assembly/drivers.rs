@@ -100,7 +100,13 @@ fn plan(
 
 /// The sticks of a stage, centred where it states none, and the goals of the tip.
 fn sticks(scenario: &Scenario, stage: &Stage, model: &dyn Model) -> Sticks {
-    let of = |goal: &Goal| controller::Goal { place: goal.place, speed: goal.speed, share: 1.0, given: goal.time };
+    let of = |goal: &Goal| controller::Goal {
+        place: goal.place,
+        speed: goal.speed,
+        share: 1.0,
+        given: goal.time,
+        until: goal.until.unwrap_or(f64::INFINITY),
+    };
     let goals = scenario.goals.iter().map(of).collect();
     let centred = Sticks { goals, ..Sticks::centred(stage.stick_mode(), model.machine().cylinders.len()) };
     let Some(stick) = &stage.joystick else { return centred };

@@ -456,9 +456,37 @@ fn every_bundled_machine_can_be_driven() {
 }
 
 #[test]
+fn levers_that_hold_the_height_are_driven_saved_and_repeated_to_the_bit() {
+    let (mut cockpit, description) = opened(json!({ "machine": "rottne-f9-lab", "controller": "height" }));
+    assert_eq!(description["axes"], json!(["lift", "jib", "extension"]));
+    assert!(description["gains"].as_array().is_some_and(|gains| !gains.is_empty()), "those of `tip`");
+    cockpit.advance(500);
+    let [x, z] = tip(&mut cockpit, &description);
+    cockpit.steer(&[0.0, 0.8, 0.0]);
+    cockpit.advance(2000);
+    cockpit.steer(&[0.0; 3]);
+    cockpit.advance(1501);
+    let there = tip(&mut cockpit, &description);
+    assert!((there[0] - x).abs() > 0.05 && (there[1] - z).abs() < 1e-3, "{there:?} from {x}, {z}");
+    let saved = cockpit.save().expect("a drive");
+    let (time, end) = simulated(&parse_scenario(&saved, "drive.toml", &[]).expect("a scenario"));
+    let (mut replayed, description) = opened(json!({ "scenario": saved }));
+    assert_eq!((&description["controller"], &description["axes"][1]), (&json!("height"), &json!("jib")));
+    replayed.advance((1000.0 * time).round() as u32);
+    assert_eq!(tip(&mut replayed, &description), end);
+    // Whoever takes over has the levers in hand.
+    replayed.steer(&[0.0, -0.8, 0.0]);
+    replayed.advance(1000);
+    let back = tip(&mut replayed, &description);
+    assert!((back[0] - x).abs() < (end[0] - x).abs() - 0.02 && (back[1] - z).abs() < 1e-3, "{back:?}");
+}
+
+#[test]
 fn modes_that_a_machine_cannot_have_are_not_offered() {
     let mut cockpit = Cockpit::default();
-    for (name, modes) in [("rig-kalmar", json!(["lever"])), ("hiab-xs031", json!(["tip", "heinze-pid", "lever"]))] {
+    for (name, modes) in
+        [("rig-kalmar", json!(["lever"])), ("hiab-xs031", json!(["tip", "heinze-pid", "height", "lever"]))]
+    {
         let description = cockpit.open(&json!({ "machine": name }).to_string()).expect("a drive");
         assert_eq!(description["controllers"], modes, "{name}");
         assert_eq!(description["controller"], modes[0], "{name} begins in a mode that it has");

@@ -67,6 +67,19 @@ fn a_goal_that_cannot_be_is_refused_and_a_stick_ends_one() {
     assert!(told(&mut cockpit)[0].starts_with("the stick takes over"));
     assert!(tip(&mut cockpit, &description)[0] > x - 0.25);
 
+    // Dropped, it comes to rest on its way.
+    let from = tip(&mut cockpit, &description);
+    cockpit.go_to([x - 0.3, z]).expect("a free place");
+    cockpit.advance(600);
+    cockpit.drop_goal();
+    cockpit.advance(3000);
+    let news = told(&mut cockpit);
+    assert!(news[0].starts_with("the goal is dropped") && news.len() == 1, "{news:?}");
+    let stopped = tip(&mut cockpit, &description);
+    assert!(stopped[0] < from[0] - 0.01 && stopped[0] > x - 0.29, "{stopped:?}");
+    let scenario = parse_scenario(&cockpit.save().expect("a drive"), "drive.toml", &[]).expect("a scenario");
+    assert!(scenario.goals[1].until.is_some() && scenario.goals[0].until.is_none());
+
     let (mut levers, ..) = opened(json!({ "machine": "rottne-f9-lab", "controller": "lever" }));
     levers.advance(100);
     assert!(levers.go_to([x, z]).expect_err("levers").message().contains("only the controller `tip`"));

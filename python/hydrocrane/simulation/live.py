@@ -1,0 +1,265 @@
+"""A scenario driven live: sticks and goals given while time goes on."""
+
+from __future__ import annotations
+
+from os import PathLike
+from typing import Unpack
+
+import numpy as np
+
+from hydrocrane import _core
+from hydrocrane.arrays import Array, real_array
+from hydrocrane.control.controllers import Observation, SampledController
+from hydrocrane.control.joystick import Joystick
+from hydrocrane.errors import InputError, SimulationError, translated, unknown
+from hydrocrane.machine.machine import Machine
+from hydrocrane.result_warning import ResultWarning
+from hydrocrane.results.outcome import Outcome
+from hydrocrane.results.record import Event
+from hydrocrane.scenario.changes import RunChanges
+from hydrocrane.scenario.entry import own_controllers, scenario_entry
+from hydrocrane.scenario.goals import Goal
+from hydrocrane.scenario.payload import PayloadChange
+from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.scenario.scenario_file import load_scenario
+from hydrocrane.simulation.running import machine_for
+from hydrocrane.simulation.simulator import Sample
+
+
+class LiveSimulator:
+    """A scenario's controller, steered by sticks and goals while time goes on sample by sample.
+
+    It is the loop of :func:`hydrocrane.simulate` and of the page, taken step by step: what is told to it takes effect
+    at the next sample of the controller. For controllers of one's own that give spool commands themselves see
+    :class:`hydrocrane.Simulator`.
+
+    Parameters
+    ----------
+    scenario : str, path or Scenario
+        Start, machine, controller, sensors and delays; it needs a controller and has no phases. What the scenario does
+        with sticks, goals and loads is repeated until one of these is set here. Its duration does not count.
+    machine : Machine, str or path, optional
+        Used in place of the scenario's machine; the scenario's overrides still apply.
+    **changes
+        Fields of the scenario or its solver to change, as for :func:`hydrocrane.simulate`.
+
+    Raises
+    ------
+    InputError
+        Without a controller, with phases, and for whatever else is wrong with the scenario.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import hydrocrane as hc
+    >>> start = {"boom": np.deg2rad(100), "jib": np.deg2rad(100), "extension": 0.0}
+    >>> live = hc.LiveSimulator(hc.Scenario(joints=start, controller="tip"))
+    >>> live.set_stick(z=0.2)
+    >>> obs = live.step(0.5)
+    >>> live.set_stick()
+    >>> live.go_to(2.7, 0.2, speed=0.3)
+    >>> obs = live.step(4.0)
+    >>> print(obs.tip.round(3), live.goal, live.events[-1].text)
+    [2.7 0.2] None the tip has reached its goal (2.700, 0.200) m
+    """
+
+    def __init__(
+        self,
+        scenario: str | PathLike[str] | Scenario,
+        *,
+        machine: Machine | str | PathLike[str] | None = None,
+        **changes: Unpack[RunChanges],
+    ) -> None:
+        plan = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
+        plan = plan.changed(**changes)
+        if not plan.closed_loop:
+            raise InputError('there is no controller to steer: give controller="tip", or take hc.Simulator')
+        if plan.phases:
+            raise InputError("a scenario with phases is not driven live: leave them out with phases=()")
+        self.machine = machine_for(plan, machine)
+        self._plan = plan
+        own = own_controllers(plan)
+
+        def make(number: int, believed: _core.Machine, mode: str, full_speed: float | None) -> SampledController:
+            law = own[number]
+            assert not isinstance(law, str), "controllers by name are the core's"
+            return SampledController(law, self.machine.made(believed), mode, full_speed)
+
+        with translated():
+            entry = scenario_entry(plan, self.machine.cylinder_names)
+            self._core = _core.LiveSimulator(self.machine.core, entry, make if own else None)
+        self._sample = Sample(self.machine, self._core.signals)
+        self._outcome: Outcome | None = None
+        self._told: list[Event] = []
+        self._warnings: tuple[ResultWarning, ...] = ()
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of the sticks' axes: x and z, or the cylinders."""
+        return tuple(self._core.axes)
+
+    @property
+    def period(self) -> float:
+        """Time between samples of the controller, s."""
+        return self._core.period
+
+    @property
+    def time(self) -> float:
+        """s."""
+        return self._core.time
+
+    @property
+    def state(self) -> Array:
+        """(n_states,) in the order of ``machine.state_names``."""
+        return self._core.state
+
+    @property
+    def observation(self) -> Observation:
+        """The crane now. Its `measured` is what the controller read at its last sample; NaN before the first."""
+        return self._sample.seen(self._core.observation)
+
+    @property
+    def payload(self) -> float:
+        """At the tip, kg."""
+        return self._core.payload
+
+    @property
+    def goal(self) -> tuple[float, float] | None:
+        """Where the tip is going (x, z), m; ``None`` once it is there, or a stick or :meth:`drop_goal` ended it."""
+        place = self._core.goal
+        return None if place is None else (place[0], place[1])
+
+    @property
+    def set_point(self) -> tuple[float, float] | None:
+        """Where the controller wants the tip (x, z), m, where it has such a place."""
+        place = self._core.set_point
+        return None if place is None else (place[0], place[1])
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """What has happened so far, such as a goal that was reached, in order of time."""
+        self._told += [Event(time, text) for time, text in self._core.events()]
+        loads = [Event(change.time, change.text) for change in self.payload_changes]
+        return tuple(sorted(self._told + loads, key=lambda event: event.time))
+
+    @property
+    def payload_changes(self) -> tuple[PayloadChange, ...]:
+        """Loads taken up and let go so far."""
+        return tuple(PayloadChange.of(entry) for entry in self._core.payload_changes())
+
+    @property
+    def warnings(self) -> tuple[ResultWarning, ...]:
+        """What has made the simulation doubtful so far, see docs/reference/warnings.md."""
+        self._warnings += tuple(ResultWarning(*entry) for entry in self._core.warnings())
+        return self._warnings
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """How it ended; ``None`` as long as it goes on."""
+        return self._outcome
+
+    def step(self, duration: float | None = None) -> Observation:
+        """Go on by one sample of the controller, or by `duration` (s) rounded up to whole samples.
+
+        Raises
+        ------
+        SimulationError
+            Where it does not end well; ``state`` keeps the last good one.
+        """
+        samples = 1 if duration is None else self._samples(duration)
+        if self._outcome is not None:
+            raise SimulationError(f"{self._end()}; begin a new one")
+        kind, message, seen = self._core.step(samples)
+        if kind != "completed":
+            self._outcome = Outcome(kind, self.time, message)
+            raise SimulationError(self._end())
+        return self._sample.seen(seen)
+
+    def set_stick(self, **deflections: float) -> None:
+        """Hold the sticks so from the next sample on: ``set_stick(x=0.5, z=-0.2)``, or cylinders by name.
+
+        Deflections are shares from -1 to 1; axes that are left out are centred, so that ``set_stick()`` releases all. A
+        stick outside its dead zone ends the way to a goal.
+        """
+        axes = self.axes
+        for name, value in deflections.items():
+            if name not in axes:
+                raise unknown("stick axis", name, axes)
+            if not abs(_number(f"the deflection of `{name}`", value)) <= 1:
+                raise InputError(f"the deflection of `{name}` is {value!r}; a stick ends at -1 and 1")
+        self._core.set_sticks([float(deflections.get(name, 0.0)) for name in axes])
+
+    def set_precision(self, share: float) -> None:
+        """From the next sample on this share of the full speed counts, 0 to 1: a slower stick for precise work."""
+        if not 0 <= _number("the precision", share) <= 1:
+            raise InputError(f"the precision is a share of the full speed, from 0 to 1; got {share!r}")
+        self._core.set_precision(float(share))
+
+    def go_to(self, x: float, z: float, speed: float | None = None) -> None:
+        """From the next sample on the tip goes to the place (x, z), m, on a straight line.
+
+        Parameters
+        ----------
+        speed : float, optional
+            On the way, m/s; default is the speed at full stick.
+
+        Raises
+        ------
+        InputError
+            A place out of reach or in a region to keep out of, with the nearest one that would do; a controller other
+            than ``tip``; a stick that is out.
+        """
+        place = (_number("`x` of a goal", x), _number("`z` of a goal", z))
+        with translated():
+            self._core.go_to(place, None if speed is None else _number("the speed to a goal", speed))
+
+    def drop_goal(self) -> None:
+        """From the next sample on the tip goes to no goal any more: it comes to rest smoothly where it is."""
+        self._core.drop_goal()
+
+    def set_payload(self, mass: float) -> None:
+        """From the next sample on the tip carries `mass`, kg."""
+        self._core.set_payload(self.machine.payload(mass))
+
+    def scenario(self, **changes: Unpack[RunChanges]) -> Scenario:
+        """What was driven so far as a scenario, which :func:`hydrocrane.simulate` repeats to the last bit.
+
+        Its duration ends at the last sample. ``live.scenario().save("drive.toml")`` writes it down.
+        """
+        told = self._core.record()
+        if told["end"] <= 0:
+            raise InputError("nothing has been driven yet: step first")
+        stick = self._plan.joystick
+        axes = dict(zip(self.axes, told["axes"].T, strict=True))
+        linear = "linear" if told["linear"] else "hold"
+        if stick is not None:
+            stick = Joystick(
+                told["time"], axes, stick.mode, linear, stick.dead_zone, stick.full_speed, stick.ramp, told["precision"]
+            )
+        elif told["time"].size:
+            stick = Joystick(told["time"], axes, self._plan.stick_mode, linear, precision=told["precision"])
+        driven: RunChanges = {
+            "duration": told["end"],
+            "joystick": stick,
+            "goals": [Goal(time, *place, speed, until) for time, place, speed, until in told["goals"]],
+            "payload": told["payload"],
+            "payload_changes": {load.time: load.after for load in self.payload_changes if load.time < told["end"]},
+        }
+        return self._plan.changed(**driven).changed(**changes)
+
+    def _samples(self, duration: float) -> int:
+        seconds = _number("the duration", duration)
+        if seconds <= 0:
+            raise InputError(f"the duration must be greater than zero, in seconds; got {duration!r}")
+        return max(1, int(np.ceil(seconds / self.period - 1e-6)))
+
+    def _end(self) -> str:
+        assert self._outcome is not None
+        return f"the simulation ended with `{self._outcome.kind}` at {self.time:.4g} s: {self._outcome.message}"
+
+
+def _number(what: str, value: float) -> float:
+    number = real_array(value, what)
+    if number.ndim:
+        raise InputError(f"{what} must be one number, got {value!r}")
+    return float(number)
