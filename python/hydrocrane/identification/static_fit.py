@@ -21,6 +21,8 @@ from hydrocrane.identification.least_squares import (
     of_the_bulk,
     scale_of,
 )
+from hydrocrane.identification.leave_out import leave_out
+from hydrocrane.identification.neighbours import successions
 from hydrocrane.identification.points import FrictionPoints
 from hydrocrane.identification.profile import Solved
 from hydrocrane.identification.reach import BOUND
@@ -129,8 +131,14 @@ def fit_static(
         forms, () if form else wish.freedoms["stribeck-exponent"][1:], lambda of: problem(of, kept)
     )
     best, *others = (_result(points, candidate, wish, rejected, velocity_share) for candidate in candidates)
-    likeliest = candidates[0]
-    told = replace(best, alternatives=tuple(others), misfit=misfit_of(likeliest.problem, likeliest.x))
+    problem_, x = candidates[0].problem, candidates[0].x
+    told = replace(
+        best,
+        alternatives=tuple(others),
+        misfit=misfit_of(problem_, x),
+        held_out=leave_out(problem_, x, candidates[0].sigma * (best.spread.scale if best.spread else 1.0)),
+        successions=successions(problem_, x),
+    )
     return replace(told, warnings=warnings_of(told, bool(sensors.priors)))
 
 
