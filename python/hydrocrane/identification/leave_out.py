@@ -12,17 +12,20 @@ from numpy.typing import NDArray
 
 from hydrocrane.arrays import Array
 from hydrocrane.identification.held_out import HeldOut
-from hydrocrane.identification.least_squares import Inverse, Problem, invert, level_means
+from hydrocrane.identification.least_squares import Inverse, Problem, invert, level_means, scale_of
+from hydrocrane.identification.static_choice import Candidate
 
 # Up to so many levels are left out one by one, more in so many groups.
 PARTS = 24
 
 
-def leave_out(problem: Problem, x: Array, sigma: Array) -> HeldOut | None:
-    """Predictions of all levels of a fit at its solution `x`, points with standard deviations `sigma` (n,), N.
+def leave_out(fitted: Candidate) -> HeldOut | None:
+    """Predictions of all levels of a form that was fitted to them; None where there is a single level.
 
-    The weights and the floor stay as the fit to all levels found them. None where there is a single level.
+    The weights and the floor stay as the fit to all levels found them.
     """
+    problem, x = fitted.problem, fitted.x
+    sigma = fitted.sigma * scale_of(problem, x, fitted.sigma)[0]
     points = problem.points
     levels = points.levels
     count = levels.count.size

@@ -131,13 +131,13 @@ def fit_static(
         forms, () if form else wish.freedoms["stribeck-exponent"][1:], lambda of: problem(of, kept)
     )
     best, *others = (_result(points, candidate, wish, rejected, velocity_share) for candidate in candidates)
-    problem_, x = candidates[0].problem, candidates[0].x
+    likeliest = candidates[0]
     told = replace(
         best,
         alternatives=tuple(others),
-        misfit=misfit_of(problem_, x),
-        held_out=leave_out(problem_, x, candidates[0].sigma * (best.spread.scale if best.spread else 1.0)),
-        successions=successions(problem_, x),
+        misfit=misfit_of(likeliest.problem, likeliest.x),
+        held_out=leave_out(likeliest),
+        successions=successions(likeliest.problem, likeliest.x),
     )
     return replace(told, warnings=warnings_of(told, bool(sensors.priors)))
 
