@@ -5,7 +5,7 @@ Source: the ratio of quadratic forms of Durbin and Watson, Biometrika 37, 1950, 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -40,8 +40,8 @@ def successions(problem: Problem, x: Array) -> tuple[Succession, ...]:
         inner = stated * np.sqrt(np.nan_to_num(total.within, nan=1.0) or 1.0)
         outer = np.sqrt(counts) * width * _size(means[:, 0] / width, problem.unknowns)
         white = (both - means[level]) / inner[:, None] + (means / outer[:, None])[level]
-        found.append(_succession("time", white, _in_time(points)))
-    found.append(_succession("velocity", means / width[:, None], _by_speed(points, level)))
+        found.append(succession("time", white, _in_time(points)))
+    found.append(succession("velocity", means / width[:, None], _by_speed(points, level)))
     return tuple(s for s in found if s is not None)
 
 
@@ -66,8 +66,18 @@ def _by_speed(points: FrictionPoints, level: NDArray[np.intp]) -> Iterator[NDArr
         yield np.unique(level[points.direction == side])
 
 
-def _succession(order: str, white: Array, rows: Iterator[NDArray[np.intp]]) -> Succession | None:
-    """The correlation along `rows` of whitened residuals, the first column (n,), with the slopes in the others."""
+def succession(order: str, white: Array, rows: Iterable[NDArray[np.intp]]) -> Succession | None:
+    """The correlation of residuals along rows of neighbours; None where there are too few.
+
+    Parameters
+    ----------
+    order : str
+        One of :data:`~hydrocrane.identification.succession.ORDERS`.
+    white : (n, 1 + k) array
+        Residuals in their standard deviations, then their slopes over the k unknowns that were fitted to them.
+    rows : iterable of int arrays
+        Numbers of residuals, neighbours after each other.
+    """
     pairs = [np.stack([row[:-1], row[1:]]) for row in rows]
     first, second = np.concatenate(pairs, axis=1) if pairs else np.zeros((2, 0), dtype=int)
     residuals, slopes = white[:, 0], white[:, 1:]

@@ -21,6 +21,11 @@ ORDERS = {
         "windows",
         "Something drifts over the windows: warm up, repeat levels in another order, or zero the sensors more often",
     ),
+    "samples": (
+        "samples that follow each other",
+        "samples, or means of samples,",
+        "The model lacks something that lasts for several of them: check the sensors, delay, load and oil",
+    ),
     "velocity": (
         "levels that are neighbours in velocity",
         "levels",
@@ -36,9 +41,9 @@ class Succession:
 
     Attributes
     ----------
-    order : {"time", "velocity"}
-        Windows of a log one after the other, the share that their levels have in common taken away; or means of the
-        levels of a direction by speed.
+    order : {"time", "velocity", "samples"}
+        Windows of a log one after the other, the share that their levels have in common taken away; means of the
+        levels of a direction by speed; samples of one signal of a log, where nothing happens means of several.
     correlation : float
         At lag one, less what the fit itself brings about.
     p_value : float
