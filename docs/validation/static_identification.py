@@ -126,15 +126,17 @@ def choice(seeds: int) -> list[str]:
         "with exponents held at 2 and 1.5, where the Stribeck term alone is chosen; median width of the intervals; "
         "share",
         "of the seeds whose Stribeck terms are those of the truth; share of the seeds with a warning that the map does",
-        "not describe the data or that friction depends on something else.\n",
+        "not describe the data or that friction depends on something else; with the form chosen, share of the seeds",
+        "with a warning that levels left out of the fit are predicted worse than promised or that neighbouring",
+        "residuals are correlated, and root mean square of these predictions' errors over the promised ones, median.\n",
         "| truth | seeds | chosen: hold | width [N] | held: hold | width [N] | right terms | warned, chosen "
-        "| warned, held |",
-        "|---|---|---|---|---|---|---|---|---|",
+        "| warned, held | warned of levels left out | of neighbours | error over promise |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for name, keys in shapes.items():
         law = StaticMap.of({"stribeck-velocity": 0.002, **keys})
         stribeck = law.pairs["breakaway"][0] > law.pairs["coulomb"][0]
-        row, warned, right = "", [], 0.0
+        row, warned, right, told = "", [], 0.0, ""
         for exponents in ("chosen", "fixed"):
             fits = [fit_static(synthetic_points(law, seed=seed), exponents=exponents) for seed in range(seeds)]
             ends = np.array([[fit.intervals(0.95)[f"coulomb.{side}"] for side in SIDES] for fit in fits])
@@ -144,7 +146,11 @@ def choice(seeds: int) -> list[str]:
             warned.append(f"{100 * np.mean([bool(fit.misfit and fit.misfit.warnings) for fit in fits]):.0f} %")
             if exponents == "chosen":
                 right = 100 * float(np.mean([fit.form.stribeck == (stribeck, stribeck) for fit in fits]))
-        lines.append(f"| {name} | {seeds} {row}| {right:.0f} % | {warned[0]} | {warned[1]} |")
+                out = [fit.held_out for fit in fits if fit.held_out]
+                alone = 100 * np.mean([found.notable for found in out])
+                beside = 100 * np.mean([any(each.shows for each in fit.successions) for fit in fits])
+                told = f"{alone:.0f} % | {beside:.0f} % | {np.median([found.ratio for found in out]):.2f}"
+        lines.append(f"| {name} | {seeds} {row}| {right:.0f} % | {warned[0]} | {warned[1]} | {told} |")
     return lines
 
 

@@ -158,7 +158,7 @@ class Joystick:
         """
         from hydrocrane.logs import TIME_NAMES, columns_of, time_of
 
-        table = columns_of(log)
+        table = columns_of(log, every=columns is None)
         if columns is None:
             own = {name: name.removeprefix("stick.") for name in table if name.lower() not in TIME_NAMES}
             own = {name: axis for name, axis in own.items() if axis != "precision"}

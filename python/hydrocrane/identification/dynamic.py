@@ -16,6 +16,7 @@ from hydrocrane.errors import HydrocraneError, InputError
 from hydrocrane.identification import output_error
 from hydrocrane.identification.bristle import first_readings, goes_beyond
 from hydrocrane.identification.dynamic_result import DynamicFit
+from hydrocrane.identification.neighbours import succession
 from hydrocrane.identification.output_error import Estimate, JointPrior, Unknown
 from hydrocrane.identification.result import StaticFit
 from hydrocrane.identification.rig_model import (
@@ -205,13 +206,17 @@ def expected(
 def _doubts(estimate: Estimate, residuals: RigResiduals, rig: Machine) -> list[str]:
     """What the data do not tell, and what does not fit them."""
     found = [] if estimate.converged else [f"the fit stopped early: {estimate.message}"]
-    for log, signal, size in residuals.of_signals(estimate.values):
+    for log, signal, white in residuals.of_signals(estimate.values):
+        size = float(np.sqrt(np.mean(white[:, 0] ** 2)))
+        along = succession("samples", white, [np.arange(len(white))])
         if size > TOO_FAR:
             found.append(
                 f"{log}: residuals of {signal} are {size:.1f} times what its sensor explains: the rig's file, load or "
                 "command is not that of the log, or the sensor is worse than its data sheet. Intervals are widened, "
                 "but do not cover it"
             )
+        if along is not None and along.shows:
+            found.append(f"{log}, {signal}: {along.warning}")
     for name in DYNAMIC:
         key = key_of(rig, "friction", name)
         value, half = estimate[key], 1.96 * estimate.deviation(key)

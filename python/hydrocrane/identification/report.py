@@ -10,11 +10,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
+import numpy as np
+
 from hydrocrane.errors import ResultFileError
 from hydrocrane.files.whole_file import write_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+# A drawing of more points, as the curves of a whole log, is embedded as pixels, so many per inch.
+MOST_POINTS, RESOLUTION = 3000, 110
 
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #22313f; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
@@ -148,7 +153,11 @@ def _table(table: Table) -> str:
 
 
 def _picture(figure: Figure) -> str:
-    """A picture as a data address: drawn as vectors, apart from the page's own names."""
-    drawn = io.BytesIO()
-    figure.savefig(drawn, format="svg", metadata={"Date": None})
-    return f"data:image/svg+xml;base64,{base64.b64encode(drawn.getvalue()).decode('ascii')}"
+    """A picture as a data address, apart from the page's own names: vectors, or pixels where they take far less."""
+    from matplotlib.lines import Line2D
+
+    dense = sum(np.size(line.get_xdata()) for line in figure.findobj(Line2D)) > MOST_POINTS
+    drawn, kind = io.BytesIO(), "png" if dense else "svg"
+    figure.savefig(drawn, format=kind, dpi=RESOLUTION, metadata={} if dense else {"Date": None})
+    mime = "image/png" if dense else "image/svg+xml"
+    return f"data:{mime};base64,{base64.b64encode(drawn.getvalue()).decode('ascii')}"

@@ -15,10 +15,12 @@ from hydrocrane.errors import InputError, unknown
 from hydrocrane.identification.averaging import akaike_weights, averaged
 from hydrocrane.identification.block import head, interval, signature
 from hydrocrane.identification.form import Form
+from hydrocrane.identification.held_out import HeldOut
 from hydrocrane.identification.misfit import Misfit
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.reach import BOUND, reach
 from hydrocrane.identification.static_map import BREAKAWAY_SPEED, LABELS, LOGARITHMIC, PARAMETERS, StaticMap, unit_of
+from hydrocrane.identification.succession import Succession
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -117,6 +119,10 @@ class StaticFit:
         Free parameters of the map.
     misfit : Misfit
         How far the levels lie off the map, and what the rest may depend on   (None of readings and alternatives).
+    held_out : HeldOut
+        How well the form predicts levels that it was not fitted to   (None as `misfit`, and of a single level).
+    successions : tuple of Succession
+        Correlation of the residuals along time and velocity, as far as there are readings enough.
     aicc : float
         Akaike's information criterion, corrected for few levels; less is likelier, among fits of the same
         points.
@@ -140,6 +146,8 @@ class StaticFit:
     form_text: str = ""
     unknowns: int = 0
     misfit: Misfit | None = None
+    held_out: HeldOut | None = None
+    successions: tuple[Succession, ...] = ()
     aicc: float = np.nan
     alternatives: tuple[StaticFit, ...] = field(default=(), repr=False)
 
@@ -247,14 +255,18 @@ class StaticFit:
         if not 0.0 < level < 1.0:
             raise InputError(f"level must lie between 0 and 1, got {level:g}; 0.95 is usual")
         spread = self._known_spread()
-        free_exponent = any("exponent" in label for label in spread.labels)
-        chosen = method or ("profile" if free_exponent else "t")
+        chosen = method or self.interval_method
         if chosen not in ("t", "profile"):
             raise unknown("method of intervals", chosen, ("t", "profile"))
         # Profiles are searched for: the block, the report and the warnings ask for the same ones.
         if (level, chosen) not in self._intervals:
             self._intervals[level, chosen] = {label: self._interval(label, level, chosen) for label in spread.labels}
         return dict(self._intervals[level, chosen])
+
+    @property
+    def interval_method(self) -> str:
+        """Method of the intervals by default: ``profile`` where an exponent is free, else ``t``."""
+        return "profile" if any("exponent" in label for label in self._known_spread().labels) else "t"
 
     @cached_property
     def _intervals(self) -> dict[tuple[float, str], dict[str, tuple[float, float]]]:

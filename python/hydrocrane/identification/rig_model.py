@@ -333,12 +333,13 @@ class RigResiduals:
         """Readings x, p1, p2 (b, 3) of one log, SI."""
         return self._readings(theta, log)[0]
 
-    def of_signals(self, theta: Array) -> Iterator[tuple[str, str, float]]:
-        """Log, signal, and the root-mean-square residual of the one in the other."""
+    def of_signals(self, theta: Array) -> Iterator[tuple[str, str, Array]]:
+        """Log, signal, and its residuals in standard deviations with their slopes by all unknowns, (b, 1 + k)."""
         for k, model in enumerate(self.models):
-            residuals = model.weighted(self.predicted(theta, k) - model.measured)
-            for signal, values in zip(SIGNALS, residuals, strict=True):
-                yield model.source, signal, float(np.sqrt(np.mean(values**2)))
+            seen, row = self._readings(theta, k)
+            residuals, slopes = model.weighted(seen - model.measured), model.weighted(row)
+            for signal, values, over_theta in zip(SIGNALS, residuals, slopes, strict=True):
+                yield model.source, signal, np.column_stack([values, over_theta])
 
     def _readings(self, theta: Array, log: int) -> tuple[Array, Array]:
         """Readings of one log (b, 3) and their slopes by all unknowns (b, 3, k)."""

@@ -21,6 +21,8 @@ from hydrocrane.identification.least_squares import (
     of_the_bulk,
     scale_of,
 )
+from hydrocrane.identification.leave_out import leave_out
+from hydrocrane.identification.neighbours import successions
 from hydrocrane.identification.points import FrictionPoints
 from hydrocrane.identification.profile import Solved
 from hydrocrane.identification.reach import BOUND
@@ -130,7 +132,13 @@ def fit_static(
     )
     best, *others = (_result(points, candidate, wish, rejected, velocity_share) for candidate in candidates)
     likeliest = candidates[0]
-    told = replace(best, alternatives=tuple(others), misfit=misfit_of(likeliest.problem, likeliest.x))
+    told = replace(
+        best,
+        alternatives=tuple(others),
+        misfit=misfit_of(likeliest.problem, likeliest.x),
+        held_out=leave_out(likeliest),
+        successions=successions(likeliest.problem, likeliest.x),
+    )
     return replace(told, warnings=warnings_of(told, bool(sensors.priors)))
 
 

@@ -22,6 +22,7 @@ from hydrocrane.identification.result import ALIKE, StaticFit, of_sensors
 from hydrocrane.identification.setup import Bias
 from hydrocrane.identification.static_fit import fit_static
 from hydrocrane.identification.static_map import EXPONENTS
+from hydrocrane.identification.succession import ORDERS
 
 
 class RejectedWindow(Protocol):
@@ -69,6 +70,8 @@ class StaticIdentification:
             ("Parameters", self._parameters),
             ("Forms of the map", self._forms),
             ("What is left over", self._left_over),
+            ("Prediction of levels left out", self._held_out),
+            ("Neighbouring residuals", self._neighbours),
             ("Correlation", self._correlation),
             ("Points left out", self._points_left_out),
             ("Windows left out", self._windows),
@@ -114,8 +117,21 @@ class StaticIdentification:
         held = [name for name in EXPONENTS if not any(label.startswith(f"{name}.") for label in intervals)]
         shown = (f"{name} at {', '.join(f'{v:g}' for v in self.fit.params[name])}" for name in held)
         text = f"Held: {'; '.join(shown)}." if held else "No parameter was held."
+        text += f"\n\n{self._method()}"
         heads = ("parameter", "unit", "fitted", "95 % from", "to", "by ruler")
         return Section("Parameters", text, Table(heads, rows), warnings=self.reading.warnings)
+
+    def _method(self) -> str:
+        """How the intervals were found."""
+        found = {
+            "profile": "Intervals follow the profile likelihood, because an exponent is free and the map then far from "
+            "linear in its parameters; those of the errors of the sensors are linear.",
+            "t": "Intervals are linear, with Student's t, in the logarithm for the Stribeck velocity: no exponent is "
+            "free.",
+        }[self.fit.interval_method]
+        rivals = len(self.fit.rivals)
+        others = f" They are averaged by likelihood with linear intervals of other forms: {rivals}." if rivals else ""
+        return found + others
 
     def _row(self, label: str, ends: tuple[float, float]) -> tuple[str, ...]:
         ruler = "-" if of_sensors(label) else f"{self.reading.value(label):.4g}"
@@ -162,14 +178,58 @@ class StaticIdentification:
         table = Table(("depends on", "change of friction [%]", "chance without it", "shows"), rows)
         return Section("What is left over", text, table, misfit.plot(), misfit.warnings)
 
+    def _held_out(self) -> Section:
+        """Levels predicted by a fit to the others."""
+        title, found = "Prediction of levels left out", self.fit.held_out
+        if found is None:
+            return Section(title, "A single level cannot be predicted from others.")
+        rows = tuple(
+            (
+                f"{v * 1e3:.3g}",
+                DIRECTIONS[d],
+                f"{within:+.3g}",
+                *(("-", "-") if np.isnan(e) else (f"{e:+.3g}", f"{s:.3g}")),
+            )
+            for v, d, within, e, s in zip(
+                found.velocity, found.direction, found.within, found.error, found.promised, strict=True
+            )
+        )
+        heads = (
+            "velocity [mm/s]", "direction", "measured - fitted [N]", "measured - predicted [N]",
+            "standard deviation promised [N]",
+        )  # fmt: skip
+        return Section(title, found.sentence, Table(heads, rows), warnings=found.warnings)
+
+    def _neighbours(self) -> Section:
+        """Correlation of residuals along time and velocity."""
+        title, found = "Neighbouring residuals", self.fit.successions
+        if not found:
+            return Section(title, "Too few windows and levels to look for correlation of what is left over.")
+        rows = tuple(
+            (
+                ORDERS[each.order][0], str(each.count), f"{each.correlation:+.2f}", f"{each.p_value:.2g}",
+                f"{each.effective:.3g}", "yes" if each.shows else "no",
+            )
+            for each in found
+        )  # fmt: skip
+        heads = ("residuals of", "readings", "correlation", "chance without it", "count as", "shows")
+        text = "Correlation of neighbours, less what the fit itself brings about; correlated readings count for less."
+        warnings = tuple(each.warning for each in found if each.shows)
+        return Section(title, text, Table(heads, rows), warnings=warnings)
+
     def _correlation(self) -> Section:
+        """Correlation of everything with the parameters of the map, whose columns are numbered: names take width."""
         table = self.fit.correlation
         names = [str(n) for n in table["parameter"].values]
+        columns = [i for i, name in enumerate(names) if not of_sensors(name)]
         rows = tuple(
-            (name, *("-" if np.isnan(c) else f"{c:+.2f}" for c in row))
-            for name, row in zip(names, table.values, strict=True)
+            (f"{i} {name}", *("-" if np.isnan(row[k]) else f"{row[k]:+.2f}" for k in columns))
+            for i, (name, row) in enumerate(zip(names, table.values, strict=True), 1)
         )
-        return Section("Correlation", table=Table(("", *(n.replace(".", " ") for n in names)), rows))
+        text = "Columns are those of the rows with the same number."
+        if len(columns) < len(names):
+            text += " `fit.correlation` has the errors of the sensors among each other, too."
+        return Section("Correlation", text, Table(("", *(str(k + 1) for k in columns)), rows))
 
     def _points_left_out(self) -> Section:
         if not self.fit.rejected:

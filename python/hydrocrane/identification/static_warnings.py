@@ -25,6 +25,8 @@ def warnings_of(fit: StaticFit, with_prior: bool) -> tuple[str, ...]:
         *_poorly_known(fit),
         *_too_few(fit),
         *(fit.misfit.warnings if fit.misfit else ()),
+        *(fit.held_out.warnings if fit.held_out else ()),
+        *(each.warning for each in fit.successions if each.shows),
         *_of_sensors(fit, with_prior),
         *_rejection(fit),
     )

@@ -12,14 +12,11 @@ from hydrocrane.logs.clock import epoch_unit
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.mapping import LogMapping, Source, expected_units, si_values
 from hydrocrane.logs.signals import PRESSURES, SIGNALS
-from hydrocrane.logs.table import Table, split_name
+from hydrocrane.logs.table import Table, said_of, split_name
 from hydrocrane.logs.units import ATMOSPHERE, is_pounds, known_unit, log_unit
 
 if TYPE_CHECKING:
     import xarray as xr
-
-# A reason of a left-out column counts columns up to here by name.
-MOST_NAMED = 8
 
 
 def signals_of(table: Table, mapping: LogMapping | None, source: str) -> tuple[xr.Dataset, list[Flag]]:
@@ -108,15 +105,9 @@ class _Assembly:
             names = ", ".join(self.assumed)
             text = f"no unit is stated for {names}; SI units are taken. State them in the file or a mapping"
             notes.append(self._whole("assumed-unit", "", text))
-        reasons: dict[str, list[str]] = {}
         # Who maps signals has chosen; who does not wants them all.
-        for column, reason in self.left_out.items() if self.every else ():
-            reasons.setdefault(reason, []).append(column)
-        for reason, columns in reasons.items():
-            shown = ", ".join(f"`{column}`" for column in columns[:MOST_NAMED])
-            more = f" and {len(columns) - MOST_NAMED} more" if len(columns) > MOST_NAMED else ""
-            noun = "column" if len(columns) == 1 else "columns"
-            notes.append(self._whole("left-out", "", f"{noun} {shown}{more} left out: {reason}"))
+        if self.every:
+            notes += [self._whole("left-out", "", text) for text in said_of(self.left_out)]
         return notes
 
     def _whole(self, kind: str, signal: str, message: str, fatal: bool = False) -> Flag:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Mapping
 from os import PathLike
 from pathlib import Path
@@ -14,7 +15,8 @@ from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError
 from hydrocrane.files.columns import is_dataset
 from hydrocrane.logs.readers import read_table, table_of_dataset
-from hydrocrane.logs.table import Table
+from hydrocrane.logs.table import Table, said_of
+from hydrocrane.result_warning import DoubtfulResult
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -32,14 +34,27 @@ class Holder(Protocol):
 LogLike: TypeAlias = "str | PathLike[str] | xr.Dataset | pd.DataFrame | Mapping[str, ArrayLike] | Holder"
 
 
-def columns_of(log: LogLike) -> dict[str, Array]:
-    """Any supported log as column name -> values; text columns are left out, dates are seconds from the first.
+def columns_of(log: LogLike, *, every: bool = True) -> dict[str, Array]:
+    """Any supported log as column name -> values; dates are seconds from the first.
 
-    Columns of a file are converted to SI where the file states a unit that is known.
+    Columns of a file are converted to SI where the file states a unit that is known. A column that is no series of
+    numbers is left out; a DoubtfulResult says which, why, and what else was odd in the file.
+
+    Parameters
+    ----------
+    log : path, Dataset, DataFrame, mapping or anything that holds a Dataset as ``data``
+    every : bool
+        Whether all columns matter. False, without these warnings: the caller takes columns by name.
     """
     if isinstance(log, str | PathLike):
-        return read_table(Path(log)).in_si()
-    return table_of_log(log).columns
+        source, table = Path(log).name, read_table(Path(log))
+        columns = table.in_si()
+    else:
+        source, table = "the log", table_of_log(log)
+        columns = table.columns
+    for text in (*(note.message for note in table.notes), *said_of(table.left_out)) if every else ():
+        warnings.warn(f"{source}: {text}", DoubtfulResult, stacklevel=3)
+    return columns
 
 
 def table_of_log(log: LogLike) -> Table:

@@ -27,6 +27,8 @@ _NAME_AND_UNIT = re.compile(
 )
 # SI units that one unit of a log is at least; its inverse is the most. Beyond that its numbers are lost.
 LEAST_UNIT = 1e-30
+# So many columns of one reason are named where they are left out.
+MOST_NAMED = 8
 # Why a column was left out.
 NO_NUMBERS = "no numbers"
 # Columns of a log: checks and summaries look at each of them.
@@ -143,6 +145,19 @@ def check_width(path: Path, columns: int) -> None:
             f"{path} has {columns} columns, more than {MOST_COLUMNS}; keep those that are needed, or turn a table that "
             "has its signals in rows"
         )
+
+
+def said_of(left_out: Mapping[str, str]) -> list[str]:
+    """Words for columns that were left out, one text for all of one reason."""
+    reasons: dict[str, list[str]] = {}
+    for column, reason in left_out.items():
+        reasons.setdefault(reason, []).append(column)
+    texts = []
+    for reason, columns in reasons.items():
+        shown = ", ".join(f"`{column}`" for column in columns[:MOST_NAMED])
+        more = f" and {len(columns) - MOST_NAMED} more" if len(columns) > MOST_NAMED else ""
+        texts.append(f"{'column' if len(columns) == 1 else 'columns'} {shown}{more} left out: {reason}")
+    return texts
 
 
 def split_name(text: str) -> tuple[str, str]:

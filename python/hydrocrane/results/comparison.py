@@ -72,7 +72,7 @@ def compare(run: Record, log: LogLike, columns: Mapping[str, str] | None = None,
     shift : float
         Added to the log's time, s.
     """
-    table = columns_of(log)
+    table = columns_of(log, every=columns is None)
     time = time_of(table) + float(shift)
     ours = run.columns
     pairs = _pairs(ours, table, columns)

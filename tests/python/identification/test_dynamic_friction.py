@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.signal import lfilter
 
 import hydrocrane as hc
 from hydrocrane import rig
@@ -334,6 +335,16 @@ def test_damping_is_bounded_by_passivity():
 def test_a_wrong_load_is_said_and_not_explained_away(logs):
     found = fit_dynamic([], [logs[1].between(1.0, 4.0)], CRANE, payload=10.0, calibrated=True)
     assert any("check load" in warning for warning in found.warnings)
+
+
+def test_readings_that_err_together_are_said(logs):
+    """More noise of the same size in one pressure, which lasts for ten samples."""
+    step, noise = logs[1], RigSensors.of(CRANE, calibrated=True).pressure_noise
+    fresh = np.random.default_rng(0).normal(size=step.time.size)
+    slow = noise * lfilter([np.sqrt(1.0 - 0.9**2)], [1.0, -0.9], fresh)
+    found = fit_dynamic([], [changed(step, p2=step["p2"] + slow)], CRANE, calibrated=True)
+    (told,) = (text for text in found.warnings if "residuals of samples" in text)
+    assert told.startswith("bad.csv, p2:") and "count as about" in told
 
 
 def test_what_fails_later_keeps_the_readings(logs):

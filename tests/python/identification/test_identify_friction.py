@@ -359,3 +359,31 @@ def test_a_failed_stage_is_exit_status_one(log, tmp_path, monkeypatch, capsys):
     told = capsys.readouterr()
     assert "steady windows failed" in told.err and "nothing was identified" in told.err
     assert Path("page.html").exists() and not Path("friction.toml").exists()
+
+
+# --- the page ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.evidence
+def test_a_report_of_fifteen_logs_stays_small(steady, tmp_path):
+    """Curves of whole logs are pixels. What was left out stands after the result."""
+    found = hc.identify_friction([hc.Log.of(steady.reread(seed)) for seed in range(15)], "rig-rottne")
+    page = found.report().write(tmp_path / "page.html").read_text(encoding="utf-8")
+    assert page.count("<img") == 17 and page.count("data:image/png") >= 15
+    assert len(page.encode()) < 3e6
+    places = [page.index(f"{title}</h2>") for title in ("Result", "Parameters", "Points left out", "Windows left out")]
+    assert places == sorted(places)
+
+
+@pytest.mark.browser
+def test_no_table_is_wider_than_a_page_of_1200_pixels(steady, tmp_path, browser):
+    """27 parameters and errors of sensors: the widest table that a campaign of 15 logs has."""
+    found = hc.identify_friction([hc.Log.of(steady.reread(seed)) for seed in range(15)], "rig-rottne")
+    assert len(found.static.fit.spread.labels) > 20
+    path = found.static.report("test").write(tmp_path / "page.html")
+    wide = "[...document.querySelectorAll('.table')].filter(t => t.scrollWidth > t.clientWidth).length"
+    page = browser.new_page(viewport={"width": 1200, "height": 900})
+    page.goto(path.as_uri())
+    assert page.evaluate("document.documentElement.scrollWidth") <= 1200
+    assert page.evaluate("document.querySelectorAll('.table').length") > 5
+    assert page.evaluate(wide) == 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import re
 
 import h5py
 import numpy as np
@@ -11,8 +12,9 @@ import xarray as xr
 from scipy.io import savemat
 
 import hydrocrane as hc
-from hydrocrane.logs import Log
+from hydrocrane.logs import Log, columns_of
 from hydrocrane.logs.units import ATMOSPHERE, log_unit
+from hydrocrane.result_warning import DoubtfulResult
 
 N = 60
 ROW = np.arange(N)
@@ -211,6 +213,31 @@ def test_numbered_columns_of_a_matrix_have_no_unit(tmp_path):
     log = hc.read_log(tmp_path / "m.mat", {"signal": {"p1": {"column": "p[1]"}, "p2": {"column": "p[2]"}}})
     np.testing.assert_allclose(log["p2"], 2e5 * ROW)
     assert not log.fatal
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".mat"])
+def test_plain_columns_say_what_was_left_out(suffix, tmp_path):
+    """A log of sticks and one that is laid over a run are read without a mapping, too."""
+    path = tmp_path / f"sticks{suffix}"
+    if suffix == ".csv":
+        path.write_text("time,x,z,note\n0,0,0,start\n1,0.5,-1,\n2,0.5,1,stop\n", encoding="utf-8")
+        lost = "column `note` left out: words, not numbers"
+    else:
+        times = {"time": [0.0, 1.0, 2.0], "x": [0.0, 0.5, 0.5], "z": [0.0, -1.0, 1.0]}
+        savemat(path, {**{k: np.array(v) for k, v in times.items()}, "cube": np.ones((3, 4, 5))})
+        lost = "column `cube` left out: 3 dimensions"
+    with pytest.warns(DoubtfulResult, match=re.escape(f"sticks{suffix}: {lost}")):
+        joystick = hc.Joystick.from_log(path, full_speed=0.1)
+    np.testing.assert_allclose(joystick.at(0.5).axes, [0.25, -0.5])
+    # Who names columns has chosen.
+    assert set(hc.Joystick.from_log(path, columns={"x": "x"}, full_speed=0.1).axes) == {"x"}
+
+
+def test_plain_columns_say_that_a_name_came_twice(tmp_path):
+    path = tmp_path / "twice.csv"
+    path.write_text("time,x,x\n0,0,5\n1,1,6\n2,2,7\n", encoding="utf-8")
+    with pytest.warns(DoubtfulResult, match="a second column is called `x`"):
+        assert list(columns_of(path)) == ["time", "x", "x.2"]
 
 
 # --- units ----------------------------------------------------------------------------------------------------------
