@@ -70,9 +70,9 @@ pub struct AxisDerivatives<T> {
 
 /// The force of an axis with the change of the accelerations by it along a direction.
 #[derive(Debug, Clone, Copy, Default)]
-struct ForceAlong<T> {
-    force: Row<T>,
-    response: [T; MAX_BORDER],
+pub struct ForceAlong<T> {
+    pub force: Row<T>,
+    pub response: [T; MAX_BORDER],
 }
 
 /// df/dx in blocks.
@@ -87,7 +87,7 @@ pub struct BlockArrow<T> {
     pub by_qd: [[T; MAX_BORDER]; MAX_BORDER],
     pub cylinders: [AxisDerivatives<T>; MAX_BORDER],
     /// Of a derivative of the matrix along a direction: see [`BlockArrow::along`].
-    along: Option<Box<[ForceAlong<T>; MAX_BORDER]>>,
+    pub along: Option<Box<[ForceAlong<T>; MAX_BORDER]>>,
     /// `None` without shared states.
     pub shared: Option<Box<SharedDerivatives<T>>>,
 }

@@ -22,7 +22,7 @@ mod system;
 pub mod tableau;
 pub mod tsit5;
 
-pub use block_arrow::{AxisDerivatives, AxisStates, BlockArrow, Row, ScalarOver, StateBlocks, MAX_BORDER};
+pub use block_arrow::{AxisDerivatives, AxisStates, BlockArrow, ForceAlong, Row, ScalarOver, StateBlocks, MAX_BORDER};
 pub use linear::{Factored, Linearisation};
 pub use method::{Effort, Method, Restart, Target, FLUSH};
 pub use methods::{method, METHODS};

@@ -1,6 +1,7 @@
 //! The block arrow of real cranes against the dense matrix, and its solution by the Schur complement.
 
 use hydrocrane_machine::{load, OverrideValue};
+use hydrocrane_num::Dual;
 use hydrocrane_ode::{BlockArrow, SchurFactors};
 use hydrocrane_sim::{build, EquilibriumMode, Model};
 use std::sync::Arc;
@@ -78,4 +79,31 @@ fn a_matrix_that_cannot_be_solved_is_refused() {
     let (mut derivatives, _) = derivatives(model.as_ref());
     derivatives.by_q[0][0] = f64::NAN;
     assert!(!SchurFactors::default().factor(&derivatives, 1e3));
+}
+
+#[test]
+fn products_with_the_derivative_of_a_matrix_are_derivatives_of_its_products() {
+    for model in models() {
+        let (matrix, n) = derivatives(model.as_ref());
+        // Every entry turns with a rate of its own.
+        let mut angle = 0.0;
+        let moving = std::cell::RefCell::new(&mut angle);
+        let matrix = matrix.map(|value| {
+            **moving.borrow_mut() += 1.0;
+            Dual { value, derivative: [value * f64::sin(**moving.borrow())] }
+        });
+        let k: Vec<f64> = (0..n).map(|i| model.layout().scales[i] * (2.0 * i as f64).cos()).collect();
+        let product = |matrix: BlockArrow<f64>| {
+            let mut y = vec![0.0; n];
+            matrix.add_product(&k, &mut y);
+            y
+        };
+        let along = product(matrix.along(|number: Dual<f64, 1>| number.value, |number| number.derivative[0]));
+        let at = |h: f64| product(matrix.map(|number| number.value + h * number.derivative[0]));
+        // Entries are products of two numbers at most, so that the difference is exact but for rounding.
+        for ((along, ahead), behind) in along.iter().zip(at(0.5)).zip(at(-0.5)) {
+            let size = ahead.abs().max(behind.abs()).max(1e-300);
+            assert!((along - (ahead - behind)).abs() <= 1e-9 * size, "{along} {}", ahead - behind);
+        }
+    }
 }
