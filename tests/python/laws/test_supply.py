@@ -26,7 +26,7 @@ COMMAND = ([0.0, 0.2, 0.3, 1.2, 1.3, 2.2, 2.3, 3.0], [0.0, 0.0, 0.03, 0.03, -0.0
 # Displacement (m^3), volume (m^3), compliance (m^3/Pa), relief pressure (Pa), and of the control its range (Pa),
 # time constant (s) and largest torque (N m).
 PUMPS = {
-    "fixed": (4e-6, 0.5e-3, 0.2e-6 / BAR, SET, None, None, None),
+    "fixed": (2.5e-6, 0.5e-3, 0.2e-6 / BAR, SET, None, None, None),
     "swivelling": (4e-6, 0.3e-3, 0.0, 1.15 * SET, 5 * BAR, 0.04, np.inf),
     "limited": (9e-6, 0.3e-3, 0.0, 1.15 * SET, 8 * BAR, 0.06, 9.0),
 }
@@ -123,7 +123,7 @@ def test_a_cylinder_on_a_pump_moves_as_an_independent_model_does(pump):
     names = list(machine_on(pump).state_names)
     ours = np.column_stack([column(run, name) for name in names])
     theirs = solve_ivp(
-        rates, (0, 3), ours[0], "LSODA", run.columns["time"], args=(pump,), rtol=1e-8, atol=1e-9, max_step=5e-3
+        rates, (0, 3), ours[0], "LSODA", column(run, "time"), args=(pump,), rtol=1e-8, atol=1e-9, max_step=5e-3
     ).y.T
     span = np.ptp(ours, axis=0)
     for name, gap, wide in zip(names, abs(ours - theirs).max(axis=0), span, strict=True):
@@ -157,8 +157,8 @@ def test_derivatives_by_values_of_the_supply_are_those_of_differences(key):
     )
     crane = hc.load_machine("rottne-f9-pump")
     exact = hc.sensitivities(scenario, [key], rtol=1e-8)
-    value = float(crane.value(key).si)
-    share = 1e-4
+    value = np.asarray(crane.value(key).si).item()
+    share = 1e-3
 
     def at(factor):
         run = hc.simulate(scenario, overrides={key: value * factor}, rtol=1e-9)
@@ -167,7 +167,8 @@ def test_derivatives_by_values_of_the_supply_are_those_of_differences(key):
     difference = (at(1 + share) - at(1 - share)) / (2 * share * value)
     found = np.column_stack([np.asarray(exact.data[name]).squeeze() for name in ("tip.x", "tip.z", "mains.p")])
     assert found.shape == difference.shape
-    np.testing.assert_allclose(found, difference, atol=2e-3 * abs(difference).max(axis=0))
+    gap = abs(found - difference).max(axis=0) / abs(difference).max(axis=0)
+    assert np.all(gap < 1e-3), gap
 
 
 def test_a_batch_of_cranes_with_pumps_is_the_simulator_with_a_leading_axis():
