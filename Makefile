@@ -9,15 +9,20 @@ CARGO  ?= cargo
 # Everything that goes into the compiled module.
 SOURCES := $(shell find crates machines scenarios -name '*.rs' -o -name '*.toml') Cargo.toml Cargo.lock pyproject.toml
 
-.PHONY: demo test test-rust test-python evidence evidence-python evidence-tools cockpit drives fuzz soak bench docs lint clean
+.PHONY: demo test compiled test-rust test-python evidence evidence-python evidence-tools cockpit drives fuzz soak bench docs lint clean
 
 demo: $(VENV)/.built
 	$(BIN)/hydrocrane simulate vertical-lift-open-loop --output results
 
-test: test-rust test-python
+test: compiled test-rust test-python
+
+# Python's environment is fetched while cargo compiles the Rust tests. The module then waits for them and shares their crates:
+# same profile, same features (tests/python/house/test_shared_crates.py).
+compiled: $(BIN)/python
+	$(CARGO) test --workspace --quiet --no-run & rust=$$!; $(MAKE) --no-print-directory $(VENV)/.tested; module=$$?; wait $$rust && exit $$module
 
 test-rust:
-	$(CARGO) test --workspace --exclude hydrocrane-python --quiet
+	$(CARGO) test --workspace --quiet
 
 # Tests go to as many processes as there are cores, four at most; those of a file stay together, since they share fixtures.
 PYTEST := $(BIN)/python -m pytest --numprocesses logical --maxprocesses 4 --dist loadfile
@@ -119,6 +124,7 @@ docs: $(VENV)/.tested
 	$(BIN)/python docs/validation/redundancy.py
 	$(BIN)/python docs/validation/friction_lab.py
 	$(BIN)/python docs/validation/dynamic_friction.py
+	$(BIN)/python docs/validation/rooms.py
 	$(BIN)/python docs/reference/front_page.py
 	$(BIN)/python docs/reference/sensitivities.py
 	$(BIN)/python docs/pictures/make.py
@@ -144,15 +150,21 @@ $(BIN)/python:
 	@command -v $(CARGO) >/dev/null || { echo "hydrocrane needs Rust: install the stable toolchain with rustup, then run make again"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
+	-$(BIN)/python -m pip install --quiet 'uv>=0.8,<1'
+
+# uv fetches what the package needs in a sixth of pip's processor time; without it, pip does the same a line later.
+FETCH = -$(BIN)/python -m uv pip install --quiet --python $(BIN)/python --requirements pyproject.toml --extra
 
 # An editable installation: Python files are used in place, the compiled module is built anew when a source changes.
 $(VENV)/.built: $(BIN)/python $(SOURCES)
+	$(FETCH) parquet
 	$(BIN)/python -m pip install --quiet --editable '.[parquet]'
 	@touch $@
 
-# The module of `make demo` serves where it is up to date. Else one is built without link-time optimisation, from the parts that the
-# Rust tests take: half the time, and the same bits.
+# The module of `make demo` serves where it is up to date. Else one is built without link-time optimisation, of the crates that the
+# Rust tests have compiled: the same bits.
 $(VENV)/.tested: $(BIN)/python $(SOURCES)
+	$(FETCH) test
 	if ! $(MAKE) --question --no-print-directory $(VENV)/.built; then export MATURIN_PEP517_ARGS="--profile dev"; fi; \
 		$(BIN)/python -m pip install --quiet --editable '.[test]'
 	@touch $@

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hydrocrane import _core
 from hydrocrane.errors import InputError
 
 Array = NDArray[np.float64]
@@ -37,6 +38,17 @@ def check_positive(name: str, value: float) -> None:
     number = real_array(value, name)
     if number.ndim or number <= 0:
         raise InputError(f"{name} must be one number greater than zero, got {value!r}")
+
+
+def scenario_quantity(key: str, name: str, value: ArrayLike) -> float:
+    """`value` as one number, SI, that a scenario file may have at `key`; `name` is what the argument is called."""
+    number = real_array(value, name)
+    if number.ndim:
+        raise InputError(f"{name} must be one number, got {value!r}")
+    refused = _core.refused_quantity(key, float(number))
+    if refused:
+        raise InputError(f"{name}: {refused}")
+    return float(number)
 
 
 def seed_number(value: object) -> int:

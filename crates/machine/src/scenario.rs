@@ -9,6 +9,7 @@ mod phase;
 mod sensor_fault;
 mod stage;
 mod stated;
+mod value;
 mod written;
 
 pub use closed_loop::{ControllerChoice, Joystick, SensorQuality, StickMode};
@@ -19,6 +20,7 @@ pub use phase::Phase;
 pub use sensor_fault::{FaultKind, SensorFault};
 pub use stage::Stage;
 pub use stated::{contradiction, stated, Stated};
+pub use value::{check_quantity, choices};
 pub use written::Unwritable;
 
 use crate::bundled::{bundled_machines, bundled_scenarios};

@@ -39,6 +39,19 @@ pub fn contradiction(
     Ok(hydrocrane_machine::scenario::contradiction(&value(one)?, unit, key, &value(other)?))
 }
 
+/// Why no scenario may have this quantity (SI) at `key`, and the cure; `None` where it may.
+#[pyfunction]
+pub fn refused_quantity(key: &str, value: f64) -> Option<String> {
+    let error = hydrocrane_machine::scenario::check_quantity(key, value).err()?;
+    Some([Some(error.message()), error.cure()].into_iter().flatten().collect::<Vec<_>>().join("; "))
+}
+
+/// The choices that are declared at a key of scenario files.
+#[pyfunction]
+pub fn scenario_choices(key: &str) -> &'static [&'static str] {
+    hydrocrane_machine::scenario::choices(key)
+}
+
 /// How a run is integrated.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]

@@ -9,17 +9,18 @@ from typing import TYPE_CHECKING, TypedDict, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hydrocrane.arrays import Array, real_array
+from hydrocrane import _core
+from hydrocrane.arrays import Array, real_array, scenario_quantity
 from hydrocrane.errors import InputError, unknown
 
 if TYPE_CHECKING:
     from hydrocrane.logs.columns import LogLike
 
-MODES = ("tip", "lever", "height")
+MODES = tuple(_core.scenario_choices("joystick.mode"))
 # The stick modes that each controller by name takes.
 MODES_OF = {"tip": ("tip", "height"), "heinze-pid": ("tip",), "lever": ("lever",)}
 TIP_AXES = ("x", "z")
-INTERPOLATIONS = ("hold", "linear")
+INTERPOLATIONS = tuple(_core.scenario_choices("joystick.interpolation"))
 # How far beyond its end rounding may take a deflection; it counts as the end.
 ROUNDING = 1e-9
 
@@ -121,10 +122,11 @@ class Joystick:
             for name in axes:
                 if name not in TIP_AXES:
                     raise unknown("stick axis", name, TIP_AXES)
-        _within("dead_zone", self.dead_zone, 0.0, 1.0)
-        _within("ramp", self.ramp, 0.0, np.inf)
-        if self.full_speed is not None and not _number("full_speed", self.full_speed) > 0:
-            raise InputError(f"full_speed must be greater than zero, in m/s; got {self.full_speed!r}")
+        if scenario_quantity("joystick.dead-zone", "dead_zone", self.dead_zone) >= 1:
+            raise InputError(f"dead_zone must be below 1, else it leaves nothing of the stick; got {self.dead_zone!r}")
+        scenario_quantity("joystick.ramp", "ramp", self.ramp)
+        if self.full_speed is not None:
+            scenario_quantity("joystick.full-speed", "full_speed", self.full_speed)
         precision = real_array(self.precision, "precision")
         if precision.size and precision.shape != time.shape:
             raise InputError(f"precision has shape {precision.shape} for {time.size} times")
@@ -221,16 +223,3 @@ def _deflections(name: str, values: ArrayLike, time: Array) -> Array:
     if (np.abs(array) > 1 + ROUNDING).any():
         raise InputError(f"the deflection of `{name}` reaches {np.abs(array).max():.9g}; a stick ends at 1")
     return np.clip(array, -1.0, 1.0)
-
-
-def _number(name: str, value: float) -> float:
-    number = real_array(value, name)
-    if number.ndim:
-        raise InputError(f"{name} must be one number, got {value!r}")
-    return float(number)
-
-
-def _within(name: str, value: float, low: float, below: float) -> None:
-    if not low <= _number(name, value) < below:
-        bound = f" and below {below:g}" if np.isfinite(below) else ""
-        raise InputError(f"{name} must be {low:g} or more{bound}; got {value!r}")

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hydrocrane import _core
 from hydrocrane.arrays import real_array
 from hydrocrane.errors import InputError, unknown
 
-SENSORS = ("ideal", "data-sheet")
-FAULTS = ("freeze", "jump", "drop-out")
+SENSORS = tuple(_core.scenario_choices("controller.sensors"))
+FAULTS = tuple(_core.scenario_choices("sensor-fault.<name>.kind"))
 
 
 @dataclass(frozen=True)

@@ -3,14 +3,13 @@
 from hydrocrane.scenario.command import INTERPOLATIONS, Command, read_commands
 from hydrocrane.scenario.payload import PayloadChange
 from hydrocrane.scenario.phases import Phase
-from hydrocrane.scenario.scenario import LEAST_PERIOD, Scenario
+from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.scenario_file import bundled_scenarios, load_scenario
 from hydrocrane.scenario.solver import FIXED_STEPS, METHODS, Solver
 
 __all__ = [
     "FIXED_STEPS",
     "INTERPOLATIONS",
-    "LEAST_PERIOD",
     "METHODS",
     "Command",
     "PayloadChange",

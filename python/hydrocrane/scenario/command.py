@@ -15,7 +15,7 @@ from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError, translated, unknown
 from hydrocrane.machine.machine import MachineLike, as_machine
 
-INTERPOLATIONS = ("hold", "linear")
+INTERPOLATIONS = tuple(_core.scenario_choices("command.<cylinder>.interpolation"))
 
 
 @dataclass(frozen=True)

@@ -21,28 +21,13 @@ from hydrocrane.control.controllers import AnyController
 from hydrocrane.control.joystick import Joystick
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.machine.machine import Machine
-from hydrocrane.machine.overrides import Override, Overrides, plain_overrides
+from hydrocrane.machine.overrides import Override, plain_overrides
 from hydrocrane.machine.sensors import SensorFault
 from hydrocrane.scenario.changes import Pressures
 from hydrocrane.scenario.command import Command, split_table
 from hydrocrane.scenario.goals import Goal
-from hydrocrane.scenario.phases import Phase
+from hydrocrane.scenario.phases import Loop, Phase
 from hydrocrane.scenario.solver import Solver
-
-
-class Loop(Protocol):
-    """What stands beside a controller, in a scenario and in a phase."""
-
-    @property
-    def period(self) -> float | None: ...
-    @property
-    def delay(self) -> float: ...
-    @property
-    def sensors(self) -> str: ...
-    @property
-    def believed(self) -> Machine | Overrides | None: ...
-    @property
-    def monitor(self) -> bool | None: ...
 
 
 class Plan(Loop, Protocol):

@@ -3,16 +3,33 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Protocol
 
-from hydrocrane.arrays import real_array
+from hydrocrane.arrays import scenario_quantity
 from hydrocrane.control.controllers import AnyController
 from hydrocrane.control.joystick import Joystick
-from hydrocrane.errors import InputError
+from hydrocrane.errors import InputError, unknown
 from hydrocrane.machine.machine import Machine
 from hydrocrane.machine.overrides import Overrides, plain_overrides
+from hydrocrane.machine.sensors import SENSORS
 
 # Fields of a phase that come with a controller.
 LOOP = ("period", "delay", "sensors", "believed", "monitor")
+
+
+class Loop(Protocol):
+    """What stands beside a controller, in a scenario and in a phase."""
+
+    @property
+    def period(self) -> float | None: ...
+    @property
+    def delay(self) -> float: ...
+    @property
+    def sensors(self) -> str: ...
+    @property
+    def believed(self) -> Machine | Overrides | None: ...
+    @property
+    def monitor(self) -> bool | None: ...
 
 
 @dataclass(frozen=True)
@@ -47,10 +64,7 @@ class Phase:
     monitor: bool | None = None
 
     def __post_init__(self) -> None:
-        time = real_array(self.time, "time")
-        if time.ndim or time <= 0:
-            raise InputError(f"a phase begins at one time above zero, in seconds; got {self.time!r}")
-        object.__setattr__(self, "time", float(time))
+        object.__setattr__(self, "time", scenario_quantity("phase.<name>.time", "time of a phase", self.time))
         object.__setattr__(self, "overrides", plain_overrides(self.overrides))
         if self.joystick is not None and not isinstance(self.joystick, Joystick):
             raise InputError(f"joystick must be a Joystick, got {self.joystick!r}")
@@ -58,3 +72,15 @@ class Phase:
             stated = [name for name in LOOP if getattr(self, name) != getattr(Phase, name)]
             if stated:
                 raise InputError(f"`{stated[0]}` of a phase belongs to its controller, which it does not name")
+        check_values(self)
+
+
+def check_values(loop: Loop) -> None:
+    """Checks what stands beside a controller, in a scenario and in a phase."""
+    if loop.sensors not in SENSORS:
+        raise unknown("kind of sensors", loop.sensors, SENSORS)
+    if not (loop.monitor is None or isinstance(loop.monitor, bool)):
+        raise InputError(f"monitor must be True, False or None; got {loop.monitor!r}")
+    if loop.period is not None:
+        scenario_quantity("controller.period", "period", loop.period)
+    scenario_quantity("controller.delay", "delay", loop.delay)

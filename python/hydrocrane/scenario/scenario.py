@@ -21,14 +21,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrocrane import _core
-from hydrocrane.arrays import Array, check_positive, real_array, seed_number
+from hydrocrane.arrays import Array, scenario_quantity, seed_number
 from hydrocrane.control.controllers import AnyController, check_controller
 from hydrocrane.control.joystick import MODES_OF, Joystick
 from hydrocrane.errors import InputError, nearest, translated, unknown
 from hydrocrane.files.whole_file import write_text
 from hydrocrane.machine.machine import Machine, load_machine
 from hydrocrane.machine.overrides import Override, plain_overrides
-from hydrocrane.machine.sensors import SENSORS, SensorFault
+from hydrocrane.machine.sensors import SensorFault
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario.changes import Changes, Pressures, ScenarioFields
 from hydrocrane.scenario.command import Command, as_command
@@ -36,14 +36,11 @@ from hydrocrane.scenario.due import in_order_of_time
 from hydrocrane.scenario.entry import own_controllers, scenario_entry
 from hydrocrane.scenario.goals import Goal
 from hydrocrane.scenario.payload import payload_changes
-from hydrocrane.scenario.phases import Phase
+from hydrocrane.scenario.phases import Phase, check_values
 from hydrocrane.scenario.precedence import check_agreement, later_counts, stated_fields
 from hydrocrane.scenario.record_size import NUMBERS_PER_ROW, check_size, row_count
 from hydrocrane.scenario.solver import FIXED_STEPS, Solver
 from hydrocrane.scenario.stage import Stage
-
-# Least time between samples of a controller, s; machine files have the same bound.
-LEAST_PERIOD = 1e-4
 
 
 @dataclass(frozen=True)
@@ -142,14 +139,12 @@ class Scenario:
             raise InputError("phases change who drives the crane: give a controller or a joystick in place of commands")
         object.__setattr__(self, "seed", seed_number(self.seed))
         object.__setattr__(self, "payload_changes", payload_changes(self.payload_changes))
-        check_positive("duration", self.duration)
-        check_positive("record_interval", self.record_interval)
+        scenario_quantity("scenario.duration", "duration", self.duration)
+        scenario_quantity("scenario.record-interval", "record_interval", self.record_interval)
         if isinstance(self.commands, Mapping):
             object.__setattr__(self, "commands", {c: as_command(c, v) for c, v in self.commands.items()})
         if self.payload is not None:
-            mass = real_array(self.payload, "payload")
-            if mass.ndim or mass < 0:
-                raise InputError(f"payload must be one mass in kg, zero or more; got {self.payload!r}")
+            scenario_quantity("scenario.payload", "payload", self.payload)
         overrides = plain_overrides(self.overrides)
         check_agreement(self, overrides)
         if isinstance(self.machine, Machine):
@@ -193,19 +188,9 @@ class Scenario:
         check_controller(self.controller)
         if self.closed_loop and len(self.commands):
             raise InputError("a scenario has either commands or a controller with its joystick, not both")
-        if self.sensors not in SENSORS:
-            raise unknown("kind of sensors", self.sensors, SENSORS)
-        if not (self.monitor is None or isinstance(self.monitor, bool)):
-            raise InputError(f"monitor must be True, False or None; got {self.monitor!r}")
         if self.sensor_faults and not self.closed_loop:
             raise InputError("sensor_faults need a controller or a joystick: without one nobody reads the sensors")
-        if self.period is not None:
-            check_positive("period", self.period)
-            if self.period < LEAST_PERIOD:
-                raise InputError(f"period is {self.period:g} s; the least is {LEAST_PERIOD:g} s")
-        delay = real_array(self.delay, "delay")
-        if delay.ndim or delay < 0:
-            raise InputError(f"delay must be one number, zero or greater, in seconds; got {self.delay!r}")
+        check_values(self)
         if self.joystick is not None and not isinstance(self.joystick, Joystick):
             raise InputError(f"joystick must be a Joystick, got {self.joystick!r}")
         if self.believed is not None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from hydrocrane import _core
 from hydrocrane._core_types import SolverEntry
-from hydrocrane.arrays import check_positive
+from hydrocrane.arrays import scenario_quantity
 from hydrocrane.errors import unknown
 
 AUTO = "auto"
@@ -45,11 +45,9 @@ class Solver:
             object.__setattr__(self, "method", present)
         if self.method not in METHODS:
             raise unknown("method", self.method, METHODS)
-        for name in ("rtol", "max_step"):
-            check_positive(name, getattr(self, name))
-        for name in ("atol", "step"):
-            if getattr(self, name) is not None:
-                check_positive(name, getattr(self, name))
+        for name in ("rtol", "max_step", "atol", "step"):
+            if name in ("rtol", "max_step") or getattr(self, name) is not None:
+                scenario_quantity(f"solver.{name.replace('_', '-')}", name, getattr(self, name))
 
     @property
     def entry(self) -> SolverEntry:

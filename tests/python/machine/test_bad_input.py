@@ -129,7 +129,7 @@ WRONG_CALLS = {
     "payload below zero to the simulator": (lambda: hc.Simulator(CRANE, payload=-5.0), ["payload"]),
     "payload below zero to a run": (
         lambda: hc.simulate("single-cylinder-step", payload=-5.0, pressures={"test": (10e5, 10e5)}),
-        ["payload", "-5.0"],
+        ["payload", "-5"],
     ),
 }
 

@@ -215,7 +215,7 @@ def test_bundled_scenarios_start(name):
     ("changes", "words"),
     [
         ({"duraton": 1.0}, "did you mean `duration`"),
-        ({"duration": -1.0}, "duration must be one number greater than zero"),
+        ({"duration": -1.0}, "duration: must be greater than zero, found -1; give a time"),
         ({"method": "rodas"}, "did you mean `rodas5p`"),
         ({"joints": {"boom": 1.7, "jib": 1.7}}, "no start value for joint extension"),
         ({"joints": {"bom": 1.7}}, "did you mean `boom`"),

@@ -129,7 +129,7 @@ def test_the_monitor_of_a_file_reaches_the_run(tmp_path):
 @pytest.mark.parametrize(
     ("make", "match"),
     [
-        (lambda: hc.Phase(0.0), "above zero"),
+        (lambda: hc.Phase(0.0), "greater than zero"),
         (lambda: hc.Phase(1.0, delay=0.01), "belongs to its controller"),
         (lambda: hc.Phase(1.0, joystick="up"), "must be a Joystick"),
         (lambda: plan(phases=[hc.Phase(1.0), hc.Phase(1.0)]), "two phases begin at 1 s"),

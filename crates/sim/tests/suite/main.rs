@@ -3,6 +3,7 @@
 mod batch;
 mod block_arrow;
 mod chamber_estimate;
+mod crane_step;
 mod effort;
 mod fixed_steps;
 mod ground;

@@ -1,0 +1,75 @@
+//! One value of a scenario by itself, judged as the reader judges it in a file.
+
+use super::Result;
+use crate::document::{Node, NodeKind, Place};
+use crate::keys;
+use crate::merge::{apply_override, Override, OverrideValue};
+use crate::reader::{Log, Reader};
+
+/// Refuses a quantity (SI) that no scenario file may have at `key`, such as `controller.period` or `phase.<name>.time`.
+///
+/// # Errors
+/// That of the reader.
+///
+/// # Panics
+/// If no quantity is declared there.
+pub fn check_quantity(key: &str, value: f64) -> Result<()> {
+    let mut tree = Node { place: Place::Override(key.into()), kind: NodeKind::Table(Vec::new()) };
+    apply_override(&mut tree, &Override::from_caller(&(key.to_string(), OverrideValue::Number(value))))?;
+    let log = Log::new(false);
+    let root = Reader::root(&tree, keys::SCENARIO, &log)?;
+    let quantity = |table: &Reader, key: &str| table.quantity::<f64>(key).map(drop);
+    match key.split('.').collect::<Vec<_>>()[..] {
+        [table, key] => quantity(&root.table_or_empty(table)?, key),
+        [tables, _, key] => root.named_tables(tables)?.iter().try_for_each(|(_, table)| quantity(table, key)),
+        _ => panic!("`{key}` lies in no table"),
+    }
+}
+
+/// The choices that are declared at `key`; of a key below a table with a name of its own, `table.<name>.key`.
+///
+/// # Panics
+/// If nothing is declared there.
+pub fn choices(key: &str) -> &'static [&'static str] {
+    let (mut keys, mut names) = (keys::SCENARIO, key.split('.'));
+    loop {
+        let name = names.next().unwrap_or_else(|| panic!("`{key}` is a table"));
+        let found = keys::find(keys, name).unwrap_or_else(|| panic!("`{key}` is not declared"));
+        keys = match found.value {
+            keys::Value::Table(below) => below,
+            keys::Value::Tables(below) => {
+                names.next();
+                below
+            }
+            _ => return found.choices(),
+        };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_is_refused_as_in_a_file() {
+        for (key, good, bad) in [
+            ("scenario.duration", 5.0, 0.0),
+            ("controller.period", 1e-4, 0.99e-4),
+            ("controller.delay", 0.0, -1e-3),
+            ("phase.<name>.time", 1.0, 0.0),
+            ("solver.rtol", 1e-12, f64::NAN),
+        ] {
+            assert_eq!(check_quantity(key, good), Ok(()), "{key}");
+            let error = check_quantity(key, bad).expect_err(key);
+            assert_eq!(error.key(), Some(key));
+            assert!(error.cure().is_some(), "{error}");
+        }
+    }
+
+    #[test]
+    fn choices_are_those_of_the_declarations() {
+        assert_eq!(choices("controller.sensors"), ["ideal", "data-sheet"]);
+        assert_eq!(choices("sensor-fault.<name>.kind"), ["freeze", "jump", "drop-out"]);
+        assert_eq!(choices("solver.method"), super::super::METHODS);
+    }
+}
