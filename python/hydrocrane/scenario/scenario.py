@@ -24,7 +24,7 @@ from hydrocrane import _core
 from hydrocrane.arrays import Array, scenario_quantity, seed_number
 from hydrocrane.control.controllers import AnyController, check_controller
 from hydrocrane.control.joystick import MODES_OF, Joystick
-from hydrocrane.errors import InputError, nearest, translated, unknown
+from hydrocrane.errors import InputError, nearest, translated
 from hydrocrane.files.whole_file import write_text
 from hydrocrane.machine.machine import Machine, load_machine
 from hydrocrane.machine.overrides import Override, plain_overrides
