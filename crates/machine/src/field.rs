@@ -69,12 +69,16 @@ impl<'a> Field<'a> {
         })
     }
 
+    /// Notes that the value is allowed and unusual: what it is, and the cure.
+    pub fn warn(&self, text: String, cure: String) {
+        let place = self.place.locate().to_string();
+        self.log.warn(Unusual { key: self.path.clone(), place, text, cure });
+    }
+
     /// A choice by its present name; a former name is noted.
     fn present_name(&self, text: &'a str) -> &'a str {
         let Some((_, present)) = self.key.formerly.iter().find(|(former, _)| *former == text) else { return text };
-        let place = self.place.locate().to_string();
-        let (text, cure) = (format!("`{text}` is the former name of `{present}`"), format!("write `{present}`"));
-        self.log.warn(Unusual { key: self.path.clone(), place, text, cure });
+        self.warn(format!("`{text}` is the former name of `{present}`"), format!("write `{present}`"));
         present
     }
 

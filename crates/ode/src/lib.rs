@@ -3,6 +3,7 @@
 //! A [`System`] gives its right-hand side and its Jacobian, either dense or as a [`BlockArrow`]. A [`Method`] tries one
 //! step. The [`Stepper`] chooses the step sizes. This crate does not depend on cranes.
 
+mod axis;
 mod block_arrow;
 pub mod exponential4;
 pub mod grk4t;
@@ -22,7 +23,8 @@ mod system;
 pub mod tableau;
 pub mod tsit5;
 
-pub use block_arrow::{AxisDerivatives, AxisStates, BlockArrow, ForceAlong, Row, ScalarOver, StateBlocks, MAX_BORDER};
+pub use axis::{AxisDerivatives, AxisStates, Row, ScalarOver, MAX_BORDER};
+pub use block_arrow::{BlockArrow, ForceAlong, StateBlocks};
 pub use linear::{Factored, Linearisation};
 pub use method::{Effort, Method, Restart, Target, FLUSH};
 pub use methods::{method, METHODS};

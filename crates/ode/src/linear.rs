@@ -1,6 +1,7 @@
 //! A system linearised at one state, and the linear systems of implicit steps there.
 
-use crate::block_arrow::{BlockArrow, ScalarOver, StateBlocks};
+use crate::axis::ScalarOver;
+use crate::block_arrow::{BlockArrow, StateBlocks};
 use crate::schur::SchurFactors;
 use hydrocrane_num::dense::Inverse;
 

@@ -5,7 +5,8 @@
 //! The Schur complement, a system of the rates, is left. Its matrix is inverted, so a right-hand side costs one product.
 //! States that all axes share border the whole (`shared.rs`).
 
-use crate::block_arrow::{AxisDerivatives, BlockArrow, Row, ScalarOver, MAX_BORDER};
+use crate::axis::{AxisDerivatives, Row, ScalarOver, MAX_BORDER};
+use crate::block_arrow::BlockArrow;
 use crate::shared::SharedFactors;
 use hydrocrane_num::{small, Field};
 
@@ -81,7 +82,7 @@ impl<T: Field> SchurFactors<T> {
         let Some(shared) = jacobian.shared() else { return sound };
         let mut factors = std::mem::take(&mut self.shared);
         let left = factors.factor(
-            jacobian,
+            jacobian.cylinders(),
             shared,
             shift,
             #[inline(always)]
@@ -131,7 +132,7 @@ impl<T: Field> SchurFactors<T> {
     {
         self.solve_arrow::<N, _>(jacobian, r);
         if let Some(shared) = jacobian.shared() {
-            self.shared.solve(jacobian, shared, r);
+            self.shared.solve(jacobian.cylinders(), shared, r);
         }
     }
 

@@ -9,7 +9,7 @@
 //! With A the arrow, B and C the couplings and D the block of the shared states, [A, -B; -C, sI - D] (k, y) = (r, s) is solved
 //! by the Schur complement of A: W = A^-1 B once, then y = (sI - D - C W)^-1 (s + C A^-1 r) and k = A^-1 r + W y.
 
-use crate::block_arrow::{BlockArrow, Row, ScalarOver, MAX_BORDER};
+use crate::axis::{AxisDerivatives, Row, ScalarOver, MAX_BORDER};
 use hydrocrane_num::{small, Field, Real};
 
 /// Largest number of shared states.
@@ -59,15 +59,15 @@ impl<T: Real> SharedDerivatives<T> {
 impl<T: Copy> SharedDerivatives<T> {
     /// y += J k: what the shared states add to the rates of axes, and their own rates.
     #[inline(always)]
-    pub fn add_product<K: ScalarOver<T>>(&self, jacobian: &BlockArrow<T>, k: &[K], y: &mut [K]) {
+    pub fn add_product<K: ScalarOver<T>>(&self, axes: &[AxisDerivatives<T>], k: &[K], y: &mut [K]) {
         let SharedStates { first, count } = self.at;
-        for (c, on_axis) in self.on_axes[..jacobian.joints].iter().enumerate() {
-            let at = &jacobian.cylinders[c].at;
+        for (c, on_axis) in self.on_axes[..axes.len()].iter().enumerate() {
+            let at = &axes[c].at;
             y[at.p1] += k[first] * on_axis[0];
             y[at.p2] += k[first] * on_axis[1];
         }
         for i in 0..count {
-            y[first + i] += self.by_axes_of(jacobian, i, k);
+            y[first + i] += self.by_axes_of(axes, i, k);
             for j in 0..count {
                 y[first + i] += k[first + j] * self.own[i][j];
             }
@@ -76,27 +76,27 @@ impl<T: Copy> SharedDerivatives<T> {
 
     /// The rate of shared state `i` along a change `k` of the axes' states.
     #[inline(always)]
-    fn by_axes_of<K: ScalarOver<T>>(&self, jacobian: &BlockArrow<T>, i: usize, k: &[K]) -> K {
-        let n = jacobian.joints;
+    fn by_axes_of<K: ScalarOver<T>>(&self, axes: &[AxisDerivatives<T>], i: usize, k: &[K]) -> K {
+        let n = axes.len();
         let mut sum = K::c(0.0);
         for c in 0..n {
-            sum += self.by_axes[i][c].directional(&Row::local(n, c, &jacobian.cylinders[c].at, k));
+            sum += self.by_axes[i][c].directional(&Row::local(n, c, &axes[c].at, k));
         }
         sum
     }
 
     /// Their rows and columns of the dense matrix, `n x n`.
-    pub fn write_dense(&self, jacobian: &BlockArrow<T>, n: usize, dense: &mut [T]) {
+    pub fn write_dense(&self, axes: &[AxisDerivatives<T>], n: usize, dense: &mut [T]) {
         let SharedStates { first, count } = self.at;
-        for c in 0..jacobian.joints {
-            let at = &jacobian.cylinders[c].at;
+        for c in 0..axes.len() {
+            let at = &axes[c].at;
             dense[at.p1 * n + first] = self.on_axes[c][0];
             dense[at.p2 * n + first] = self.on_axes[c][1];
         }
         for i in 0..count {
             let row = &mut dense[(first + i) * n..][..n];
-            for c in 0..jacobian.joints {
-                self.by_axes[i][c].write(jacobian.joints, c, &jacobian.cylinders[c].at, row);
+            for c in 0..axes.len() {
+                self.by_axes[i][c].write(axes.len(), c, &axes[c].at, row);
             }
             row[first..first + count].copy_from_slice(&self.own[i][..count]);
         }
@@ -117,7 +117,7 @@ impl<T: Field> SharedFactors<T> {
     #[inline(always)]
     pub fn factor<S: Copy>(
         &mut self,
-        jacobian: &BlockArrow<S>,
+        axes: &[AxisDerivatives<S>],
         shared: &SharedDerivatives<S>,
         shift: T,
         solve: impl FnOnce(&mut [T]),
@@ -128,8 +128,8 @@ impl<T: Field> SharedFactors<T> {
         let SharedStates { first, count } = shared.at;
         self.answer.clear();
         self.answer.resize(first, T::c(0.0));
-        for (c, on_axis) in shared.on_axes[..jacobian.joints].iter().enumerate() {
-            let at = &jacobian.cylinders[c].at;
+        for (c, on_axis) in shared.on_axes[..axes.len()].iter().enumerate() {
+            let at = &axes[c].at;
             // A number of S becomes one of T by its product with one.
             self.answer[at.p1] = T::c(1.0) * on_axis[0];
             self.answer[at.p2] = T::c(1.0) * on_axis[1];
@@ -141,7 +141,7 @@ impl<T: Field> SharedFactors<T> {
             for j in 0..MAX_SHARED {
                 matrix[i][j] = matrix[i][j] - shared.own[i][j];
             }
-            matrix[i][0] -= shared.by_axes_of(jacobian, i, &self.answer);
+            matrix[i][0] -= shared.by_axes_of(axes, i, &self.answer);
         }
         self.inverse = small::inverse(matrix);
         let mut sound = T::c(0.0).finite();
@@ -155,14 +155,14 @@ impl<T: Field> SharedFactors<T> {
 
     /// Completes a right-hand side `r` of which the part of the arrow has been solved.
     #[inline(always)]
-    pub fn solve<S: Copy>(&self, jacobian: &BlockArrow<S>, shared: &SharedDerivatives<S>, r: &mut [T])
+    pub fn solve<S: Copy>(&self, axes: &[AxisDerivatives<S>], shared: &SharedDerivatives<S>, r: &mut [T])
     where
         T: ScalarOver<S>,
     {
         let SharedStates { first, count } = shared.at;
         let mut right = [T::c(0.0); MAX_SHARED];
         for i in 0..count {
-            right[i] = r[first + i] + shared.by_axes_of(jacobian, i, r);
+            right[i] = r[first + i] + shared.by_axes_of(axes, i, r);
         }
         for i in 0..count {
             let mut sum = T::c(0.0);

@@ -25,6 +25,7 @@ pub mod precision;
 #[cfg(feature = "reference")]
 pub mod reference;
 pub mod rhs;
+mod shared_states;
 mod state_space;
 pub mod steady_friction;
 pub mod supply;

@@ -34,7 +34,7 @@ const GLOBAL: [(&str, &str, &str); 9] = [
     ("supply.power", "W", "power drawn from the pump"),
     ("energy.kinetic", "J", "kinetic energy of the links"),
     ("energy.potential", "J", "potential energy of the links"),
-    (OIL_ENERGY, "J", "elastic energy of the oil in the chambers"),
+    (OIL_ENERGY, "J", "elastic energy of the oil in chambers and mains, and of the hoses"),
     ("energy.end_stops", "J", "energy in the springs of the end stops"),
     ("energy.bristles", "J", "energy in the bristles of LuGre friction"),
 ];
@@ -46,9 +46,7 @@ const OF_GROUND: [(&str, &str, &str); 3] = [
     ("tip.contact.z", "N", "force of the ground on the tip or its load, up"),
 ];
 
-/// Further outputs if there is a pump, with the energies and at the end.
-const ENERGY_OF_MAINS: [(&str, &str, &str); 1] =
-    [("energy.mains", "J", "elastic energy of the oil and the hoses of the mains")];
+/// Further outputs if there is a pump.
 const OF_MAINS: [(&str, &str, &str); 3] = [
     ("mains.pump_flow", "m^3/s", "flow of the pump into the mains"),
     ("mains.relief_flow", "m^3/s", "flow through the main relief valve"),
@@ -57,16 +55,15 @@ const OF_MAINS: [(&str, &str, &str); 3] = [
 
 /// Range of the stored energies among the outputs.
 pub fn energies(machine: &Machine) -> std::ops::Range<usize> {
-    4..GLOBAL.len() + usize::from(machine.supply.mains.is_some()) + usize::from(machine.ground.is_some())
+    4..GLOBAL.len() + usize::from(machine.ground.is_some())
 }
 
 /// The outputs of a machine, in the order of [`write`].
 pub fn info(machine: &Machine) -> Vec<OutputInfo> {
     let owned = |name: String, unit, long_name: String| OutputInfo { name, unit, long_name };
     let of_ground = if machine.ground.is_some() { &OF_GROUND[..] } else { &[] };
-    let (energy, of_mains) =
-        if machine.supply.mains.is_some() { (&ENERGY_OF_MAINS[..], &OF_MAINS[..]) } else { (&[][..], &[][..]) };
-    let global = GLOBAL.iter().chain(energy).chain(of_ground).chain(of_mains);
+    let of_mains = if machine.supply.mains.is_some() { &OF_MAINS[..] } else { &[] };
+    let global = GLOBAL.iter().chain(of_ground).chain(of_mains);
     let mut all: Vec<OutputInfo> = global.map(|(n, u, l)| owned((*n).to_string(), *u, (*l).to_string())).collect();
     for c in &machine.cylinders {
         for (name, unit, long_name) in PER_CYLINDER {
@@ -101,6 +98,10 @@ pub fn write<T: Real, const N: usize>(
             bristles += bristle.energy(s.z);
         }
     }
+    let supply = plant.supply_at(at.layout, at.x);
+    if let (Some((unit, pressures, _)), Some(energy_density)) = (&supply, &energy_density) {
+        oil_energy += unit.mains.energy(energy_density(pressures.supply), pressures.supply);
+    }
     let global = [
         tip.x,
         tip.z,
@@ -114,14 +115,6 @@ pub fn write<T: Real, const N: usize>(
     ];
     let (first, mut rest) = out.split_at_mut(global.len());
     first.copy_from_slice(&global);
-    let supply = plant.supply_at(at.layout, at.x);
-    if let Some((unit, pressures, _)) = &supply {
-        let p = pressures.supply;
-        let stored = energy_density.as_ref().map_or(T::c(f64::NAN), |energy_density| energy_density(p));
-        let (energy, others) = rest.split_at_mut(ENERGY_OF_MAINS.len());
-        energy.copy_from_slice(&[unit.mains.energy(stored, p)]);
-        rest = others;
-    }
     if let Some(ground) = &plant.ground {
         let force = plant.mechanics.contact(ground, &e.pose, &e.rates, payload).force;
         let (of_ground, others) = rest.split_at_mut(OF_GROUND.len());

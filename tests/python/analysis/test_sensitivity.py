@@ -132,6 +132,19 @@ def test_a_slope_does_not_depend_on_what_else_is_differentiated(method):
         np.testing.assert_array_equal(together.slopes[:, :, i], alone.slopes[:, :, 0], err_msg=key)
 
 
+@pytest.mark.parametrize("method", ["rodas5p", "hc-exponential-4"])
+def test_small_values_are_differentiated_as_well_as_large_ones(method):
+    """By a leakage of 1e-14 m^3/(s Pa) derivatives reach 1e18 Pa: wrong where two of them are multiplied."""
+    key = "valve.lift.leakage"
+    plan = CRANE.changed(overrides={key: 1e-14}, duration=0.6, commands=hc.load_scenario(CRANE.name).commands)
+    exact = hc.sensitivities(plan, key, method="tsit5", rtol=1e-8)
+    found = hc.sensitivities(plan, key, method=method, resolve_slopes=False)
+    assert found.run.outcome.kind == "completed"
+    for name in ("cylinder.lift.p1", "cylinder.lift.p2", "tip.z"):
+        slope = exact.data[name].values
+        assert np.abs(found.data[name].values - slope).max() < 1e-2 * np.abs(slope).max(), name
+
+
 # Command steps, reversals, bristles that slip, the spool's zero crossing; end stops; the steep static map.
 HARD = {
     "crane": (

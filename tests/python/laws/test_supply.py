@@ -223,6 +223,14 @@ def test_half_a_supply_is_refused_with_what_is_missing(tmp_path, text, words):
     assert all(word in str(error.value) for word in words), str(error.value)
 
 
+def test_a_pump_that_one_valve_exceeds_is_told():
+    small = hc.load_machine("rottne-f9-pump", {"pump.main.displacement": "3 ml"})
+    (warning,) = [warning for warning in small.warnings if "displacement" in warning.text]
+    # 3 ml at 1450 rpm and 94 %; 6 l/min at 75 bar per edge are 5.8 l/min where 140 bar fall over both.
+    assert "4.1 l/min" in warning.text and "5.8 l/min" in warning.text
+    assert not hc.load_machine("rottne-f9-pump").warnings
+
+
 def test_a_constant_pressure_pump_is_no_pump(tmp_path):
     path = tmp_path / "crane.toml"
     path.write_text('extends = "rottne-f9-lab"\n[pump.main]\ntype = "constant-pressure"\n', encoding="utf-8")

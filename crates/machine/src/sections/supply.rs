@@ -1,10 +1,11 @@
 //! `[supply]`, `[pump.<name>]` and `[mains]`: where the oil comes from.
 
 use crate::errors::ErrorKind;
-use crate::model::{Mains, PressureControl, Pump, Supply};
+use crate::model::{Machine, Mains, PressureControl, Pump, Supply, Valve};
 use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::{required_table, Result};
+use std::f64::consts::TAU;
 
 /// Relief pressure over supply pressure where the file does not say.
 const RELIEF: f64 = 1.15;
@@ -37,6 +38,37 @@ pub fn read<T: Number>(root: &Reader) -> Result<Supply<T>> {
     }
     supply.mains = mains(root, &supply)?;
     Ok(supply)
+}
+
+/// Warns of a pump that a single valve exceeds: at full stroke, without load, the supply pressure falls over its two edges.
+pub fn check_size<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
+    let Some(mains) = &machine.supply.mains else { return Ok(()) };
+    let plain = |numbers: [T; 3]| numbers.map(T::plain);
+    let [displacement, speed, efficiency] =
+        plain([mains.pump.displacement, mains.pump.speed, mains.pump.volumetric_efficiency]);
+    let given = displacement / TAU * speed * efficiency;
+    let drop = machine.supply.pressure.plain() - machine.supply.tank_pressure.plain();
+    let asked = |valve: &Valve<T>| {
+        let [flow, edge, _] = plain([valve.nominal_flow, valve.edge_pressure_drop, valve.stroke]);
+        flow * libm::sqrt(0.5 * drop / edge)
+    };
+    let valves = machine.cylinders.iter().map(|cylinder| &cylinder.valve);
+    let Some(largest) = valves.max_by(|a, b| asked(a).total_cmp(&asked(b))) else { return Ok(()) };
+    if asked(largest) <= given {
+        return Ok(());
+    }
+    for (_, table) in root.named_tables("pump")? {
+        let litres = |flow: f64| 60e3 * flow;
+        let (given, asked) = (litres(given), litres(asked(largest)));
+        table.required("displacement", "a volume")?.warn(
+            format!(
+                "small: it gives {given:.1} l/min at most, and valve `{}` alone takes {asked:.1} l/min at full stroke",
+                largest.name
+            ),
+            "take a larger one, or expect the pressure of the mains to fall".into(),
+        );
+    }
+    Ok(())
 }
 
 fn mains<T: Number>(root: &Reader, supply: &Supply<T>) -> Result<Option<Mains<T>>> {

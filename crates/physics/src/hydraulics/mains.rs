@@ -1,6 +1,6 @@
 //! The mains: oil and hoses between pump and valves.           theory: docs/theory/hydraulics/mains.md
 //!
-//! V = V_0 + C p                     the hoses widen
+//! V = V_0 + C p                     the hoses widen                                       Watton (2009), chapter 3
 //! p' = q / (V/E(p) + C)             from d(rho V)/dt = rho q and d rho/rho = dp/E
 //! U = V w(p) + C p^2/2              energy in the oil and in the walls
 //!

@@ -1,6 +1,6 @@
 //! Pressure relief valve.                                      theory: docs/theory/hydraulics/relief_valve.md
 //!
-//! q = g max(p - p_crack, 0)        rounded within +-p_round of the cracking pressure
+//! q = g max(p - p_crack, 0)        rounded within +-p_round of the cracking pressure    Watton (2009), chapter 2
 //!
 //! | symbol  | meaning | unit |
 //! | q       | flow from the mains to the tank            | m^3/s     |

@@ -1,5 +1,6 @@
 //! Drives in the cockpit. One binary: linking takes longer than compiling.
 
+mod bounds;
 mod cockpit;
 mod common;
 mod goals;
