@@ -74,6 +74,7 @@ export type MachineKey =
   | `valve.${string}.damping-ratio`
   | `valve.${string}.overlap`
   | `valve.${string}.leakage`
+  | `valve.${string}.load-check`
   | `valve.${string}.velocity-limit`
   | `valve.${string}.acceleration-limit`
   | `valve.${string}.delay`
@@ -110,6 +111,18 @@ export type MachineKey =
   | "fluid.printed.leakage-viscosity"
   | "supply.pressure"
   | "supply.tank-pressure"
+  | `pump.${string}.type`
+  | `pump.${string}.displacement`
+  | `pump.${string}.speed`
+  | `pump.${string}.volumetric-efficiency`
+  | `pump.${string}.hydromechanical-efficiency`
+  | `pump.${string}.control-range`
+  | `pump.${string}.time-constant`
+  | `pump.${string}.torque-limit`
+  | "mains.volume"
+  | "mains.hose-compliance"
+  | "mains.relief-pressure"
+  | "mains.relief-gradient"
   | "payload.mass"
   | "payload.hang"
   | "payload.hang-growth"
