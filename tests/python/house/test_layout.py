@@ -147,7 +147,7 @@ def test_theory_pages_and_code_name_each_other():
 @pytest.mark.parametrize("path", laws(), ids=name_of)
 def test_a_law_cites_its_source(path):
     text = path.read_text(encoding="utf-8")
-    assert re.search(r"thesis \(\d", text) or re.search(r"[A-Z][a-z]+ \((19|20)\d\d\)", text) or path.name == "end_stop.rs"
+    assert re.search(r"thesis \(\d|[A-Z][a-z]+ \((19|20)\d\d\)", text) or path.name == "end_stop.rs"
 
 
 # Powers and fused products differ between platforms and number types; the smooth functions replace them.
