@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from pathlib import Path
 
 from hydrocrane import _core
@@ -20,17 +21,21 @@ def write_starter(folder: Path, machine: str) -> tuple[Path, Path]:
     for path in (machine_file, scenario_file):
         if path.exists():
             raise InputError(f"{path} exists already; choose another folder")
-    scenario = _core.bundled_text("scenario", _scenario_of(machine))
+    name, driven = _scenario_of(machine)
+    scenario = _core.bundled_text("scenario", name)
     own, count = re.subn(
-        rf'^(\s*machine\s*=\s*)"{re.escape(machine)}"', r'\1"machine.toml"', scenario, count=1, flags=re.MULTILINE
+        rf'^(\s*machine\s*=\s*)"{re.escape(driven)}"', r'\1"machine.toml"', scenario, count=1, flags=re.MULTILINE
     )
     if not count:
         raise InputError(f"the bundled scenario of {machine} does not name its machine on a line of its own")
     return write_text(machine_file, _core.bundled_text("machine", machine)), write_text(scenario_file, own)
 
 
-def _scenario_of(machine: str) -> str:
-    for name in bundled_scenarios():
-        if load_scenario(name).machine == machine:
-            return name
+def _scenario_of(machine: str) -> tuple[str, str]:
+    """A bundled scenario with the machine that it names: this one, or the one that this one extends."""
+    base = tomllib.loads(_core.bundled_text("machine", machine)).get("extends")
+    for wanted in filter(None, (machine, base)):
+        for name in bundled_scenarios():
+            if load_scenario(name).machine == wanted:
+                return name, wanted
     raise InputError(f"no bundled scenario runs {machine}; start from another machine")
