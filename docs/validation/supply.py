@@ -1,4 +1,4 @@
-"""One lift by three supplies: where the energy of the shaft goes, and what a small pump does to the motion.
+"""One lift by several supplies, in open loop and by tip control: where the energy of the shaft goes.
 
 Writes docs/validation/supply.md and its picture. Run with a Python that has hydrocrane installed; takes a few seconds.
 """
@@ -38,6 +38,43 @@ SUPPLIES = {
     "pressure-compensated, 12 ml": ("pressure-compensated", "12 ml"),
     "pressure-compensated, 5 ml": ("pressure-compensated", "5 ml"),
 }
+
+# The same path by tip control, with compensated sections.
+PATH = "tip-vertical-line"
+SECTION = """[valve.{name}]
+type = "4/3"
+nominal-flow = "12 l/min"
+nominal-pressure-drop = "16 bar"
+compensator = "{compensator}"
+return-area-ratio = [0.4, 1]
+"""
+SETTING = 'compensator-setting = "8 bar"\n'
+FED = """extends = "rottne-f9-lab"
+[machine]
+class = "assumed"
+source = "comparison of supplies"
+[supply]
+pressure = "180 bar"
+[pump.main]
+type = "{kind}"
+displacement = "18 ml"
+speed = "1450 rpm"
+volumetric-efficiency = 0.94
+hydromechanical-efficiency = 0.9
+{more}
+[mains]
+volume = "0.4 l"
+hose-compliance = "0.04 ml/bar"
+relief-gradient = "4 l/(min bar)"
+"""
+BEFORE, BEHIND, MARGIN = "before-spool", "behind-spool", 'ls-margin = "20 bar"'
+FEEDS = {
+    "fixed": ("fixed", "", BEFORE),
+    "fixed, unloaded": ("fixed", MARGIN, BEFORE),
+    "pressure-compensated": ("pressure-compensated", "", BEFORE),
+    "load sensing, compensators before the spools": ("load-sensing", MARGIN, BEFORE),
+    "load sensing, flow sharing": ("load-sensing", MARGIN, BEHIND),
+}
 # Where the energy of the shaft goes, by the terms of the ledger.
 SHARES = {
     "delivered to the valves": "ledger.mains.delivered",
@@ -45,6 +82,11 @@ SHARES = {
     "leakage of the pump": "ledger.mains.pump_leakage",
     "rubbing in the pump": "ledger.mains.rubbing",
 }
+
+
+PATH_TEXT = """The path of `tip-vertical-line` (8 s, tip control, the crane's own sensors) with compensated sections on pumps
+of 18 ml and at most 180 bar: one motion, so what differs is the supply alone. Spools of their own for meter-in and
+meter-out are not modelled yet."""
 
 
 def runs() -> dict[str, hc.Run]:
@@ -57,6 +99,19 @@ def runs() -> dict[str, hc.Run]:
                 machine = Path(folder) / "machine.toml"
                 machine.write_text(PUMP.format(kind=pump[0], displacement=pump[1]), encoding="utf-8")
             found[name] = hc.simulate(SCENARIO, machine=machine, rtol=1e-6)
+    return found
+
+
+def runs_on_a_path() -> dict[str, hc.Run]:
+    """The path of tip control by each supply, all with the same sections."""
+    found = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for name, (kind, more, compensator) in FEEDS.items():
+            setting = SETTING if compensator == BEFORE else ""
+            sections = [SECTION.format(name=c, compensator=compensator) + setting for c in ("lift", "jib", "extension")]
+            machine = Path(folder) / "machine.toml"
+            machine.write_text(FED.format(kind=kind, more=more) + "".join(sections), encoding="utf-8")
+            found[name] = hc.simulate(PATH, machine=machine, rtol=1e-6)
     return found
 
 
@@ -91,6 +146,22 @@ def table(found: dict[str, hc.Run]) -> list[str]:
     return lines
 
 
+def table_of_the_path(found: dict[str, hc.Run]) -> list[str]:
+    lines = [
+        "| supply | shaft, kJ | metering edges, kJ | compensators, kJ | relief, kJ | pump leakage and rubbing, kJ "
+        "| tip off its path, mm |",
+        "|" + "---|" * 7,
+    ]
+    for name, run in found.items():
+        of_pump = last(run, "ledger.mains.pump_leakage") + last(run, "ledger.mains.rubbing")
+        ledger = (last(run, f"ledger.{term}") for term in ("valves.compensators", "mains.relief"))
+        numbers = [last(run, "ledger.mains.shaft"), losses_at_edges(run), *ledger, of_pump]
+        off = abs(run.data["tip.deviation"].values)
+        cells = [f"{number / 1e3:.2f}" for number in numbers]
+        lines.append(f"| {name} | " + " | ".join(cells) + f" | {1e3 * np.nanmax(off):.1f} |")
+    return lines
+
+
 def picture(found: dict[str, hc.Run]) -> None:
     pumped = {name: run for name, run in found.items() if "mains.p" in run.data}
     figure, (bars, course) = plt.subplots(1, 2, figsize=(11, 3.6), layout="constrained")
@@ -114,7 +185,8 @@ def page() -> str:
     head = PAGE.read_text(encoding="utf-8").split("<!-- numbers -->")[0]
     found = runs()
     picture(found)
-    return head + "\n".join(["<!-- numbers -->", "", *table(found), "", "![Energy and pressure](supply.png)", ""])
+    numbers = ["<!-- numbers -->", "", *table(found), "", "![Energy and pressure](supply.png)", "", PATH_TEXT, ""]
+    return head + "\n".join([*numbers, *table_of_the_path(runs_on_a_path()), ""])
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
 //! Piston speed through the valve and back.                   theory: docs/theory/control/feed_forward.md
 //!
 //! Steady speed under a force F with the spool at x:   v = |x| sqrt(s),
-//!     s = (force of the connected pressures - F) sense / (A_1^3/C_a^2 + A_2^3/C_b^2)
+//!     s = (force of the connected pressures - F) sense / (A_1^3/C_a^2 + A_2^3/C_b^2)      C of an edge to the tank: r C
+//! and no faster than a compensator before the spool lets the fed edge, v <= |x| C g(p_c)/A,
 //! because p_1 = p_a -+ (A_1/C_a)^2 s and p_2 = p_b +- (A_2/C_b)^2 s behind the pressures p_a and p_b (supply or tank) that the edges open to.
 //!
 //! Speed at given pressures, not yet steady, with the load's force changing at F':
@@ -10,6 +11,7 @@
 //! opening a valve the two pressures take some tenths of a second to reach their steady level; this law holds meanwhile.
 
 use crate::controller_model::CylinderModel;
+use hydrocrane_physics::hydraulics::compensator::Compensator;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::spool_valve::{EdgeFlows, PortPressures};
 
@@ -34,20 +36,35 @@ pub fn steady_speed(c: &CylinderModel, supply_pressures: &SupplyPressures, force
 pub struct Steady {
     /// Forces of the supply pressures towards either sense, retracting and extending, N.
     supply_pressures: [f64; 2],
-    /// Speed per root of the force that is left, m/(s sqrt(N)).
-    per_root: f64,
+    /// Speeds per root of the force that is left, retracting and extending, m/(s sqrt(N)).
+    per_root: [f64; 2],
+    /// Speeds that the compensator allows, retracting and extending, m/s; infinite without one.
+    compensated: [f64; 2],
 }
 
 impl Steady {
     pub fn new(c: &CylinderModel, supply_pressures: &SupplyPressures) -> Self {
         let a = [c.chambers.area_1, c.chambers.area_2];
         let coefficients = [c.valve.edge_a.coefficient, c.valve.edge_b.coefficient];
-        let resistance: f64 = (0..2).map(|i| a[i].powi(3) / coefficients[i].powi(2)).sum();
+        let [r_a, r_b] = c.valve.return_ratio;
+        let resistance =
+            |ratios: [f64; 2]| -> f64 { (0..2).map(|i| a[i].powi(3) / (ratios[i] * coefficients[i]).powi(2)).sum() };
         // Pressures that chamber 1 and chamber 2 would have without any drop over their edges.
         let behind = if c.valve.regenerative > 0.0 { supply_pressures.supply } else { supply_pressures.tank };
         let forces = [(supply_pressures.tank, supply_pressures.supply), (supply_pressures.supply, behind)]
             .map(|(p1, p2)| p1 * a[0] - p2 * a[1]);
-        Steady { supply_pressures: forces, per_root: (c.stroke - c.valve.overlap) / resistance.sqrt() }
+        let opening = c.stroke - c.valve.overlap;
+        let compensated = match c.valve.compensator {
+            Compensator::Before(setting) => {
+                [c.valve.edge_b.flow(opening, setting) / a[1], c.valve.edge_a.flow(opening, setting) / a[0]]
+            }
+            _ => [f64::INFINITY; 2],
+        };
+        Steady {
+            supply_pressures: forces,
+            per_root: [[r_a, 1.0], [1.0, r_b]].map(|ratios| opening / resistance(ratios).sqrt()),
+            compensated,
+        }
     }
 
     /// From full pressure on the one side to full pressure on the other, N.
@@ -55,9 +72,13 @@ impl Steady {
         self.supply_pressures[1] - self.supply_pressures[0]
     }
 
-    /// dv/dF at the speed `v` (m/s) under `force` (N), m/(s N).
+    /// dv/dF at the speed `v` (m/s) under `force` (N), m/(s N); zero where a compensator keeps the speed.
     pub fn per_force(&self, v: f64, force: f64) -> f64 {
-        let left = (self.supply_pressures[usize::from(v > 0.0)] - force) * v.signum();
+        let sense = v.signum();
+        if self.speed(force, sense).abs() == self.compensated[usize::from(v > 0.0)] {
+            return 0.0;
+        }
+        let left = (self.supply_pressures[usize::from(v > 0.0)] - force) * sense;
         -0.5 * v.abs() / left.max(LEAST_LEFT * self.span())
     }
 
@@ -74,8 +95,9 @@ impl Steady {
 
     /// As [`steady_speed`].
     pub fn speed(&self, force: f64, sense: f64) -> f64 {
-        let drive = (self.supply_pressures[usize::from(sense > 0.0)] - force) * sense;
-        sense * self.per_root * drive.max(0.0).sqrt()
+        let side = usize::from(sense > 0.0);
+        let drive = (self.supply_pressures[side] - force) * sense;
+        sense * (self.per_root[side] * drive.max(0.0).sqrt()).min(self.compensated[side])
     }
 }
 
@@ -165,5 +187,6 @@ impl CylinderModel {
 }
 
 fn ports(supply_pressures: &SupplyPressures, m: &Moment) -> PortPressures<f64> {
-    PortPressures { supply: supply_pressures.supply, tank: supply_pressures.tank, a: m.p[0], b: m.p[1] }
+    let SupplyPressures { supply, tank } = *supply_pressures;
+    PortPressures { supply, load: tank, tank, a: m.p[0], b: m.p[1] }
 }

@@ -146,7 +146,8 @@ pub fn oil_displacements(
 fn flows(c: &CylinderModel, supply_pressures: &SupplyPressures, spool: Interval, p: &[Interval; 2]) -> [Interval; 2] {
     let mut flows = [Interval::NONE; 2];
     for [a, b] in [[p[0].low, p[1].low], [p[0].high, p[1].high]] {
-        let ports = PortPressures { supply: supply_pressures.supply, tank: supply_pressures.tank, a, b };
+        let SupplyPressures { supply, tank } = *supply_pressures;
+        let ports = PortPressures { supply, load: tank, tank, a, b };
         let mut include = |edges: EdgeFlows<f64>| {
             for (flow, q) in flows.iter_mut().zip([edges.port_a(), edges.port_b()]) {
                 *flow = flow.with(q);

@@ -1,6 +1,6 @@
 //! How well the energy ledger of a drive closes.
 
-use hydrocrane_sim::{shared_terms, Model, LEDGER_TERMS, PAYLOAD_TERMS};
+use hydrocrane_sim::{total_terms, Model};
 
 /// Energies below this are no basis for a share, J.
 const LEAST_FLOW: f64 = 100.0;
@@ -22,10 +22,7 @@ pub fn worst_gap(model: &dyn Model, signals: &[String], rows: &[Vec<f64>]) -> Ga
     let (Some(first), Some(payload)) = (at(&model.layout().names[0]), at("payload")) else { return Gap::default() };
     let stored_in: Vec<usize> =
         model.output_info().iter().enumerate().filter(|(_, o)| o.name.starts_with("energy.")).map(|(i, _)| i).collect();
-    let terms: Vec<(usize, f64)> = LEDGER_TERMS
-        .iter()
-        .chain(shared_terms(model.machine()).into_iter().map(|(_, term)| term))
-        .chain(&PAYLOAD_TERMS)
+    let terms: Vec<(usize, f64)> = total_terms(model.machine())
         .filter(|(_, _, sign)| *sign != 0.0)
         .filter_map(|(name, _, sign)| Some((at(&format!("ledger.{name}"))?, *sign)))
         .collect();

@@ -5,7 +5,7 @@ use crate::energy::{worst_gap, Gap};
 use hydrocrane_machine::load;
 use hydrocrane_machine::scenario::FIXED_STEPS;
 use hydrocrane_ode::{StepControl, Tolerances};
-use hydrocrane_sim::{build, simulate, Commands, EquilibriumMode, Model, RunOptions};
+use hydrocrane_sim::{build, ledger_totals, simulate, total_terms, Commands, EquilibriumMode, Model, RunOptions};
 
 const MACHINE: &str = "hiab-xs031";
 const PAYLOAD: f64 = 300.0;
@@ -71,19 +71,13 @@ fn lowered(model: &dyn Model, method: &str, tolerances: Tolerances, control: Ste
 
 /// The run's states and energies as rows of a drive.
 fn gap(model: &dyn Model, rows: &[(&[f64], &[f64])]) -> Gap {
-    use hydrocrane_sim::{shared_terms, LEDGER_PER_CYLINDER, LEDGER_TERMS, PAYLOAD_TERMS};
-    let shared = shared_terms(model.machine()).into_iter().map(|(_, term)| term);
-    let terms = LEDGER_TERMS.iter().chain(shared).chain(&PAYLOAD_TERMS);
-    let names = terms.map(|(name, _, _)| format!("ledger.{name}"));
+    let names = total_terms(model.machine()).map(|(name, _, _)| format!("ledger.{name}"));
     let signals: Vec<String> =
         std::iter::once("payload".to_string()).chain(model.layout().names.iter().cloned()).chain(names).collect();
     let row = |(x, energies): &(&[f64], &[f64])| {
-        let (own, shared) = energies.split_at(LEDGER_PER_CYLINDER * model.layout().joints());
-        let total = |term: usize| own.iter().skip(term).step_by(LEDGER_PER_CYLINDER).sum::<f64>();
         let mut all = vec![PAYLOAD];
         all.extend_from_slice(x);
-        all.extend((0..LEDGER_PER_CYLINDER).map(total));
-        all.extend_from_slice(shared);
+        all.extend(ledger_totals(energies, model.layout().joints()));
         all
     };
     worst_gap(model, &signals, &rows.iter().map(row).collect::<Vec<_>>())

@@ -203,14 +203,33 @@ pub struct Valve<T = f64> {
     pub overlap: T,
     /// Laminar leakage conductance per closed edge, m^3/(s Pa).
     pub leakage: T,
+    /// Areas of the edges from port A and from port B to the tank, over those from the supply.
+    pub return_ratio: [T; 2],
     /// A check valve keeps oil from flowing back into the mains.
     pub load_check: bool,
+    pub compensator: Compensator<T>,
     pub velocity_limit: Option<T>,
     pub acceleration_limit: Option<T>,
     /// s
     pub delay: f64,
     /// What becomes of a controller's command on its way to the spool.
     pub command: SignalChain,
+}
+
+/// Pressure compensator of a valve section.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Compensator<T = f64> {
+    None,
+    /// Before the spool, with the drop over the metering edge that it keeps, Pa.
+    Before(T),
+    /// Behind the spool: all sections have the drop that the pump leaves.
+    Behind,
+}
+
+impl<T> Compensator<T> {
+    pub fn is_none(&self) -> bool {
+        matches!(self, Compensator::None)
+    }
 }
 
 /// Signal chain between a controller's command u and the spool command (thesis Figures 18 and 60):
@@ -312,6 +331,17 @@ pub struct Mains<T = f64> {
     pub relief_pressure: T,
     pub relief_gradient: T,
     pub pump: Pump<T>,
+    /// `None`: the pump does not follow the load.
+    pub load_sensing: Option<LoadSensing<T>>,
+}
+
+/// A line from the valves that tells the pump the highest load pressure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadSensing<T = f64> {
+    /// What the pump keeps beyond that pressure, Pa.
+    pub margin: T,
+    /// Of the line, s.
+    pub time_constant: T,
 }
 
 #[derive(Debug, Clone, PartialEq)]

@@ -78,6 +78,22 @@ impl<T: Copy> Row<T> {
         Row { q: f(self.q), qd: f(self.qd), p1: f(self.p1), p2: f(self.p2), xs: f(self.xs), z: f(self.z) }
     }
 
+    /// Sum of two outputs.
+    #[inline(always)]
+    pub fn plus(&self, other: &Self) -> Self
+    where
+        T: Field,
+    {
+        Row {
+            q: self.q + other.q,
+            qd: self.qd + other.qd,
+            p1: self.p1 + other.p1,
+            p2: self.p2 + other.p2,
+            xs: self.xs + other.xs,
+            z: self.z + other.z,
+        }
+    }
+
     /// The row of one lane of `T`.
     #[inline(always)]
     pub fn lane<U>(&self, i: usize) -> Row<U>

@@ -5,7 +5,7 @@ use crate::hydraulic_axis::{
     FrictionLaw, FrictionOutput, HydraulicAxis, LawOutputs, LocalRates, LocalState, Port, SupplyPressures,
 };
 use hydrocrane_num::{Dual, Real};
-use hydrocrane_ode::Row;
+use hydrocrane_ode::{Row, MAX_ACTING};
 use hydrocrane_physics::hydraulics::chamber::Chambers;
 use hydrocrane_physics::hydraulics::end_stop::EndStop;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
@@ -32,6 +32,7 @@ pub struct Lifted<L> {
     end_stop: EndStop<Dual<L, 2>>,
     spool: Spool<Dual<L, 2>>,
     ports: HydraulicAxis<Dual<L, 3>>,
+    supplied: HydraulicAxis<Dual<L, 5>>,
     whole: HydraulicAxis<WithDerivatives<L>>,
 }
 
@@ -72,12 +73,13 @@ pub struct RateDerivatives<L> {
 /// Derivatives of a cylinder that has its oil from mains of changing pressure.
 #[derive(Debug, Clone, Copy)]
 pub struct SupplyDerivatives<L> {
-    /// Of the flow from the supply.
+    /// Of the flow from the supply, and of what the valve gives to the load-sensing line.
     pub drawn: Row<L>,
-    /// By the pressure of the supply: of p1', p2' and of the flow.
-    pub p1: L,
-    pub p2: L,
-    pub flow: L,
+    pub signal: Row<L>,
+    /// By the pressures of the mains and of the load-sensing line: of p1', p2' and of the flow.
+    pub p1: [L; MAX_ACTING],
+    pub p2: [L; MAX_ACTING],
+    pub flow: [L; MAX_ACTING],
 }
 
 impl<L: Real> Lifted<L> {
@@ -89,6 +91,7 @@ impl<L: Real> Lifted<L> {
             end_stop: unit.end_stop.map(&mut Dual::constant),
             spool: unit.spool.map(&mut Dual::constant),
             ports: unit.map(&mut Dual::constant),
+            supplied: unit.map(&mut Dual::constant),
             whole: unit.map(&mut Dual::constant),
         }
     }
@@ -110,8 +113,7 @@ impl<L: Real> Lifted<L> {
         }
     }
 
-    /// Derivatives of and by the supply. Flows from the supply depend on its pressure less that of the port alone, so that
-    /// derivatives by both are opposite.
+    /// Derivatives of and by the supply.
     #[inline(always)]
     pub fn by_supply(
         &self,
@@ -119,15 +121,34 @@ impl<L: Real> Lifted<L> {
         s: &LocalState<L>,
         piston: &Piston<L>,
     ) -> SupplyDerivatives<L> {
-        let (fed_a, fed_b) = (self.port_a(supply_pressures, s).fed, self.port_b(supply_pressures, s).fed);
+        let pressures = SupplyPressures {
+            supply: Dual::variable(supply_pressures.supply, 3),
+            load: Dual::variable(supply_pressures.load, 4),
+            tank: Dual::constant(supply_pressures.tank),
+        };
+        let [v, p1, p2, spool] =
+            [Dual::variable(s.v, 0), Dual::variable(s.p1, 1), Dual::variable(s.p2, 1), Dual::variable(s.spool, 2)];
+        let a = self.supplied.port_a(&pressures, v, p1, spool);
+        let b = self.supplied.port_b(&pressures, v, p2, spool);
+        let by_states = |number: Dual<L, 5>, p: usize| {
+            let [v, pressure, spool, ..] = number.derivative;
+            Dual { value: number.value, derivative: [v, pressure, spool] }.among([V, p, SPOOL])
+        };
+        let by_pressures = |number: Dual<L, 5>| [number.derivative[3], number.derivative[4]];
+        let ports = [by_states(a.pressure, P1), by_states(b.pressure, P2)];
+        let signal = self.whole.valve.connection.signal(
+            Dual::variable(s.spool, SPOOL),
+            ports,
+            Dual::constant(supply_pressures.tank),
+        );
         let bulk = (self.bulk_modulus(s.p1).value, self.bulk_modulus(s.p2).value);
-        let (by_a, by_b) = (-fed_a.derivative[P1], -fed_b.derivative[P2]);
         let (stiffness_1, stiffness_2) = self.chambers.stiffness(bulk, s.x);
         SupplyDerivatives {
-            drawn: piston.row(&(fed_a + fed_b)),
-            p1: stiffness_1 * by_a,
-            p2: stiffness_2 * by_b,
-            flow: by_a + by_b,
+            drawn: piston.row(&(by_states(a.fed, P1) + by_states(b.fed, P2))),
+            signal: piston.row(&signal),
+            p1: by_pressures(a.fed).map(|by| stiffness_1 * by),
+            p2: by_pressures(b.fed).map(|by| stiffness_2 * by),
+            flow: by_pressures(a.fed + b.fed),
         }
     }
 

@@ -8,6 +8,7 @@ use crate::plant::Plant;
 use hydrocrane_num::{register::WIDEST, Pack, Real};
 use hydrocrane_ode::AxisStates;
 use hydrocrane_physics::hydraulics::fluid::{Fluid, OilTables};
+use hydrocrane_physics::hydraulics::spool_valve::PortPressures;
 
 /// Up to as many cylinders as the type `L` has lanes. Unused lanes repeat the last cylinder.
 #[derive(Debug, Clone)]
@@ -142,20 +143,28 @@ impl<L: Real> AxisGroup<L> {
         )
     }
 
-    /// Powers of the ledger, W, and the flow drawn from the supply, m^3/s.
+    /// What the valves give to the load-sensing line, Pa.
+    #[inline(always)]
+    pub fn signals(&self, spool: L, ports: &PortPressures<L>) -> L {
+        self.unit.valve.connection.signal(spool, [ports.a, ports.b], ports.tank)
+    }
+
+    /// Powers of the ledger and the losses of the compensators, W, and the flow drawn from the supply, m^3/s.
     #[inline(always)]
     pub fn powers(
         &self,
         oil: &OilTables,
         supply_pressures: &SupplyPressures<L>,
         s: &LocalState<L>,
-    ) -> ([L; LEDGER_PER_CYLINDER], L) {
+    ) -> ([L; LEDGER_PER_CYLINDER], L, L) {
         // In one piece, so that the rates of states, which no power needs, are left out.
         L::outlined(
             #[inline(always)]
             || {
                 let rates = self.unit.rates(&self.fluid, supply_pressures, s);
-                (powers([oil.energy_density(s.p1), oil.energy_density(s.p2)], s, &rates), rates.edges.supply())
+                let lost = self.unit.valve.compensator_losses(&rates.ports, &rates.edges);
+                let stored = [oil.energy_density(s.p1), oil.energy_density(s.p2)];
+                (powers(stored, s, &rates, &lost), lost[0] + lost[1], rates.edges.supply())
             },
         )
     }

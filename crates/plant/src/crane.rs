@@ -45,11 +45,11 @@ impl<const N: usize> Crane<N> {
                 spool: (c.valve.stroke, c.valve.natural_frequency),
             })
             .collect();
-        let pump = machine
-            .supply
-            .mains
-            .as_ref()
-            .map(|mains| PumpUnit { name: mains.pump.name.clone(), swivels: mains.pump.control.is_some() });
+        let pump = machine.supply.mains.as_ref().map(|mains| PumpUnit {
+            name: mains.pump.name.clone(),
+            senses: mains.load_sensing.is_some(),
+            swivels: mains.pump.control.is_some(),
+        });
         if pump.is_some() && !cfg!(feature = "chains") {
             return Err(BuildError::Pump);
         }

@@ -7,6 +7,7 @@ use crate::plant::Plant;
 use hydrocrane_machine::Machine;
 use hydrocrane_num::{portable, Real};
 use hydrocrane_physics::hydraulics::fluid::Fluid;
+use hydrocrane_physics::hydraulics::spool_valve::PortPressures;
 use std::f64::consts::PI;
 
 /// Kind of equilibrium.
@@ -36,10 +37,12 @@ impl<const N: usize> Plant<f64, N> {
         if mode == EquilibriumMode::Hold {
             return Ok(x);
         }
+        if layout.load().is_some() {
+            return Err(PoseError::LoadSensing);
+        }
         let forces = self.standing_force(q, payload);
         // The little that the open spools draw moves the pressure of the mains, and that moves what they draw by far less.
         for _ in 0..if self.supply.is_some() { SUPPLY_ROUNDS } else { 1 } {
-            let mut drawn = 0.0;
             let supply_pressures = self.pressures_at(layout, &x);
             for c in 0..N {
                 let (unit, force) = (&self.cylinders[c], forces[c]);
@@ -53,17 +56,15 @@ impl<const N: usize> Plant<f64, N> {
                     x[layout.p2(c)] = p2;
                     x[layout.xs(c)] = spool;
                 }
-                let s = balance.at(x[layout.p1(c)], x[layout.p2(c)], x[layout.xs(c)]);
-                drawn += unit.rates(&self.fluid, &supply_pressures, &s).edges.supply();
             }
-            self.write_rest_of_supply(layout, 0.0, -drawn, &mut x);
+            self.settle_supply(layout, &mut x);
         }
         Ok(x)
     }
 }
 
 /// Rounds after which the pressure of the mains is found to rounding.
-const SUPPLY_ROUNDS: usize = 3;
+const SUPPLY_ROUNDS: usize = 4;
 
 impl<T: Real, const N: usize> Plant<T, N> {
     /// The state at rest with closed spools at any piston positions; `back`: pressure of the chamber that carries
@@ -75,34 +76,28 @@ impl<T: Real, const N: usize> Plant<T, N> {
             x[layout.q(c)] = q[c];
             (x[layout.p1(c)], x[layout.p2(c)]) = hold_pressures(&self.cylinders[c], forces[c], back);
         }
-        self.rest_of_supply(layout, &mut x);
+        for _ in 0..SUPPLY_ROUNDS {
+            self.settle_supply(layout, &mut x);
+        }
         x
     }
 
-    /// Writes the state in which the supply rests while all valves are closed.
-    fn rest_of_supply(&self, layout: &Layout, x: &mut [T]) {
-        if layout.mains().is_none() {
-            return;
-        }
-        let (mut leakage, mut returned) = (T::c(0.0), T::c(0.0));
-        for (c, unit) in self.cylinders.iter().enumerate() {
-            for port in [x[layout.p1(c)], x[layout.p2(c)]] {
-                // Behind a check valve a port above the supply gives nothing back.
-                let open = !unit.valve.load_check;
-                let below = port.lt(self.supply_pressures.supply);
-                let share = T::select(below, T::c(1.0), T::c(if open { 1.0 } else { 0.0 }));
-                leakage += unit.valve.leakage * share;
-                returned += unit.valve.leakage * share * port;
-            }
-        }
-        self.write_rest_of_supply(layout, leakage, returned, x);
-    }
-
-    /// The same where the valves draw `leakage` per pressure less `returned`.
-    fn write_rest_of_supply(&self, layout: &Layout, leakage: T, returned: T, x: &mut [T]) {
+    /// Writes the state in which the supply rests while the valves draw what they draw at its present one: a round of a search that
+    /// begins with closed mains and ends when nothing changes.
+    fn settle_supply(&self, layout: &Layout, x: &mut [T]) {
         let (Some(p), Some(supply)) = (layout.mains(), &self.supply) else { return };
-        let (pressure, share) = supply.at_rest(self.supply_pressures.tank, leakage, returned);
+        let SupplyPressures { supply: mains, load, tank } = self.pressures_at(layout, x);
+        let mut drawn = T::c(0.0);
+        for (c, unit) in self.cylinders.iter().enumerate() {
+            let (a, b) = (x[layout.p1(c)], x[layout.p2(c)]);
+            let ports = PortPressures { supply: mains, load, tank, a, b };
+            drawn += unit.valve.flows(x[layout.xs(c)], &ports).supply();
+        }
+        let (pressure, share) = supply.at_rest(tank, drawn);
         x[p] = pressure;
+        if let Some(load) = layout.load() {
+            x[load] = tank;
+        }
         if let Some(swivel) = layout.swivel() {
             x[swivel] = share;
         }

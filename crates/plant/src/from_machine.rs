@@ -13,10 +13,12 @@ use hydrocrane_physics::geometry::four_bar::FourBar;
 use hydrocrane_physics::geometry::frames::Joint;
 use hydrocrane_physics::geometry::stroke::{Actuation, Drive};
 use hydrocrane_physics::hydraulics::chamber::Chambers;
+use hydrocrane_physics::hydraulics::compensator::Compensator;
 use hydrocrane_physics::hydraulics::connector::{dynamic_pressure_coefficient, Connector};
 use hydrocrane_physics::hydraulics::end_stop::EndStop;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::leakage::{annular_gap_conductance, Leakage};
+use hydrocrane_physics::hydraulics::load_sensing::{Connection, LoadSensing};
 use hydrocrane_physics::hydraulics::mains::Mains;
 use hydrocrane_physics::hydraulics::orifice::{Orifice, OrificeLaw};
 use hydrocrane_physics::hydraulics::pump::{PressureControl, Pump};
@@ -25,6 +27,8 @@ use hydrocrane_physics::hydraulics::spool::Spool;
 use hydrocrane_physics::hydraulics::spool_valve::SpoolValve;
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
+/// Share of a spool's stroke over which it connects its port with the load-sensing line.
+const CONNECTION: f64 = 0.01;
 /// Velocity over which the static map changes its sign where the file states none, m/s.
 const SMOOTHING: f64 = 1e-3;
 
@@ -47,7 +51,11 @@ pub fn plant<T: Number, const N: usize>(m: &file::Machine<T>) -> Result<Plant<T,
         actuations: std::array::from_fn(|i| actuations[i]),
         cylinders: std::array::from_fn(|i| cylinder(m, &m.cylinders[i])),
         fluid: fluid(&m.fluid),
-        supply_pressures: SupplyPressures { supply: m.supply.pressure, tank: m.supply.tank_pressure },
+        supply_pressures: SupplyPressures {
+            supply: m.supply.pressure,
+            load: m.supply.tank_pressure,
+            tank: m.supply.tank_pressure,
+        },
         supply: m.supply.mains.as_ref().map(|mains| supply(&m.supply, mains)),
         ground: m.ground.as_ref().map(|g| ground(g, &m.payload)),
     })
@@ -58,7 +66,6 @@ fn supply<T: Number>(of: &file::Supply<T>, mains: &file::Mains<T>) -> Supply<T> 
     let p = &mains.pump;
     let (displacement, rise) = (p.displacement / TAU, of.pressure - of.tank_pressure);
     let control = p.control.as_ref().map(|control| PressureControl {
-        pressure: of.pressure,
         range: control.range,
         time_constant: control.time_constant,
         torque_limit: control.torque_limit.unwrap_or(T::c(f64::INFINITY)),
@@ -70,7 +77,12 @@ fn supply<T: Number>(of: &file::Supply<T>, mains: &file::Mains<T>) -> Supply<T> 
             leakage: (T::c(1.0) - p.volumetric_efficiency) * displacement * p.speed / rise,
             rubbing: T::c(1.0) / p.hydromechanical_efficiency - 1.0,
         },
+        highest: of.pressure,
         control,
+        sensing: mains
+            .load_sensing
+            .as_ref()
+            .map(|sensing| LoadSensing { margin: sensing.margin, time_constant: sensing.time_constant }),
         mains: Mains { volume: mains.volume, compliance: mains.compliance },
         relief: ReliefValve { pressure: mains.relief_pressure, gradient: mains.relief_gradient },
     }
@@ -207,7 +219,7 @@ fn valve<T: Number>(m: &file::Machine<T>, v: &file::Valve<T>) -> SpoolValve<T> {
             OrificeLaw::Printed { blended: blend.is_some_and(|b| b.ports[port]) }
         };
         Orifice {
-            coefficient: v.nominal_flow / (v.stroke * v.edge_pressure_drop.sqrt()),
+            coefficient: v.nominal_flow / ((v.stroke - v.overlap) * v.edge_pressure_drop.sqrt()),
             transition_pressure: v.transition_pressure,
             laminar_curvature: smooth::root_curvature(v.transition_pressure),
             blend_low: blend.map_or(T::c(0.0), |b| b.low),
@@ -220,9 +232,22 @@ fn valve<T: Number>(m: &file::Machine<T>, v: &file::Valve<T>) -> SpoolValve<T> {
         edge_b: edge(1),
         overlap: v.overlap,
         leakage: v.leakage,
+        return_ratio: v.return_ratio,
         regenerative: T::c(if v.kind == file::ValveKind::Regenerative { 1.0 } else { 0.0 }),
         load_check: v.load_check,
+        compensator: match v.compensator {
+            file::Compensator::None => Compensator::None,
+            file::Compensator::Before(setting) => Compensator::Before(setting),
+            file::Compensator::Behind => Compensator::Behind,
+        },
+        connection: connection(v),
     }
+}
+
+/// The port is connected just before its metering edge opens; where these begin at the middle, the first part of the stroke must do.
+fn connection<T: Number>(v: &file::Valve<T>) -> Connection<T> {
+    let travel = v.stroke * CONNECTION;
+    Connection { begins: (v.overlap - travel).max(T::c(0.0)), travel }
 }
 
 fn leakage<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Leakage<T> {

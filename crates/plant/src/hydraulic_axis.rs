@@ -45,6 +45,8 @@ pub struct HydraulicAxis<T> {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SupplyPressures<T> {
     pub supply: T,
+    /// Of the load-sensing line; that of the tank where there is none.
+    pub load: T,
     pub tank: T,
 }
 
@@ -105,7 +107,7 @@ impl<T: Copy> LocalRates<T> {
             },
             internal_leakage: f(self.internal_leakage),
             external_leakage: f(self.external_leakage),
-            ports: PortPressures { supply: f(p.supply), tank: f(p.tank), a: f(p.a), b: f(p.b) },
+            ports: PortPressures { supply: f(p.supply), load: f(p.load), tank: f(p.tank), a: f(p.a), b: f(p.b) },
             stop_damping: f(self.stop_damping),
             bristle_power: f(self.bristle_power),
         }
@@ -219,14 +221,16 @@ impl<T: Real> HydraulicAxis<T> {
     #[inline(always)]
     pub fn port_a(&self, supply_pressures: &SupplyPressures<T>, v: T, p1: T, spool: T) -> Port<T> {
         let pressure = p1 - self.connector.dynamic_pressures(v).0;
-        let (fed, drained) = self.valve.flows_at_a(spool, supply_pressures.supply, supply_pressures.tank, pressure);
+        let SupplyPressures { supply, load, tank } = *supply_pressures;
+        let (fed, drained) = self.valve.flows_at_a(spool, supply, load, tank, pressure);
         Port { pressure, fed, drained }
     }
 
     #[inline(always)]
     pub fn port_b(&self, supply_pressures: &SupplyPressures<T>, v: T, p2: T, spool: T) -> Port<T> {
         let pressure = p2 - self.connector.dynamic_pressures(v).1;
-        let (fed, drained) = self.valve.flows_at_b(spool, supply_pressures.supply, supply_pressures.tank, pressure);
+        let SupplyPressures { supply, load, tank } = *supply_pressures;
+        let (fed, drained) = self.valve.flows_at_b(spool, supply, load, tank, pressure);
         Port { pressure, fed, drained }
     }
 
@@ -259,6 +263,7 @@ impl<T: Real> HydraulicAxis<T> {
             external_leakage,
             ports: PortPressures {
                 supply: supply_pressures.supply,
+                load: supply_pressures.load,
                 tank: supply_pressures.tank,
                 a: port_a.pressure,
                 b: port_b.pressure,
@@ -273,13 +278,17 @@ impl<T: Real> HydraulicAxis<T> {
         let edges = |unit: &Self| [unit.valve.edge_a.law, unit.valve.edge_b.law];
         let switches =
             |unit: &Self| (unit.leakage.external_from_piston_side, unit.end_stop.printed, unit.valve.load_check);
-        edges(self) == edges(other) && switches(self) == switches(other) && self.friction.same_laws(&other.friction)
+        let compensator = |unit: &Self| std::mem::discriminant(&unit.valve.compensator);
+        edges(self) == edges(other)
+            && switches(self) == switches(other)
+            && compensator(self) == compensator(other)
+            && self.friction.same_laws(&other.friction)
     }
 }
 
 impl<T: Copy> SupplyPressures<T> {
     pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> SupplyPressures<U> {
-        SupplyPressures { supply: f(self.supply), tank: f(self.tank) }
+        SupplyPressures { supply: f(self.supply), load: f(self.load), tank: f(self.tank) }
     }
 }
 

@@ -8,8 +8,9 @@ use crate::axis_derivatives::{Piston, RateDerivatives, SupplyDerivatives};
 use crate::axis_group::{AxisGroup, Member};
 use crate::layout::Layout;
 use crate::rhs::{joint_state, write_joints, Accelerated, Evaluator, Placed};
+use crate::shared_states::{DRAWN, SIGNAL};
 use hydrocrane_num::{Pack, Real};
-use hydrocrane_ode::{BlockArrow, SharedDerivatives};
+use hydrocrane_ode::{BlockArrow, Row, SharedDerivatives, MAX_ACTING};
 
 impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
     /// Writes the state derivative and its Jacobian.
@@ -18,7 +19,8 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         let (placed, lever_arm_derivatives) = self.place_moving(layout, x);
         let pressures = self.pressures(layout, x);
         let mut shared = self.plant.mains(layout).and(jacobian.shared.take());
-        let (mut forces, mut drawn, mut drawn_by_supply) = ([T::c(0.0); N], T::c(0.0), T::c(0.0));
+        let (mut forces, mut demand) = ([T::c(0.0); N], self.plant.no_demand());
+        let (mut signals, mut by_pressures) = ([demand.signal; N], [T::c(0.0); MAX_ACTING]);
         for group in &self.groups {
             let local = group.local(&placed.positions, &placed.velocities, x);
             let piston = Piston {
@@ -38,13 +40,17 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
             if let Some(shared) = &mut shared {
                 let by_supply = group.by_supply(&pressures, &local, &piston);
                 group.write_supply_derivatives(&by_supply, shared);
-                drawn += group.sum(linearised.rates.edges.supply());
-                drawn_by_supply += group.sum(by_supply.flow);
+                group.write_signals(&group.signals(local.spool, &linearised.rates.ports), &mut signals);
+                demand.drawn += group.sum(linearised.rates.edges.supply());
+                for (sum, flow) in by_pressures.iter_mut().zip(by_supply.flow) {
+                    *sum += group.sum(flow);
+                }
             }
         }
         if let Some(mut shared) = shared {
-            self.plant.write_supply(layout, x, drawn, dx);
-            self.plant.write_supply_derivatives(layout, x, drawn, drawn_by_supply, &mut shared);
+            demand.signal = keep_highest(&signals, demand.signal, &mut shared.by_axes[SIGNAL]);
+            self.plant.write_supply(layout, x, demand, dx);
+            self.plant.write_supply_derivatives(layout, x, demand, by_pressures, &mut shared);
             jacobian.shared = Some(shared);
         }
         let accelerated = self.plant.accelerate(&placed, &forces, payload);
@@ -123,6 +129,20 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
     }
 }
 
+/// The highest of the `signals` and of `tank`, and its derivatives alone: those of lower ones act on nothing.
+#[inline(always)]
+fn keep_highest<T: Real>(signals: &[T], tank: T, derivatives: &mut [Row<T>]) -> T {
+    let mut highest = tank;
+    for signal in signals {
+        highest = highest.max(*signal);
+    }
+    for (signal, row) in signals.iter().zip(derivatives) {
+        let lower = signal.lt(highest) | signal.le(tank);
+        *row = row.map(|derivative| T::select(lower, T::c(0.0), derivative));
+    }
+    highest
+}
+
 impl<L: Real> AxisGroup<L> {
     #[inline(always)]
     fn write_derivatives<T: Real>(&self, linearised: &RateDerivatives<L>, out: &mut BlockArrow<T>)
@@ -139,7 +159,7 @@ impl<L: Real> AxisGroup<L> {
         }
     }
 
-    /// Derivatives by the pressure of the supply, and those of the flows drawn from it.
+    /// Derivatives by the pressures of the supply, and those of what is asked of it.
     #[inline(always)]
     fn write_supply_derivatives<T: Real>(&self, by_supply: &SupplyDerivatives<L>, out: &mut SharedDerivatives<T>)
     where
@@ -147,8 +167,23 @@ impl<L: Real> AxisGroup<L> {
     {
         for lane in 0..L::WIDTH {
             let Some(Member { cylinder, .. }) = self.member(lane) else { break };
-            out.on_axes[*cylinder] = [by_supply.p1.lane(lane), by_supply.p2.lane(lane)];
-            out.by_axes[0][*cylinder] = by_supply.drawn.lane(lane);
+            for j in 0..MAX_ACTING {
+                out.on_axes[j][*cylinder] = [by_supply.p1[j].lane(lane), by_supply.p2[j].lane(lane)];
+            }
+            out.by_axes[DRAWN][*cylinder] = by_supply.drawn.lane(lane);
+            out.by_axes[SIGNAL][*cylinder] = by_supply.signal.lane(lane);
+        }
+    }
+
+    /// What each valve gives to the load-sensing line.
+    #[inline(always)]
+    fn write_signals<T: Real, const N: usize>(&self, of_group: &L, signals: &mut [T; N])
+    where
+        L: Pack<T>,
+    {
+        for lane in 0..L::WIDTH {
+            let Some(Member { cylinder, .. }) = self.member(lane) else { break };
+            signals[*cylinder] = of_group.lane(lane);
         }
     }
 

@@ -1,7 +1,8 @@
 //! State layout: the only place that defines indices.
 //!
 //! Order: joint coordinates, joint rates, then per cylinder p1, p2, xs, vs and, with LuGre friction, z; at the end, with a pump,
-//! the pressure of the mains and, where the pump swivels, the share of its displacement.
+//! the pressure of the mains, where the pump senses the load that of the load-sensing line, and where it swivels the share of
+//! its displacement.
 
 use hydrocrane_ode::{AxisStates, SharedStates, StateBlocks};
 
@@ -35,6 +36,8 @@ pub struct Unit {
 #[derive(Debug, Clone)]
 pub struct PumpUnit {
     pub name: String,
+    /// Whether it senses the load.
+    pub senses: bool,
     /// Whether its displacement changes.
     pub swivels: bool,
 }
@@ -71,13 +74,17 @@ impl Layout {
             }
         }
         let first = layout.names.len();
-        if let Some(PumpUnit { name, swivels }) = pump {
+        let acting = pump.map_or(0, |pump| 1 + usize::from(pump.senses));
+        if let Some(PumpUnit { name, senses, swivels }) = pump {
             layout.push("mains.p".into(), "Pa", "pressure of the mains".into(), 1e6);
+            if *senses {
+                layout.push("mains.load".into(), "Pa", "pressure of the load-sensing line".into(), 1e6);
+            }
             if *swivels {
                 layout.push(format!("pump.{name}.displacement"), "1", format!("{name} share of the displacement"), 0.1);
             }
         }
-        layout.blocks.shared = SharedStates { first, count: layout.names.len() - first };
+        layout.blocks.shared = SharedStates { first, count: layout.names.len() - first, acting };
         layout
     }
 
@@ -128,9 +135,14 @@ impl Layout {
     pub fn mains(&self) -> Option<usize> {
         (self.blocks.shared.count > 0).then_some(self.blocks.shared.first)
     }
+    /// The pressure of the load-sensing line; `None` without one.
+    pub fn load(&self) -> Option<usize> {
+        (self.blocks.shared.acting > 1).then_some(self.blocks.shared.first + 1)
+    }
     /// The share of the pump's displacement; `None` where it is fixed.
     pub fn swivel(&self) -> Option<usize> {
-        (self.blocks.shared.count > 1).then_some(self.blocks.shared.first + 1)
+        let SharedStates { first, count, acting } = self.blocks.shared;
+        (count > acting).then_some(first + acting)
     }
     /// All states of a cylinder.
     pub fn own(&self, cylinder: usize) -> AxisStates {

@@ -6,7 +6,8 @@
 //!     - edges - connectors - internal leakage - external leakage - friction - end stops - contact
 //! ```
 //! `elastic` is the strain energy that oil carries with it through the chamber boundaries (w q, with w the
-//! energy density at the chamber's pressure). With a pump, the energy of the mains is stored too:
+//! energy density at the chamber's pressure). With compensators, a further loss is theirs, and that of an edge from the supply is
+//! that of its own drop. With a pump, the energy of the mains is stored too:
 //! ```text
 //! d(mains)/dt = shaft + suction + elastic - rubbing - pump leakage - relief - delivered
 //! ```
@@ -42,6 +43,9 @@ pub const LEDGER_TERMS: [Term; LEDGER_PER_CYLINDER] = [
 /// The same for the ground.
 pub const GROUND_TERMS: [Term; 1] = [("contact", "heat of the contact with the ground", -1.0)];
 
+/// The same for pressure compensators.
+pub const COMPENSATOR_TERMS: [Term; 1] = [("compensators", "loss of the pressure compensators of all valves", -1.0)];
+
 /// The same for a pump with its mains. What the mains deliver is the work of the supply on all cylinders.
 pub const SUPPLY_TERMS: [Term; 7] = [
     ("shaft", "work of the shaft on the pump", 1.0),
@@ -53,12 +57,14 @@ pub const SUPPLY_TERMS: [Term; 7] = [
     ("carried", "elastic energy carried in with the oil", 1.0),
 ];
 
-/// Terms after those of the cylinders, each with what it belongs to: of the ground, where the machine has one, then of the supply,
-/// where it has a pump.
+/// Terms after those of the cylinders, each with what it belongs to: of the ground, the compensators and the supply, where the
+/// machine has a ground, compensators and a pump.
 pub fn shared_terms(machine: &Machine) -> Vec<(&'static str, &'static Term)> {
     let ground = machine.ground.iter().flat_map(|_| GROUND_TERMS.iter().map(|term| ("ground", term)));
     let supply = machine.supply.mains.iter().flat_map(|_| SUPPLY_TERMS.iter().map(|term| ("mains", term)));
-    ground.chain(supply).collect()
+    let compensated = machine.cylinders.iter().any(|c| !c.valve.compensator.is_none());
+    let valves = COMPENSATOR_TERMS.iter().filter(|_| compensated).map(|term| ("valves", term));
+    ground.chain(valves).chain(supply).collect()
 }
 
 /// Powers (W) in the order of [`SUPPLY_TERMS`]; `stored` is the oil's energy density in the mains, J/m^3, `e` the share of the
@@ -72,7 +78,7 @@ pub fn supply_powers<T: Real>(
     supply: &Supply<T>,
     rates: &SupplyRates<T>,
 ) -> [T; SUPPLY_TERMS.len()] {
-    let SupplyPressures { supply: p, tank } = *pressures;
+    let SupplyPressures { supply: p, tank, .. } = *pressures;
     let rise = p - tank;
     let (leaked, rubbed) = supply.pump.losses(rise);
     [
@@ -86,9 +92,15 @@ pub fn supply_powers<T: Real>(
     ]
 }
 
-/// Powers (W) in the order of [`LEDGER_TERMS`]; `stored` are the oil's energy densities in the two chambers, J/m^3.
+/// Powers (W) in the order of [`LEDGER_TERMS`]; `stored` are the oil's energy densities in the two chambers, J/m^3, `compensated`
+/// the losses of the compensators before the two ports, W.
 #[inline(always)]
-pub fn powers<T: Real>(stored: [T; 2], s: &LocalState<T>, r: &LocalRates<T>) -> [T; LEDGER_PER_CYLINDER] {
+pub fn powers<T: Real>(
+    stored: [T; 2],
+    s: &LocalState<T>,
+    r: &LocalRates<T>,
+    compensated: &[T; 2],
+) -> [T; LEDGER_PER_CYLINDER] {
     let p = &r.ports;
     let e = &r.edges;
     let (q_a, q_b) = (e.port_a(), e.port_b());
@@ -98,9 +110,9 @@ pub fn powers<T: Real>(stored: [T; 2], s: &LocalState<T>, r: &LocalRates<T>) -> 
         r.force * s.v,
         p.supply * e.supply(),
         p.tank * (e.tank() + r.external_leakage),
-        (p.supply - p.a) * e.supply_to_a,
+        (p.supply - p.a) * e.supply_to_a - compensated[0],
         (p.a - p.tank) * e.a_to_tank,
-        (p.supply - p.b) * e.supply_to_b,
+        (p.supply - p.b) * e.supply_to_b - compensated[1],
         (p.b - p.tank) * e.b_to_tank,
         (p.a - s.p1) * q_a + (s.p2 - p.b) * q_b,
         (s.p1 - s.p2) * r.internal_leakage,

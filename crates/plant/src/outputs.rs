@@ -3,7 +3,7 @@
 use crate::hydraulic_axis::{FrictionLaw, LocalState};
 use crate::plant::Plant;
 use crate::rhs::Evaluated;
-use crate::supply::SupplyRates;
+use crate::supply::{Demand, SupplyRates};
 use hydrocrane_machine::Machine;
 use hydrocrane_num::Real;
 
@@ -122,7 +122,8 @@ pub fn write<T: Real, const N: usize>(
         rest = others;
     }
     if let Some((unit, pressures, e)) = supply {
-        let SupplyRates { pump_flow, relief_flow, .. } = unit.rates(&plant.fluid, &pressures, e, drawn);
+        let SupplyRates { pump_flow, relief_flow, .. } =
+            unit.rates(&plant.fluid, &pressures, e, Demand { drawn, ..plant.no_demand() });
         let (of_mains, others) = rest.split_at_mut(OF_MAINS.len());
         let rise = pressures.supply - pressures.tank;
         of_mains.copy_from_slice(&[pump_flow, relief_flow, unit.pump.shaft_power(e, rise)]);

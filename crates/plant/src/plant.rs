@@ -7,6 +7,7 @@ use hydrocrane_physics::dynamics::ground::Ground;
 use hydrocrane_physics::dynamics::Mechanics;
 use hydrocrane_physics::geometry::chain::ChainPose;
 use hydrocrane_physics::geometry::stroke::Actuation;
+use hydrocrane_physics::hydraulics::compensator::Compensator;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 
 /// A crane of `N` joints, each moved by the cylinder of the same index.
@@ -56,6 +57,11 @@ impl<T: Real, const N: usize> Plant<T, N> {
             inside = inside & zero.lt(v1) & zero.lt(v2) & zero.lt(self.actuations[c].closure(&pose.joints[c]));
         }
         inside
+    }
+
+    /// Whether a valve has a pressure compensator.
+    pub fn is_compensated(&self) -> bool {
+        self.cylinders.iter().any(|c| !matches!(c.valve.compensator, Compensator::None))
     }
 
     /// Adds the forces of the ground to those that drive the joints.

@@ -75,28 +75,45 @@ fn bulk_modulus(f: &Fluid, p: f64) -> f64 {
     }
 }
 
-/// Rates of the pressure `p` of the mains and of the share `e` of the pump's displacement, while the valves draw `drawn`.
-fn supply_rates(m: &Machine, mains: &Mains, p: f64, e: f64, drawn: f64) -> (f64, f64) {
-    let (pump, tank) = (&mains.pump, m.supply.tank_pressure);
+/// Rates of the states of the supply, `x`: pressure of the mains, with load sensing that of its line, and where the pump swivels the
+/// share of its displacement. The valves draw `drawn` and give `signal` to the line.
+fn supply_rates(m: &Machine, mains: &Mains, x: &[f64], drawn: f64, signal: f64) -> Vec<f64> {
+    let (pump, tank, p) = (&mains.pump, m.supply.tank_pressure, x[0]);
+    let e = if pump.control.is_some() { x[x.len() - 1] } else { 1.0 };
+    let follows = |highest: f64| match &mains.load_sensing {
+        Some(sensing) => highest.min(x[1] + sensing.margin),
+        None => highest,
+    };
+    let opens = if pump.control.is_some() { mains.relief_pressure } else { follows(mains.relief_pressure) };
     let per_angle = pump.displacement / (2.0 * PI);
     let leaked = (1.0 - pump.volumetric_efficiency) * per_angle * pump.speed * (p - tank) / (m.supply.pressure - tank);
-    let relieved = match p - mains.relief_pressure {
+    let relieved = match p - opens {
         beyond if beyond <= -0.5e5 => 0.0,
         beyond if beyond < 0.5e5 => mains.relief_gradient * (beyond + 0.5e5).powi(2) / 2e5,
         beyond => mains.relief_gradient * beyond,
     };
     let volume = mains.volume + mains.compliance * p;
     let inflow = e * per_angle * pump.speed - leaked - relieved - drawn;
-    let pressure_rate = inflow / (volume / bulk_modulus(&m.fluid, p) + mains.compliance);
-    let swivel_rate = pump.control.as_ref().map_or(0.0, |control| {
-        let mut wanted = (m.supply.pressure - p) / control.range;
+    let mut rates = vec![inflow / (volume / bulk_modulus(&m.fluid, p) + mains.compliance)];
+    rates.extend(mains.load_sensing.iter().map(|sensing| (signal - x[1]) / sensing.time_constant));
+    rates.extend(pump.control.iter().map(|control| {
+        let mut wanted = (follows(m.supply.pressure) - p) / control.range;
         if let Some(limit) = control.torque_limit {
             wanted =
                 wanted.min(limit / (per_angle * (p - tank).max(1e3)) - (1.0 / pump.hydromechanical_efficiency - 1.0));
         }
         (wanted.clamp(0.0, 1.0) - e) / control.time_constant
-    });
-    (pressure_rate, swivel_rate)
+    }));
+    rates
+}
+
+/// A positive part, rounded within 0.2 bar.
+fn rounded(dp: f64) -> f64 {
+    match dp {
+        dp if dp <= -0.2e5 => 0.0,
+        dp if dp < 0.2e5 => (dp + 0.2e5).powi(2) / 0.8e5,
+        dp => dp,
+    }
 }
 
 /// A smooth rise from 0 to 1 and its slope.
@@ -110,8 +127,8 @@ fn flank(t: f64) -> (f64, f64) {
 
 /// State derivative of a corrected machine; `None` where any law is switched to as-printed.
 ///
-/// Order of states: joint coordinates, joint rates, then per cylinder p1, p2, xs, vs and, with LuGre, z; with a pump the pressure
-/// of the mains and, where it swivels, the share of its displacement.
+/// Order of states: joint coordinates, joint rates, then per cylinder p1, p2, xs, vs and, with LuGre, z; with a pump those of
+/// [`supply_rates`].
 pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Option<Vec<f64>> {
     let e = &m.errata;
     let laws = [e.gravity_sign, e.inertia_about, e.orifice_law, e.extension_leakage, e.extension_dead_volume];
@@ -153,7 +170,12 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
     let states_of = |c: &Cylinder| if c.friction.model == FrictionModel::LuGre { 5 } else { 4 };
     let mains_at = 2 * n + m.cylinders.iter().map(states_of).sum::<usize>();
     let mains_pressure = if m.supply.mains.is_some() { x[mains_at] } else { m.supply.pressure };
-    let mut drawn = 0.0;
+    let load_pressure = if m.supply.mains.as_ref().is_some_and(|mains| mains.load_sensing.is_some()) {
+        x[mains_at + 1]
+    } else {
+        m.supply.tank_pressure
+    };
+    let (mut drawn, mut signal) = (0.0, m.supply.tank_pressure);
     let mut torque = vec![0.0; n];
     let mut s = 2 * n;
     for (i, c) in m.cylinders.iter().enumerate() {
@@ -193,7 +215,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
 
         let valve = &c.valve;
         let edge = |opening: f64, dp: f64| {
-            let c0 = valve.nominal_flow / (valve.stroke * valve.edge_pressure_drop.sqrt());
+            let c0 = valve.nominal_flow / ((valve.stroke - valve.overlap) * valve.edge_pressure_drop.sqrt());
             let p_tr = valve.transition_pressure;
             let root = if dp.abs() < p_tr {
                 dp * (3.0 - dp.abs() / p_tr) / (2.0 * p_tr.sqrt())
@@ -202,15 +224,25 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             };
             c0 * opening.max(0.0) * root + valve.leakage * dp
         };
+        let returned = |port: usize, opening: f64, dp: f64| edge(opening * valve.return_ratio[port], dp);
         let (ps, pt) = (mains_pressure, m.supply.tank_pressure);
         let (extend, retract) = (xs - valve.overlap, -xs - valve.overlap);
+        // Behind the compensator.
+        let drop_to = |port: f64| match valve.compensator {
+            Compensator::None => ps - port,
+            Compensator::Before(setting) => ps - port - rounded(ps - port - setting),
+            Compensator::Behind => ps - port - rounded(load_pressure - port),
+        };
+        let travel = 0.01 * valve.stroke;
+        let (connected, _) = flank((xs.abs() - (valve.overlap - travel).max(0.0)) / travel);
+        signal = signal.max(pt + connected * (if xs < 0.0 { pb } else { pa } - pt));
         let checked = |flow: f64| if valve.load_check { flow.max(0.0) } else { flow };
         let from_supply = match valve.kind {
-            ValveKind::FourThree => [checked(edge(extend, ps - pa)), checked(edge(retract, ps - pb))],
+            ValveKind::FourThree => [checked(edge(extend, drop_to(pa))), checked(edge(retract, drop_to(pb)))],
             ValveKind::Regenerative => [edge(extend, ps - pa), edge(extend.max(retract), ps - pb)],
         };
         let to_tank = match valve.kind {
-            ValveKind::FourThree => [edge(retract, pa - pt), edge(extend, pb - pt)],
+            ValveKind::FourThree => [returned(0, retract, pa - pt), returned(1, extend, pb - pt)],
             ValveKind::Regenerative => [edge(retract, pa - pt), edge(0.0, pb - pt)],
         };
         let (q_a, q_b) = (from_supply[0] - to_tank[0], to_tank[1] - from_supply[1]);
@@ -330,12 +362,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
     inverse.solve(&mut qdd);
 
     if let Some(mains) = &m.supply.mains {
-        let e = if mains.pump.control.is_some() { x[mains_at + 1] } else { 1.0 };
-        let (pressure_rate, swivel_rate) = supply_rates(m, mains, x[mains_at], e, drawn);
-        dx[mains_at] = pressure_rate;
-        if mains.pump.control.is_some() {
-            dx[mains_at + 1] = swivel_rate;
-        }
+        dx[mains_at..].copy_from_slice(&supply_rates(m, mains, &x[mains_at..], drawn, signal));
     }
     dx[..n].copy_from_slice(qd);
     dx[n..2 * n].copy_from_slice(&qdd);

@@ -169,17 +169,19 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
     pub fn derivative(&self, layout: &Layout, x: &[T], u: &[T], payload: T, dx: &mut [T]) {
         let placed = self.place(layout, x);
         let (pressures, mains) = (self.pressures(layout, x), self.plant.mains(layout).is_some());
-        let (mut forces, mut drawn) = ([T::c(0.0); N], T::c(0.0));
+        let (mut forces, mut demand) = ([T::c(0.0); N], self.plant.no_demand());
         for group in &self.groups {
             let local = group.local(&placed.positions, &placed.velocities, x);
             let rates = group.rates(&pressures, &local);
             group.write_rates(&rates, &mut forces, dx);
             group.write_spools(x, u, dx);
             if mains {
-                drawn += group.sum(rates.edges.supply());
+                let signals = group.signals(local.spool, &rates.ports);
+                demand.drawn += group.sum(rates.edges.supply());
+                demand.signal = group.fold(signals, demand.signal, T::max);
             }
         }
-        self.plant.write_supply(layout, x, drawn, dx);
+        self.plant.write_supply(layout, x, demand, dx);
         let Accelerated { qdd, .. } = self.plant.accelerate(&placed, &forces, payload);
         write_joints(layout, &placed.rates, &qdd, dx);
     }
@@ -210,17 +212,22 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
             let contact = self.plant.mechanics.contact(ground, &placed.pose, &placed.rates, payload);
             out[N * LEDGER_PER_CYLINDER] = contact.heat;
         }
-        let (pressures, mut drawn) = (self.pressures(layout, x), T::c(0.0));
+        let (pressures, mut demand, mut compensated) = (self.pressures(layout, x), self.plant.no_demand(), T::c(0.0));
         for group in &self.groups {
             let local = group.local(&placed.positions, &placed.velocities, x);
-            let (powers, flow) = group.powers(oil, &pressures, &local);
+            let (powers, lost, flow) = group.powers(oil, &pressures, &local);
             group.write_powers(&powers, out);
-            drawn += group.sum(flow);
+            compensated += group.sum(lost);
+            demand.drawn += group.sum(flow);
+        }
+        let mut first = N * LEDGER_PER_CYLINDER + usize::from(self.plant.ground.is_some());
+        if self.plant.is_compensated() {
+            out[first] = compensated;
+            first += 1;
         }
         let Some((supply, pressures, e)) = self.plant.supply_at(layout, x) else { return };
-        let rates = supply.rates(&self.plant.fluid, &pressures, e, drawn);
-        let stored = oil.energy_density(pressures.supply);
-        let first = N * LEDGER_PER_CYLINDER + usize::from(self.plant.ground.is_some());
+        let rates = supply.rates(&self.plant.fluid, &pressures, e, demand);
+        let (stored, drawn) = (oil.energy_density(pressures.supply), demand.drawn);
         out[first..][..SUPPLY_TERMS.len()]
             .copy_from_slice(&supply_powers(stored, &pressures, e, drawn, supply, &rates));
     }
@@ -241,14 +248,23 @@ impl<L: Real> AxisGroup<L> {
     where
         L: Pack<T>,
     {
-        let mut sum = T::c(0.0);
+        self.fold(number, T::c(0.0), |sum, number| sum + number)
+    }
+
+    /// A number of each cylinder, one after the other, `with` what has been found so far.
+    #[inline(always)]
+    pub fn fold<T: Real>(&self, number: L, start: T, with: impl Fn(T, T) -> T) -> T
+    where
+        L: Pack<T>,
+    {
+        let mut found = start;
         for lane in 0..L::WIDTH {
             if self.member(lane).is_none() {
                 break;
             }
-            sum += number.lane(lane);
+            found = with(found, number.lane(lane));
         }
-        sum
+        found
     }
 
     /// Net forces of the cylinders, and the rates of their pressures and bristles.

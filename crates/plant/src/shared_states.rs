@@ -3,16 +3,21 @@
 use crate::hydraulic_axis::SupplyPressures;
 use crate::layout::Layout;
 use crate::plant::Plant;
-use crate::supply::Supply;
+use crate::supply::{Demand, Supply};
 use hydrocrane_num::{Dual, Real};
-use hydrocrane_ode::SharedDerivatives;
+use hydrocrane_ode::{SharedDerivatives, MAX_ACTING};
+
+/// Rows of the derivatives by the cylinders until they become those of rates: of the drawn flow and of the signal.
+pub const DRAWN: usize = 0;
+pub const SIGNAL: usize = 1;
 
 impl<T: Real, const N: usize> Plant<T, N> {
     /// The pressures that the valves see in the state `x`.
     #[inline(always)]
     pub fn pressures_at(&self, layout: &Layout, x: &[T]) -> SupplyPressures<T> {
-        let supply = self.mains(layout).map_or(self.supply_pressures.supply, |p| x[p]);
-        SupplyPressures { supply, ..self.supply_pressures }
+        let Some(p) = self.mains(layout) else { return self.supply_pressures };
+        let load = layout.load().map_or(self.supply_pressures.load, |load| x[load]);
+        SupplyPressures { supply: x[p], load, ..self.supply_pressures }
     }
 
     /// Index of the pressure of the mains. Programs for the smallest chains alone have no pumps.
@@ -33,38 +38,63 @@ impl<T: Real, const N: usize> Plant<T, N> {
         self.supply.as_ref().map(|supply| (supply, self.pressures_at(layout, x), e))
     }
 
-    /// Writes the rates of the supply, from which the valves draw `drawn` (m^3/s).
+    /// What the valves ask for while they ask for nothing.
     #[inline(always)]
-    pub fn write_supply(&self, layout: &Layout, x: &[T], drawn: T, dx: &mut [T]) {
+    pub fn no_demand(&self) -> Demand<T> {
+        Demand { drawn: T::c(0.0), signal: self.supply_pressures.tank }
+    }
+
+    /// Writes the rates of the supply.
+    #[inline(always)]
+    pub fn write_supply(&self, layout: &Layout, x: &[T], demand: Demand<T>, dx: &mut [T]) {
         let Some((supply, pressures, e)) = self.supply_at(layout, x) else { return };
-        let rates = supply.rates(&self.fluid, &pressures, e, drawn);
+        let rates = supply.rates(&self.fluid, &pressures, e, demand);
         dx[layout.blocks().shared.first] = rates.pressure_rate;
+        if let Some(load) = layout.load() {
+            dx[load] = rates.load_rate;
+        }
         if let Some(swivel) = layout.swivel() {
             dx[swivel] = rates.swivel_rate;
         }
     }
 
-    /// Writes the derivatives of the rates of the supply by its own states, and turns the derivatives of the `drawn` flows by the
-    /// states of the cylinders into those of the rates. `by_supply` is the derivative of the drawn flow by the pressure.
+    /// Writes the derivatives of the rates of the supply. `out.by_axes` holds those of the drawn flow ([`DRAWN`]) and of the
+    /// signal ([`SIGNAL`]) by the local states of the cylinders, `by_pressures` those of the drawn flow by the pressures of mains and load-sensing line.
     #[inline(always)]
     pub fn write_supply_derivatives(
         &self,
         layout: &Layout,
         x: &[T],
-        drawn: T,
-        by_supply: T,
+        demand: Demand<T>,
+        by_pressures: [T; MAX_ACTING],
         out: &mut SharedDerivatives<T>,
     ) {
         let Some((supply, pressures, e)) = self.supply_at(layout, x) else { return };
-        let lift = &mut Dual::<T, 3>::constant;
-        let pressures = SupplyPressures { supply: Dual::variable(pressures.supply, 0), tank: lift(pressures.tank) };
+        let lift = &mut Dual::<T, 5>::constant;
+        let pressures = SupplyPressures {
+            supply: Dual::variable(pressures.supply, 0),
+            load: Dual::variable(pressures.load, 1),
+            tank: lift(pressures.tank),
+        };
         let (supply, fluid) = (supply.map(lift), self.fluid.map(lift));
-        let rates = supply.rates(&fluid, &pressures, Dual::variable(e, 1), Dual::variable(drawn, 2));
-        let [by_p, by_e, by_drawn] = rates.pressure_rate.derivative;
-        out.own[0] = [by_p + by_drawn * by_supply, by_e];
-        out.own[1] = [rates.swivel_rate.derivative[0], rates.swivel_rate.derivative[1]];
-        for row in &mut out.by_axes[0][..N] {
-            *row = row.map(|derivative| derivative * by_drawn);
+        let demand = Demand { drawn: Dual::variable(demand.drawn, 3), signal: Dual::variable(demand.signal, 4) };
+        let rates = supply.rates(&fluid, &pressures, Dual::variable(e, 2), demand);
+        let first = layout.blocks().shared.first;
+        let kinds = [layout.mains(), layout.load(), layout.swivel()];
+        let of = [rates.pressure_rate, rates.load_rate, rates.swivel_rate];
+        let rows = out.by_axes;
+        for (rate, at) in of.iter().zip(kinds) {
+            let Some(i) = at.map(|at| at - first) else { continue };
+            let [by_supply, by_load, by_swivel, by_drawn, by_signal] = rate.derivative;
+            let own = [by_supply + by_drawn * by_pressures[0], by_load + by_drawn * by_pressures[1], by_swivel];
+            for (derivative, at) in own.iter().zip(kinds) {
+                if let Some(j) = at.map(|at| at - first) {
+                    out.own[i][j] = *derivative;
+                }
+            }
+            for c in 0..N {
+                out.by_axes[i][c] = rows[DRAWN][c].map(|d| d * by_drawn).plus(&rows[SIGNAL][c].map(|d| d * by_signal));
+            }
         }
     }
 }

@@ -1,8 +1,9 @@
-//! Pump, mains and relief valve: the laws of `physics`, from the state of the supply and what the valves draw to its rates.
+//! Pump, load sensing, mains and relief valve: the laws of `physics`, from the state of the supply and what the valves draw to its rates.
 
 use crate::hydraulic_axis::SupplyPressures;
 use hydrocrane_num::Real;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
+use hydrocrane_physics::hydraulics::load_sensing::LoadSensing;
 use hydrocrane_physics::hydraulics::mains::Mains;
 use hydrocrane_physics::hydraulics::pump::{PressureControl, Pump};
 use hydrocrane_physics::hydraulics::relief_valve::ReliefValve;
@@ -11,8 +12,12 @@ use hydrocrane_physics::hydraulics::relief_valve::ReliefValve;
 #[derive(Debug, Clone, Copy)]
 pub struct Supply<T> {
     pub pump: Pump<T>,
+    /// What the pump keeps at most, Pa.
+    pub highest: T,
     /// `None`: the displacement is fixed.
     pub control: Option<PressureControl<T>>,
+    /// `None`: the pressure does not follow the load. With a fixed pump, the relief valve unloads it.
+    pub sensing: Option<LoadSensing<T>>,
     pub mains: Mains<T>,
     pub relief: ReliefValve<T>,
 }
@@ -23,6 +28,8 @@ pub struct SupplyRates<T> {
     /// Of the pressure of the mains, Pa/s, and of the share of the displacement, 1/s.
     pub pressure_rate: T,
     pub swivel_rate: T,
+    /// Of the pressure of the load-sensing line, Pa/s.
+    pub load_rate: T,
     /// Flows of the pump into the mains and of the relief valve out of them, m^3/s.
     pub pump_flow: T,
     pub relief_flow: T,
@@ -33,44 +40,78 @@ impl<T: Copy> Supply<T> {
     pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> Supply<U> {
         Supply {
             pump: self.pump.map(f),
+            highest: f(self.highest),
             control: self.control.map(|control| control.map(f)),
+            sensing: self.sensing.map(|sensing| sensing.map(f)),
             mains: self.mains.map(f),
             relief: self.relief.map(f),
         }
     }
 }
 
+/// What the valves ask of the supply.
+#[derive(Debug, Clone, Copy)]
+pub struct Demand<T> {
+    /// Flow that they draw, m^3/s.
+    pub drawn: T,
+    /// Highest pressure that they give to the load-sensing line, Pa.
+    pub signal: T,
+}
+
 impl<T: Real> Supply<T> {
-    /// At the `pressures`, with the share `e` of the displacement, while the valves draw `drawn` (m^3/s).
+    /// At the `pressures`, with the share `e` of the displacement.
     #[inline(always)]
-    pub fn rates(&self, fluid: &Fluid<T>, pressures: &SupplyPressures<T>, e: T, drawn: T) -> SupplyRates<T> {
-        let SupplyPressures { supply, tank } = *pressures;
-        let (pump_flow, relief_flow) = (self.pump.flow(e, supply - tank), self.relief.flow(supply));
+    pub fn rates(
+        &self,
+        fluid: &Fluid<T>,
+        pressures: &SupplyPressures<T>,
+        e: T,
+        Demand { drawn, signal }: Demand<T>,
+    ) -> SupplyRates<T> {
+        let SupplyPressures { supply, load, tank } = *pressures;
+        let pump_flow = self.pump.flow(e, supply - tank);
+        let relief_flow = self.relief(load).flow(supply);
         let stiffness = self.mains.stiffness(fluid.bulk_modulus(supply), supply);
-        let swivel_rate =
-            self.control.as_ref().map_or(T::c(0.0), |control| control.swivel_rate(&self.pump, e, supply, tank));
+        let (zero, set) = (T::c(0.0), self.setting(load));
         SupplyRates {
             pressure_rate: stiffness * (pump_flow - relief_flow - drawn),
-            swivel_rate,
+            swivel_rate: self.control.as_ref().map_or(zero, |c| c.swivel_rate(&self.pump, e, supply, set, tank)),
+            load_rate: self.sensing.as_ref().map_or(zero, |sensing| sensing.rate(signal, load)),
             pump_flow,
             relief_flow,
         }
     }
 
-    /// Pressure of the mains and share of the displacement at rest, where the valves draw `leakage` per pressure of the mains
-    /// (m^3/(s Pa)) less `returned` (m^3/s), which their ports give. All laws are linear there.
-    pub fn at_rest(&self, tank: T, leakage: T, returned: T) -> (T, T) {
+    /// What the pump keeps at zero displacement, Pa, at the pressure `load` (Pa) of the load-sensing line.
+    #[inline(always)]
+    fn setting(&self, load: T) -> T {
+        self.sensing.as_ref().map_or(self.highest, |sensing| sensing.setting(self.highest, load))
+    }
+
+    /// The relief valve; that of a fixed pump opens where the load asks for no more.
+    #[inline(always)]
+    fn relief(&self, load: T) -> ReliefValve<T> {
+        match (&self.control, &self.sensing) {
+            (None, Some(sensing)) => {
+                ReliefValve { pressure: sensing.setting(self.relief.pressure, load), ..self.relief }
+            }
+            _ => self.relief,
+        }
+    }
+
+    /// Pressure of the mains and share of the displacement at rest, with the load-sensing line at the pressure of the `tank`,
+    /// where the valves draw `drawn` (m^3/s). All laws are linear there.
+    pub fn at_rest(&self, tank: T, drawn: T) -> (T, T) {
         let full = self.pump.full_flow();
-        let given = self.pump.leakage * tank + returned;
-        let taken = self.pump.leakage + leakage;
+        let (given, taken) = (self.pump.leakage * tank - drawn, self.pump.leakage);
         match &self.control {
             Some(control) => {
-                let steepness = full / control.range;
-                let p = (steepness * control.pressure + given) / (taken + steepness);
-                (p, (control.pressure - p) / control.range)
+                let (set, steepness) = (self.setting(tank), full / control.range);
+                let p = (steepness * set + given) / (taken + steepness);
+                (p, (set - p) / control.range)
             }
             None => {
-                let ReliefValve { pressure, gradient } = self.relief;
+                let ReliefValve { pressure, gradient } = self.relief(tank);
                 ((full + gradient * pressure + given) / (taken + gradient), T::c(1.0))
             }
         }

@@ -7,7 +7,7 @@ use crate::overrides::{overrides, pairs_of};
 use hydrocrane_machine::{OverrideValue, Template};
 use hydrocrane_sim::assembly::AssemblyError;
 use hydrocrane_sim::build;
-use hydrocrane_sim::{controllers, shared_terms, EquilibriumMode, Model, OutputInfo, LEDGER_TERMS, PAYLOAD_TERMS};
+use hydrocrane_sim::{controllers, ledger_terms, EquilibriumMode, Model, OutputInfo};
 use numpy::{PyArray1, PyArray2, PyArray3};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
@@ -469,27 +469,12 @@ impl Machine {
     /// Name, unit, meaning and sign in the energy balance.
     #[getter]
     fn ledger_info(&self) -> Vec<(String, &'static str, String)> {
-        let of_cylinders =
-            self.ledger_entries(|c, name, long_name| (format!("{c}.{name}"), "J", format!("{c}: {long_name}")));
-        let of_payload =
-            PAYLOAD_TERMS.map(|(name, text, _)| (format!("payload.{name}"), "J", format!("payload: {text}")));
-        let shared = shared_terms(self.model.machine()).into_iter();
-        let shared = shared.map(|(of, (name, text, _))| (format!("{of}.{name}"), "J", format!("{of}: {text}")));
-        of_cylinders.into_iter().chain(shared).chain(of_payload).collect()
+        let terms = ledger_terms(self.model.machine()).into_iter();
+        terms.map(|(of, (name, text, _))| (format!("{of}.{name}"), "J", format!("{of}: {text}"))).collect()
     }
     /// +1 where a ledger entry adds to the stored energy, -1 where it takes from it, 0 where it moves inside.
     #[getter]
     fn ledger_signs(&self) -> Vec<f64> {
-        let of_cylinders = self.model.machine().cylinders.iter().flat_map(|_| LEDGER_TERMS.map(|(_, _, sign)| sign));
-        let shared = shared_terms(self.model.machine()).into_iter().map(|(_, term)| term).chain(&PAYLOAD_TERMS);
-        of_cylinders.chain(shared.map(|(_, _, sign)| *sign)).collect()
-    }
-}
-
-impl Machine {
-    fn ledger_entries<R>(&self, entry: impl Fn(&str, &str, &str) -> R) -> Vec<R> {
-        let cylinders = self.model.machine().cylinders.iter();
-        let entry = &entry;
-        cylinders.flat_map(|c| LEDGER_TERMS.iter().map(move |(name, text, _)| entry(&c.name, name, text))).collect()
+        ledger_terms(self.model.machine()).into_iter().map(|(_, (_, _, sign))| *sign).collect()
     }
 }

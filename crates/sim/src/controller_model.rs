@@ -2,6 +2,8 @@
 
 use hydrocrane_control::controller_model::{ControllerModel, CylinderModel};
 use hydrocrane_control::signal_chain::SignalChain;
+use hydrocrane_physics::hydraulics::compensator::Compensator;
+use hydrocrane_physics::hydraulics::spool_valve::SpoolValve;
 use hydrocrane_plant::hydraulic_axis::FrictionLaw;
 use hydrocrane_plant::{Crane, Hydraulics, Plant, StateSpace};
 
@@ -20,6 +22,15 @@ pub fn controller_model<const N: usize>(crane: &Crane<N>) -> ControllerModel<N> 
     }
 }
 
+/// As a controller sees it, which knows no load-sensing line: flow sharing leaves an edge the pump's margin, while the pump keeps it.
+fn modelled_compensator<const N: usize>(crane: &Crane<N>, of: &Compensator<f64>) -> Compensator<f64> {
+    let sensing = crane.plant().supply.as_ref().and_then(|supply| supply.sensing.as_ref());
+    match (of, sensing) {
+        (Compensator::Behind, Some(sensing)) => Compensator::Before(sensing.margin),
+        (other, _) => *other,
+    }
+}
+
 /// Cylinder `c` of the crane.
 pub(crate) fn cylinder_model<const N: usize>(crane: &Crane<N>, c: usize) -> CylinderModel {
     let (unit, valve) = (&crane.plant().cylinders[c], &crane.machine().cylinders[c].valve);
@@ -33,7 +44,7 @@ pub(crate) fn cylinder_model<const N: usize>(crane: &Crane<N>, c: usize) -> Cyli
     let (stroke, command) = (crane.spool_strokes()[c], &valve.command);
     CylinderModel {
         chambers: unit.chambers,
-        valve: unit.valve,
+        valve: SpoolValve { compensator: modelled_compensator(crane, &unit.valve.compensator), ..unit.valve },
         leakage: unit.leakage,
         friction: map,
         bristle_stiffness,

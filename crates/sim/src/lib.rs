@@ -11,6 +11,7 @@ mod crane_step;
 mod driven;
 mod event_loop;
 mod faults;
+mod ledger;
 mod live;
 mod method_choice;
 mod model;
@@ -39,16 +40,16 @@ pub use hydrocrane_control::controller;
 #[cfg(feature = "reference")]
 pub use hydrocrane_plant::reference;
 pub use hydrocrane_plant::{
-    map_point, shared_terms, BuildError, Crane, Dynamics, EquilibriumMode, Hydraulics, JointLimits, Kinematics, Layout,
-    LimitReason, MapPoint, OutputInfo, Passivity, Plant, PoseError, Shape, ShapeKind, StateSpace, StrokeError,
-    LEDGER_PER_CYLINDER, LEDGER_TERMS, MAP_PARAMETERS,
+    map_point, BuildError, Crane, Dynamics, EquilibriumMode, Hydraulics, JointLimits, Kinematics, Layout, LimitReason,
+    MapPoint, OutputInfo, Passivity, Plant, PoseError, Shape, ShapeKind, StateSpace, StrokeError, MAP_PARAMETERS,
 };
+pub use ledger::{ledger_terms, ledger_totals, total_terms};
 pub use live::Live;
 pub use method_choice::{method_for, Task};
 pub use model::Model;
 pub use options::{Commands, Run, RunOptions};
 pub use outcome::{Outcome, OutcomeKind};
-pub use payload::{PayloadChange, PayloadEvent, PAYLOAD_TERMS};
+pub use payload::{PayloadChange, PayloadEvent};
 pub use phases::{simulate_phases, Driver, Phase, PhasedRun};
 pub use run::{simulate, simulate_sampled, SampledRun};
 pub use sampled::{Event, SampledPlan, Samples, FAILURES_IN_A_ROW};

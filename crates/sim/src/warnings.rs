@@ -1,14 +1,13 @@
 //! What makes a run doubtful, with its cause and its cure.          reference: docs/reference/warnings.md
 
 use crate::driven::Driven;
+use crate::ledger::ledger_terms;
 use crate::model::Model;
-use crate::payload::PAYLOAD_TERMS;
 use crate::sensing::unmeasured;
 use crate::warning::Warning;
 use hydrocrane_machine::model::{Cavitation, Cylinder, Unusual};
 use hydrocrane_machine::Machine;
 use hydrocrane_ode::Stepper;
-use hydrocrane_plant::ledger::{shared_terms, LEDGER_PER_CYLINDER, LEDGER_TERMS};
 use hydrocrane_plant::limits::in_words;
 use hydrocrane_plant::limits::JointLimits;
 use hydrocrane_plant::outputs::energies;
@@ -23,8 +22,25 @@ const AUDIT_INTERVAL: f64 = 0.5;
 const LEDGER_SHARE: f64 = 0.01;
 /// The same as a share of what one stroke of all pistons takes from the supply: below it nothing has flowed yet.
 const LEDGER_FLOOR: f64 = 1e-4;
-/// Share of the supply pressure below which the mains want for oil.
+/// Share of the supply pressure, or of what load sensing keeps at full displacement, below which the mains want for oil.
 const MAINS_SHARE: f64 = 0.8;
+/// Share of the displacement from which a pump that senses the load gives all it can. Until then it only follows late.
+const FULL_DISPLACEMENT: f64 = 0.98;
+
+/// How far the mains lie below the pressure that the pump is set to, Pa; `None` while it gives what is asked for.
+fn fall_of_saturated_mains(model: &dyn Model, x: &[f64]) -> Option<f64> {
+    let (layout, supply) = (model.layout(), &model.machine().supply);
+    let (p, mains) = (x[layout.mains()?], supply.mains.as_ref()?);
+    let (set, least) = match (layout.load().map(|load| x[load]), &mains.load_sensing) {
+        (Some(load), Some(sensing)) if load + sensing.margin < supply.pressure => {
+            let range = mains.pump.control.as_ref().map_or(0.0, |control| control.range);
+            (load + sensing.margin, load + MAINS_SHARE * (sensing.margin - range))
+        }
+        _ => (supply.pressure, MAINS_SHARE * supply.pressure),
+    };
+    let full = layout.load().is_none() || layout.swivel().is_none_or(|e| x[e] > FULL_DISPLACEMENT);
+    (full && p < least).then_some(set - p)
+}
 
 /// What can be found, about the cylinder or joint of a number.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -120,9 +136,8 @@ impl Watch {
                 self.beyond(driven.model, c, x, t);
             }
         }
-        let wanted = driven.model.machine().supply.pressure;
-        if let Some(mains) = layout.mains().map(|p| x[p]).filter(|p| *p < MAINS_SHARE * wanted) {
-            self.note(Finding::PumpSaturated, t, wanted - mains);
+        if let Some(fall) = fall_of_saturated_mains(driven.model, x) {
+            self.note(Finding::PumpSaturated, t, fall);
         }
         if let Some(since) = stepper.unresolved {
             self.note(Finding::StepTooLong, since, stepper.least_part());
@@ -150,12 +165,9 @@ impl Watch {
         audit.next = stepper.t + AUDIT_INTERVAL;
         let gained = stored(driven.model, driven.payload, stepper, &mut audit.outputs) - audit.start;
         let machine = driven.model.machine();
-        let (of_cylinders, of_all) = stepper.integrals().split_at(LEDGER_PER_CYLINDER * machine.cylinders.len());
-        let own = of_cylinders.chunks_exact(LEDGER_PER_CYLINDER).flat_map(|row| row.iter().zip(&LEDGER_TERMS));
-        let shared = of_all.iter().zip(shared_terms(machine).into_iter().map(|(_, term)| term));
-        let entries = own.chain(shared).chain(driven.loads.account.iter().zip(&PAYLOAD_TERMS));
+        let energies = stepper.integrals().iter().chain(&driven.loads.account);
         let (mut balance, mut flowed) = (0.0, 0.0);
-        for (energy, (_, _, sign)) in entries {
+        for (energy, (_, (_, _, sign))) in energies.zip(ledger_terms(machine)) {
             balance += sign * energy;
             flowed += (sign * energy).abs();
         }
@@ -260,8 +272,7 @@ impl Found {
             Finding::PumpSaturated => (
                 "pump-saturated",
                 format!(
-                    "the pump gives less than the valves ask for: the mains fall to {:.0} bar, {:.0} bar below the supply pressure",
-                    bar(machine.supply.pressure - value),
+                    "the pump gives less than the valves ask for: the mains fall {:.0} bar below the pressure that it is set to",
                     bar(value)
                 ),
                 "move fewer functions at once, or more gently, or take a larger `pump.<name>.displacement`; controllers \

@@ -1,12 +1,13 @@
 //! What there is to see and to steer, told once per drive.
 
 use crate::drive::{Drive, TICK};
-use crate::frame::{corners, ledger_terms, signals};
+use crate::frame::{corners, signals};
 use crate::ground;
 use crate::offered;
 use hydrocrane_machine::bundled_machines;
 use hydrocrane_machine::scenario::StickMode;
 use hydrocrane_sim::controllers::{tip_gain, tip_gain_unit, CONTROLLERS, TIP_GAINS};
+use hydrocrane_sim::total_terms;
 use serde_json::{json, Value};
 
 pub fn of(drive: &Drive) -> Value {
@@ -36,7 +37,7 @@ pub fn of(drive: &Drive) -> Value {
         "cylinders": cylinders(drive),
         "states": model.layout().names,
         "signals": signals(drive),
-        "ledger": ledger_terms(model).map(|(name, _, sign)| json!([name, sign])).collect::<Vec<_>>(),
+        "ledger": total_terms(model.machine()).map(|(name, _, sign)| json!([name, sign])).collect::<Vec<_>>(),
         "shapes": shapes(drive),
         "keep-out": machine.keep_out.iter().map(|(name, corners)| json!({ "name": name, "corners": corners })).collect::<Vec<_>>(),
         "ground": ground::description(machine),

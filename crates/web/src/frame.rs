@@ -2,7 +2,7 @@
 
 use crate::drive::Drive;
 use hydrocrane_machine::scenario::StickMode;
-use hydrocrane_sim::{shared_terms, Model, LEDGER_PER_CYLINDER, LEDGER_TERMS, PAYLOAD_TERMS};
+use hydrocrane_sim::{ledger_terms, ledger_totals, total_terms};
 use serde_json::{json, Value};
 
 /// What stands before the lists.
@@ -47,7 +47,7 @@ pub fn signals(drive: &Drive) -> Vec<Value> {
         let long = format!("{} spool command at the valve", cylinder.name);
         all.push(entry(&format!("command.{}", cylinder.name), "m", &long));
     }
-    for (name, long, _) in ledger_terms(drive.now.model.as_ref()) {
+    for (name, long, _) in total_terms(drive.now.model.machine()) {
         all.push(entry(&format!("ledger.{name}"), "J", long));
     }
     all
@@ -83,8 +83,7 @@ impl Frame {
         if state.len() != layout.len() {
             return None;
         }
-        let shared = shared_terms(drive.now.model.machine()).len() + PAYLOAD_TERMS.len();
-        let unknown = vec![f64::NAN; cylinders * LEDGER_PER_CYLINDER + shared];
+        let unknown = vec![f64::NAN; ledger_terms(drive.now.model.machine()).len()];
         let instant = Instant {
             time: *time,
             payload: *payload,
@@ -108,7 +107,7 @@ impl Frame {
         self.row.extend_from_slice(now.state);
         self.row.extend_from_slice(&self.outputs);
         self.row.extend_from_slice(now.commands);
-        self.row.extend(ledger(now.energies, n));
+        self.row.extend(ledger_totals(now.energies, n));
         for shape in model.drawing(&now.state[..n]) {
             self.row.extend(corners(&shape.line).flatten());
         }
@@ -125,19 +124,6 @@ struct Instant<'a> {
     wanted: [f64; 2],
     commands: &'a [f64],
     energies: &'a [f64],
-}
-
-/// Name, meaning and sign of the account's terms.
-pub fn ledger_terms(model: &dyn Model) -> impl Iterator<Item = &'static (&'static str, &'static str, f64)> {
-    let shared = shared_terms(model.machine()).into_iter().map(|(_, term)| term);
-    LEDGER_TERMS.iter().chain(shared).chain(&PAYLOAD_TERMS)
-}
-
-/// The terms of the account, those of cylinders each over all of them.
-fn ledger(energies: &[f64], cylinders: usize) -> Vec<f64> {
-    let (own, shared) = energies.split_at(cylinders * LEDGER_PER_CYLINDER);
-    let total = |term: usize| own.iter().skip(term).step_by(LEDGER_PER_CYLINDER).sum();
-    (0..LEDGER_PER_CYLINDER).map(total).chain(shared.iter().copied()).collect()
 }
 
 /// The velocity of the tip that the stick asks for; none where levers move the cylinders.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -22,29 +23,71 @@ AREAS = AREAS.tolist()
 SET, EFFICIENCIES, GRADIENT, SPEED = 140 * BAR, (0.92, 0.88), 3e-3 / 60 / BAR, 1500 * RPM
 COMMAND = ([0.0, 0.2, 0.3, 1.2, 1.3, 2.2, 2.3, 3.0], [0.0, 0.0, 0.03, 0.03, -0.045, -0.045, 0.0, 0.0])
 
-# A fixed pump past its relief valve, one that swivels, and one at the limit of its torque; hoses soft and stiff.
-# Displacement (m^3), volume (m^3), compliance (m^3/Pa), relief pressure (Pa), and of the control its range (Pa),
-# time constant (s) and largest torque (N m).
+
+class Pump(NamedTuple):
+    """Displacement (m^3), volume (m^3), compliance (m^3/Pa) and relief pressure (Pa); range (Pa), time constant (s) and
+    largest torque (N m) of its control; margin (Pa) and time constant (s) of its load sensing; compensator of the valve
+    with its setting (Pa), and areas of the edges to the tank.
+    """
+
+    displacement: float
+    volume: float
+    compliance: float
+    relief: float
+    range: float | None = None
+    time_constant: float | None = None
+    torque: float = np.inf
+    margin: float | None = None
+    line: float = 0.02
+    compensator: str = "none"
+    setting: float | None = None
+    returns: tuple[float, float] = (1.0, 1.0)
+
+
+# A fixed pump past its relief valve, one that swivels, one at the limit of its torque; one that senses the load, with
+# the compensator before and behind the spool, and a fixed one that is unloaded.
 PUMPS = {
-    "fixed": (2.5e-6, 0.5e-3, 0.2e-6 / BAR, SET, None, None, None),
-    "swivelling": (4e-6, 0.3e-3, 0.0, 1.15 * SET, 5 * BAR, 0.04, np.inf),
-    "limited": (9e-6, 0.3e-3, 0.0, 1.15 * SET, 8 * BAR, 0.06, 9.0),
+    "fixed": Pump(2.5e-6, 0.5e-3, 0.2e-6 / BAR, SET),
+    "swivelling": Pump(4e-6, 0.3e-3, 0.0, 1.15 * SET, 5 * BAR, 0.04),
+    "limited": Pump(9e-6, 0.3e-3, 0.0, 1.15 * SET, 8 * BAR, 0.06, 9.0),
+    "load-sensing": Pump(
+        4e-6, 0.3e-3, 0.0, 1.15 * SET, 5 * BAR, 0.04, np.inf, 25 * BAR, 0.03, "before-spool", 12 * BAR, (0.3, 1.0)
+    ),
+    "flow-sharing": Pump(
+        1.5e-6, 0.3e-3, 0.0, 1.15 * SET, 5 * BAR, 0.04, np.inf, 25 * BAR, 0.015, "behind-spool", None, (0.4, 0.7)
+    ),
+    "unloaded": Pump(2.5e-6, 0.5e-3, 0.2e-6 / BAR, SET, margin=15 * BAR),
 }
 
 
 def machine_on(pump):
     """A mass hanging on one cylinder whose seal has viscous friction alone, on a pump."""
-    displacement, volume, compliance, relief, span, time_constant, torque = PUMPS[pump]
-    control = {"control-range": span, "time-constant": time_constant, "torque-limit": torque}
+    of = PUMPS[pump]
+    optional = {
+        "control-range": of.range,
+        "time-constant": of.time_constant,
+        "torque-limit": of.torque if np.isfinite(of.torque) else None,
+        "ls-margin": of.margin,
+        "ls-time-constant": None if of.margin is None else of.line,
+    }
+    kind = "fixed" if of.range is None else "pressure-compensated" if of.margin is None else "load-sensing"
     stated = {
-        "type": "fixed" if span is None else "pressure-compensated",
-        "displacement": displacement,
+        "type": kind,
+        "displacement": of.displacement,
         "speed": SPEED,
         "volumetric-efficiency": EFFICIENCIES[0],
         "hydromechanical-efficiency": EFFICIENCIES[1],
-        **{key: value for key, value in control.items() if value is not None and np.isfinite(value)},
+        **{key: value for key, value in optional.items() if value is not None},
     }
-    mains = {"volume": volume, "hose-compliance": compliance, "relief-pressure": relief, "relief-gradient": GRADIENT}
+    mains = {
+        "volume": of.volume,
+        "hose-compliance": of.compliance,
+        "relief-pressure": of.relief,
+        "relief-gradient": GRADIENT,
+    }
+    valve = {"compensator": of.compensator, "return-area-ratio": list(of.returns)}
+    if of.setting is not None:
+        valve["compensator-setting"] = of.setting
     friction = {
         "model": "static",
         "coulomb": 0.0,
@@ -52,9 +95,9 @@ def machine_on(pump):
         "viscous-exponent": 1,
         "viscous": f"{VISCOUS} N s/m",
     }
-    tables = {"pump.main": stated, "mains": mains, "friction.test": friction}
+    tables = {"pump.main": stated, "mains": mains, "valve.test": valve, "friction.test": friction}
     return hc.load_machine(
-        "single-cylinder", {f"{table}.{k}": v for table, of in tables.items() for k, v in of.items()}
+        "single-cylinder", {f"{table}.{k}": v for table, keys in tables.items() for k, v in keys.items()}
     )
 
 
@@ -70,30 +113,58 @@ def edge(opening, drop):
     return 1e-4 / (0.05 * math.sqrt(75 * BAR)) * max(opening, 0.0) * root
 
 
-def supply_rates(pump, p, e, drawn):
-    displacement, volume, compliance, relief, span, time_constant, torque = PUMPS[pump]
-    full = displacement / (2 * np.pi) * SPEED
-    beyond = p - relief
-    opened = beyond if beyond > 0.5 * BAR else (max(beyond + 0.5 * BAR, 0.0)) ** 2 / (2 * BAR)
-    inflow = e * full - (1 - EFFICIENCIES[0]) * full * p / SET - GRADIENT * opened - drawn
-    rate = inflow / ((volume + compliance * p) / bulk_modulus(p) + compliance)
-    if span is None:
-        return [rate]
-    by_torque = torque / (displacement / (2 * np.pi) * p) - (1 / EFFICIENCIES[1] - 1)
-    wanted = min(1.0, max(0.0, min((SET - p) / span, by_torque)))
-    return [rate, (wanted - e) / time_constant]
+def rounded(x, width):
+    return x if x > width else max(x + width, 0.0) ** 2 / (4 * width)
+
+
+def drop(of, supply, load, port):
+    """Over the edge from the supply."""
+    if of.compensator == "before-spool":
+        return supply - port - rounded(supply - port - of.setting, 0.2 * BAR)
+    if of.compensator == "behind-spool":
+        return supply - port - rounded(load - port, 0.2 * BAR)
+    return supply - port
+
+
+def supply_rates(of, state, drawn, signal):
+    p, load, e = state[0], state[1] if of.margin is not None else 0.0, state[-1] if of.range is not None else 1.0
+    full = of.displacement / (2 * np.pi) * SPEED
+
+    def followed(highest):
+        return highest if of.margin is None else min(highest, load + of.margin)
+
+    opens = of.relief if of.range is not None else followed(of.relief)
+    inflow = e * full - (1 - EFFICIENCIES[0]) * full * p / SET - GRADIENT * rounded(p - opens, 0.5 * BAR) - drawn
+    found = [inflow / ((of.volume + of.compliance * p) / bulk_modulus(p) + of.compliance)]
+    if of.margin is not None:
+        found.append((signal - load) / of.line)
+    if of.range is not None:
+        by_torque = of.torque / (of.displacement / (2 * np.pi) * max(p, 1e3)) - (1 / EFFICIENCIES[1] - 1)
+        wanted = min(1.0, max(0.0, min((followed(SET) - p) / of.range, by_torque)))
+        found.append((wanted - e) / of.time_constant)
+    return found
+
+
+def connection(spool):
+    """Share of the fed port's pressure that the load-sensing line is given, over the first hundredth of the stroke."""
+    t = min(abs(spool) / 0.5e-3, 1.0)
+    return t**3 * (10 - 15 * t + 6 * t**2)
 
 
 def rates(t, state, pump):
+    of = PUMPS[pump]
     x, v, p1, p2, spool, spool_rate, p = state[:7]
-    e = 1.0 if PUMPS[pump][4] is None else state[7]
+    load = state[7] if of.margin is not None else 0.0
     pa, pb = (pressure - dynamic * v * v for pressure, dynamic in zip((p1, p2), DYNAMIC, strict=True))
-    fed = edge(spool, p - pa), edge(-spool, p - pb)
-    q1, q2 = fed[0] - edge(-spool, pa), edge(spool, pb) - fed[1]
+    fed = [edge(spool, drop(of, p, load, pa)), edge(-spool, drop(of, p, load, pb))]
+    if of.compensator != "none":
+        fed = [max(flow, 0.0) for flow in fed]
+    q1, q2 = fed[0] - of.returns[0] * edge(-spool, pa), of.returns[1] * edge(spool, pb) - fed[1]
     gap = np.pi * GAP**3 / (6 * VISCOSITY)
     internal, external = gap * (BORE / 2 + GAP) / PISTON * (p1 - p2), gap * (ROD / 2 + GAP) / GLAND * p2
     v1, v2 = MIDDLE[0] + AREAS[0] * x, MIDDLE[1] - AREAS[1] * x
     w = 161.2 * 2 * np.pi
+    signal = max(0.0, connection(spool) * (pb if spool < 0 else pa))
     return [
         v,
         (p1 * AREAS[0] - p2 * AREAS[1] - VISCOUS * v) / MASS + GRAVITY,
@@ -101,7 +172,7 @@ def rates(t, state, pump):
         bulk_modulus(p2) / v2 * (AREAS[1] * v - q2 + internal - external),
         spool_rate,
         w**2 * (float(np.interp(t, *COMMAND)) - spool) - 2 * 0.481 * w * spool_rate,
-        *supply_rates(pump, p, e, fed[0] + fed[1]),
+        *supply_rates(of, state[6:], fed[0] + fed[1], signal),
     ]
 
 
@@ -129,7 +200,7 @@ def test_a_cylinder_on_a_pump_moves_as_an_independent_model_does(pump):
     for name, gap, wide in zip(names, abs(ours - theirs).max(axis=0), span, strict=True):
         assert gap < 1e-4 * wide, f"{name}: {gap} of {wide}"
     mains = ours[:, names.index("mains.p")]
-    assert mains.min() < 0.9 * SET, "the pump was asked for more than it gives"
+    assert mains.min() < 0.9 * SET, "the pump is asked for more than it gives, or follows the load"
 
 
 def test_the_pump_that_reaches_its_torque_gives_up_flow():
@@ -149,13 +220,21 @@ def test_the_pump_that_reaches_its_torque_gives_up_flow():
 
 @pytest.mark.parametrize(
     "key",
-    ["pump.main.displacement", "pump.main.time-constant", "mains.volume", "mains.hose-compliance", "supply.pressure"],
+    [
+        *(
+            "pump.main.displacement",
+            "pump.main.time-constant",
+            "mains.volume",
+            "mains.hose-compliance",
+            "supply.pressure",
+        ),
+        *("pump.main.ls-margin", "pump.main.ls-time-constant", "valve.lift.compensator-setting"),
+    ],
 )
 def test_derivatives_by_values_of_the_supply_are_those_of_differences(key):
-    scenario = hc.load_scenario("vertical-lift-open-loop").changed(
-        machine="rottne-f9-pump", duration=1.5, record_interval=0.05
-    )
-    crane = hc.load_machine("rottne-f9-pump")
+    name = "rottne-f9-mobile" if "ls-" in key or "compensator" in key else "rottne-f9-pump"
+    scenario = hc.load_scenario("vertical-lift-open-loop").changed(machine=name, duration=1.5, record_interval=0.05)
+    crane = hc.load_machine(name)
     exact = hc.sensitivities(scenario, [key], rtol=1e-8)
     value = np.asarray(crane.value(key).si).item()
     share = 1e-3
@@ -171,8 +250,9 @@ def test_derivatives_by_values_of_the_supply_are_those_of_differences(key):
     assert np.all(gap < 1e-3), gap
 
 
-def test_a_batch_of_cranes_with_pumps_is_the_simulator_with_a_leading_axis():
-    crane = hc.load_machine("rottne-f9-pump")
+@pytest.mark.parametrize("name", ["rottne-f9-pump", "rottne-f9-mobile"])
+def test_a_batch_of_cranes_with_pumps_is_the_simulator_with_a_leading_axis(name):
+    crane = hc.load_machine(name)
     batch, alone = hc.BatchSimulator(crane, 3), hc.Simulator(crane, rtol=1e-8)
     pose = np.array([1.7, 1.7, 0.0])
     batch.reset(q=pose), alone.reset(q=pose)
@@ -195,6 +275,15 @@ def test_a_batch_of_cranes_with_pumps_is_the_simulator_with_a_leading_axis():
         ({"valve.extension.load-check": "yes"}, ("load-check", "regenerative")),
         ({"pump.main.control-range": "150 bar"}, ("control-range", "below")),
         ({"pump.main.typ": "fixed"}, ("typ", "type")),
+        ({"pump.main.type": "load-sensing"}, ("ls-margin", "load pressure")),
+        ({"pump.main.ls-time-constant": "10 ms"}, ("ls-time-constant", "load-sensing")),
+        ({"valve.lift.compensator": "before-spool"}, ("compensator-setting", "drop")),
+        ({"valve.lift.compensator-setting": "8 bar"}, ("compensator-setting", "before-spool")),
+        ({"valve.lift.compensator": "behind-spool"}, ("lift", "no pump senses the load")),
+        ({"valve.extension.compensator": "behind-spool"}, ("compensator", "regenerative")),
+        ({"valve.extension.return-area-ratio": [0.5, 1]}, ("return-area-ratio", "regenerative")),
+        ({"valve.lift.return-area-ratio": [0.5, -1]}, ("return-area-ratio", "positive")),
+        ({"valve.lift.compensator": "behind"}, ("compensator", "behind-spool")),
     ],
 )
 def test_what_a_supply_cannot_be_is_said(changes, words):

@@ -155,7 +155,7 @@ pub static VALVE: &[Key] = &[
         .means("Nominal pressure drop over both edges in series.")
         .source("thesis (65)"),
     Key::quantity("nominal-edge-pressure-drop", &[PRESSURE], Positive)
-        .otherwise("this, or `nominal-pressure-drop`")
+        .otherwise("this, or `nominal-pressure-drop`; with a compensator before the spool its setting")
         .usual(&[("0.5 bar", "400 bar", 100.0)])
         .means("Nominal pressure drop over one edge."),
     Key::quantity("transition-pressure", &[PRESSURE], Positive)
@@ -178,10 +178,23 @@ pub static VALVE: &[Key] = &[
         .defaults(&["0 m^3/(s Pa)"])
         .usual(&[("0 m^3/(s Pa)", "1e-10 m^3/(s Pa)", 1e3)])
         .means("Leakage conductance of each edge."),
+    Key::pair("return-area-ratio", &[NUMBER], Positive)
+        .otherwise("1 for both ports")
+        .usual(&[("0.05", "5", 10.0)])
+        .means("Areas of the edges from port A and from port B to the tank over those from the supply; with `4/3` only. A narrow one keeps a load from running away.")
+        .source("theory/hydraulics/spool_valve.md"),
     Key::choice("load-check", &["yes", "no"])
         .defaults(&["no"])
-        .means("Whether a check valve keeps oil from flowing back from the cylinder into the mains; with `4/3` only.")
+        .means("Whether a check valve keeps oil from flowing back from the cylinder into the mains; with `4/3` only. A compensated section has one anyway.")
         .source("theory/hydraulics/spool_valve.md"),
+    Key::choice("compensator", &["none", "before-spool", "behind-spool"])
+        .defaults(&["none"])
+        .means("Pressure compensator of the section; with `4/3` only: `before-spool` keeps the drop of its setting over the metering edge whatever the load; `behind-spool` gives all sections the drop that the pump leaves, so that they share what it gives (flow sharing).")
+        .source("theory/hydraulics/compensator.md"),
+    Key::quantity("compensator-setting", &[PRESSURE], Positive)
+        .otherwise("required with `before-spool`, nothing else has one")
+        .usual(&[("1 bar", "60 bar", 10.0)])
+        .means("Drop over the metering edge from the supply that the compensator keeps."),
     Key::quantity("velocity-limit", &[VELOCITY], Positive)
         .otherwise("none")
         .usual(&[("1 mm/s", "100 m/s", 1e3)])
@@ -345,9 +358,9 @@ pub static SUPPLY: &[Key] = &[
 const REAL_PUMP: &str = "required, but for `constant-pressure`";
 
 pub static PUMP: &[Key] = &[
-    Key::choice("type", &["constant-pressure", "fixed", "pressure-compensated"])
+    Key::choice("type", &["constant-pressure", "fixed", "pressure-compensated", "load-sensing"])
         .required()
-        .means("`constant-pressure` needs nothing else; `fixed` delivers all it can, past the relief valve where nobody takes it; `pressure-compensated` swivels back at the supply pressure.")
+        .means("`constant-pressure` needs nothing else; `fixed` delivers all it can, past the relief valve where nobody takes it; `pressure-compensated` swivels back at the supply pressure; `load-sensing` keeps its margin over the highest load pressure, up to the supply pressure.")
         .source("theory/hydraulics/pump.md"),
     Key::quantity("displacement", &[VOLUME], Positive)
         .otherwise(REAL_PUMP)
@@ -368,7 +381,7 @@ pub static PUMP: &[Key] = &[
     Key::quantity("control-range", &[PRESSURE], Positive)
         .defaults(&["10 bar"])
         .usual(&[("1 bar", "50 bar", 10.0)])
-        .means("Fall of pressure below the supply pressure that brings full displacement."),
+        .means("Fall of pressure below the set one that brings full displacement."),
     Key::quantity("time-constant", &[TIME], Positive)
         .defaults(&["60 ms"])
         .usual(&[("5 ms", "1 s", 10.0)])
@@ -377,6 +390,15 @@ pub static PUMP: &[Key] = &[
         .otherwise("no limit")
         .usual(&[("5 N m", "5000 N m", 10.0)])
         .means("Largest torque that the pump takes from its shaft; it swivels back before."),
+    Key::quantity("ls-margin", &[PRESSURE], Positive)
+        .otherwise("required with `load-sensing`; with `fixed` the pump is not unloaded")
+        .usual(&[("2 bar", "60 bar", 10.0)])
+        .means("What the pump keeps beyond the highest load pressure; what a `fixed` pump gives beyond it goes to the tank, so that it idles at this pressure.")
+        .source("theory/hydraulics/load_sensing.md"),
+    Key::quantity("ls-time-constant", &[TIME], Positive)
+        .defaults(&["20 ms"])
+        .usual(&[("1 ms", "1 s", 10.0)])
+        .means("Of the load-sensing line between valves and pump."),
 ];
 
 pub static MAINS: &[Key] = &[

@@ -62,7 +62,7 @@ pub fn machine<T: Number>(tree: &Node, variables: &[Variable]) -> Result<Machine
         warnings: Vec::new(),
     };
     errata::check_printed_viscosity(&root, &machine)?;
-    supply::check_size(&root, &machine)?;
+    supply::check(&root, &machine)?;
     machine.warnings = log.unusual();
     machine.provenance = log.in_order_of(tree);
     Ok(machine)

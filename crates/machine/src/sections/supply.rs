@@ -1,7 +1,7 @@
 //! `[supply]`, `[pump.<name>]` and `[mains]`: where the oil comes from.
 
 use crate::errors::ErrorKind;
-use crate::model::{Machine, Mains, PressureControl, Pump, Supply, Valve};
+use crate::model::{Compensator, LoadSensing, Machine, Mains, PressureControl, Pump, Supply, Valve};
 use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::{required_table, Result};
@@ -9,22 +9,41 @@ use std::f64::consts::TAU;
 
 /// Relief pressure over supply pressure where the file does not say.
 const RELIEF: f64 = 1.15;
-/// What an ideal pump has none of; from the fifth on, what a fixed one has none of.
-const KEYS_OF_A_REAL_PUMP: [&str; 7] = [
-    "displacement",
-    "speed",
-    "volumetric-efficiency",
-    "hydromechanical-efficiency",
-    "control-range",
-    "time-constant",
-    "torque-limit",
-];
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum PumpKind {
     ConstantPressure,
     Fixed,
     PressureCompensated,
+    LoadSensing,
+}
+
+impl PumpKind {
+    const ALL: [PumpKind; 4] =
+        [PumpKind::ConstantPressure, PumpKind::Fixed, PumpKind::PressureCompensated, PumpKind::LoadSensing];
+
+    /// Keys that a pump of this kind has none of, and the kind that has them.
+    fn superfluous(self) -> (&'static [&'static str], &'static str) {
+        match self {
+            PumpKind::ConstantPressure => (
+                &[
+                    "displacement",
+                    "speed",
+                    "volumetric-efficiency",
+                    "hydromechanical-efficiency",
+                    "control-range",
+                    "time-constant",
+                    "torque-limit",
+                    "ls-margin",
+                    "ls-time-constant",
+                ],
+                "pressure-compensated",
+            ),
+            PumpKind::Fixed => (&["control-range", "time-constant", "torque-limit"], "pressure-compensated"),
+            PumpKind::PressureCompensated => (&["ls-margin", "ls-time-constant"], "load-sensing"),
+            PumpKind::LoadSensing => (&[], ""),
+        }
+    }
 }
 
 pub fn read<T: Number>(root: &Reader) -> Result<Supply<T>> {
@@ -40,35 +59,72 @@ pub fn read<T: Number>(root: &Reader) -> Result<Supply<T>> {
     Ok(supply)
 }
 
-/// Warns of a pump that a single valve exceeds: at full stroke, without load, the supply pressure falls over its two edges.
-pub fn check_size<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
-    let Some(mains) = &machine.supply.mains else { return Ok(()) };
-    let plain = |numbers: [T; 3]| numbers.map(T::plain);
-    let [displacement, speed, efficiency] =
-        plain([mains.pump.displacement, mains.pump.speed, mains.pump.volumetric_efficiency]);
-    let given = displacement / TAU * speed * efficiency;
-    let drop = machine.supply.pressure.plain() - machine.supply.tank_pressure.plain();
-    let asked = |valve: &Valve<T>| {
-        let [flow, edge, _] = plain([valve.nominal_flow, valve.edge_pressure_drop, valve.stroke]);
-        flow * libm::sqrt(0.5 * drop / edge)
-    };
-    let valves = machine.cylinders.iter().map(|cylinder| &cylinder.valve);
-    let Some(largest) = valves.max_by(|a, b| asked(a).total_cmp(&asked(b))) else { return Ok(()) };
-    if asked(largest) <= given {
-        return Ok(());
+/// Refuses sections that share the flow by a pressure which no line tells them; warns of a pump that is small or keeps little.
+pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
+    let mut valves = machine.cylinders.iter().map(|cylinder| &cylinder.valve);
+    let mains = machine.supply.mains.as_ref();
+    let senses = mains.is_some_and(|mains| mains.load_sensing.is_some());
+    if let Some(valve) = valves.find(|valve| matches!(valve.compensator, Compensator::Behind)).filter(|_| !senses) {
+        let message = format!("`{}`: compensated behind the spool, but no pump senses the load", valve.name);
+        return Err(root
+            .error(ErrorKind::ConflictingKeys, "valve", message)
+            .help("take a [pump.<name>] of type \"load-sensing\", or a \"fixed\" one with `ls-margin`"));
     }
-    for (_, table) in root.named_tables("pump")? {
-        let litres = |flow: f64| 60e3 * flow;
-        let (given, asked) = (litres(given), litres(asked(largest)));
-        table.required("displacement", "a volume")?.warn(
-            format!(
-                "small: it gives {given:.1} l/min at most, and valve `{}` alone takes {asked:.1} l/min at full stroke",
-                largest.name
-            ),
-            "take a larger one, or expect the pressure of the mains to fall".into(),
-        );
+    let Some(mains) = mains else { return Ok(()) };
+    check_margin(root, machine, mains)?;
+    check_size(root, machine, mains)
+}
+
+/// At full stroke the compensator of a section leaves the edge its setting; without one the supply pressure falls over both edges, if
+/// there is no load.
+fn check_size<T: Number>(root: &Reader, machine: &Machine<T>, mains: &Mains<T>) -> Result<()> {
+    let (pump, supply) = (&mains.pump, &machine.supply);
+    let given = pump.displacement.plain() / TAU * pump.speed.plain() * pump.volumetric_efficiency.plain();
+    let asked = |valve: &Valve<T>| {
+        let drop = match (&valve.compensator, &mains.load_sensing) {
+            (Compensator::Before(setting), _) => setting.plain(),
+            (Compensator::Behind, Some(sensing)) => sensing.margin.plain(),
+            _ => 0.5 * (supply.pressure.plain() - supply.tank_pressure.plain()),
+        };
+        valve.nominal_flow.plain() * libm::sqrt(drop / valve.edge_pressure_drop.plain())
+    };
+    let asked = machine.cylinders.iter().map(|cylinder| (asked(&cylinder.valve), &cylinder.valve.name));
+    let Some((most, valve)) = asked.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(most, _)| *most > given) else {
+        return Ok(());
+    };
+    let (given, most) = (60e3 * given, 60e3 * most);
+    pump_table(root, mains)?.required("displacement", "a volume")?.warn(
+        format!(
+            "small: it gives {given:.1} l/min at most, and valve `{valve}` alone takes {most:.1} l/min at full stroke"
+        ),
+        "take a larger one, or expect the pressure of the mains to fall".into(),
+    );
+    Ok(())
+}
+
+/// Warns of a margin that a compensator uses up.
+fn check_margin<T: Number>(root: &Reader, machine: &Machine<T>, mains: &Mains<T>) -> Result<()> {
+    let Some(sensing) = &mains.load_sensing else { return Ok(()) };
+    // At full displacement a swivelling pump keeps less than its margin.
+    let fall = mains.pump.control.as_ref().map_or(0.0, |control| control.range.plain());
+    let left = sensing.margin.plain() - fall;
+    for valve in machine.cylinders.iter().map(|cylinder| &cylinder.valve) {
+        let Compensator::Before(setting) = valve.compensator else { continue };
+        if setting.plain() > left {
+            let (left, setting) = (left / 1e5, setting.plain() / 1e5);
+            pump_table(root, mains)?.required("ls-margin", "a pressure")?.warn(
+                format!("small: it leaves {left:.1} bar at full displacement, and the compensator of valve `{}` takes {setting:.1} bar", valve.name),
+                "raise it, lower `control-range`, or expect this section to be slow while the pump gives much".into(),
+            );
+        }
     }
     Ok(())
+}
+
+fn pump_table<'a, T>(root: &Reader<'a>, mains: &Mains<T>) -> Result<Reader<'a>> {
+    let tables = root.named_tables("pump")?;
+    let own = tables.into_iter().find(|(name, _)| *name == mains.pump.name);
+    Ok(own.expect("the table that the pump was read from").1)
 }
 
 fn mains<T: Number>(root: &Reader, supply: &Supply<T>) -> Result<Option<Mains<T>>> {
@@ -76,7 +132,7 @@ fn mains<T: Number>(root: &Reader, supply: &Supply<T>) -> Result<Option<Mains<T>
     let table = root.table("mains")?;
     let pump = match &pumps[..] {
         [] => None,
-        [(name, table)] => pump(name, table, supply)?,
+        [(name, table)] => pump(name, table, supply)?.map(|pump| Ok((pump, load_sensing(table)?))).transpose()?,
         [_, (second, _), ..] => {
             let message = format!("a second pump, `{second}`: all valves hang on one");
             return Err(root.error(ErrorKind::TooLarge, "pump", message).help("keep one [pump.<name>]"));
@@ -92,11 +148,16 @@ fn mains<T: Number>(root: &Reader, supply: &Supply<T>) -> Result<Option<Mains<T>
             let message = "the supply pressure is that of the tank: its pump has nothing to do";
             Err(root.error(ErrorKind::OutOfRange, "supply", message).help("raise `supply.pressure`"))
         }
-        (Some(pump), Some(table)) => Ok(Some(lines(&table, supply, pump)?)),
+        (Some((pump, load_sensing)), Some(table)) => Ok(Some(lines(&table, supply, pump, load_sensing)?)),
     }
 }
 
-fn lines<T: Number>(table: &Reader, supply: &Supply<T>, pump: Pump<T>) -> Result<Mains<T>> {
+fn lines<T: Number>(
+    table: &Reader,
+    supply: &Supply<T>,
+    pump: Pump<T>,
+    load_sensing: Option<LoadSensing<T>>,
+) -> Result<Mains<T>> {
     let default = supply.pressure * if pump.control.is_some() { RELIEF } else { 1.0 };
     let mains = Mains {
         volume: table.quantity("volume")?,
@@ -104,6 +165,7 @@ fn lines<T: Number>(table: &Reader, supply: &Supply<T>, pump: Pump<T>) -> Result
         relief_pressure: table.optional_quantity("relief-pressure")?.unwrap_or(default),
         relief_gradient: table.quantity_or_default("relief-gradient")?,
         pump,
+        load_sensing,
     };
     if mains.pump.control.is_none() || mains.relief_pressure.plain() > supply.pressure.plain() {
         return Ok(mains);
@@ -115,23 +177,21 @@ fn lines<T: Number>(table: &Reader, supply: &Supply<T>, pump: Pump<T>) -> Result
 
 /// `None`: an ideal one.
 fn pump<T: Number>(name: &str, table: &Reader, supply: &Supply<T>) -> Result<Option<Pump<T>>> {
-    let kinds = [PumpKind::ConstantPressure, PumpKind::Fixed, PumpKind::PressureCompensated];
-    let kind = table.choice("type", &kinds)?;
-    let superfluous = match kind {
-        PumpKind::ConstantPressure => &KEYS_OF_A_REAL_PUMP[..],
-        PumpKind::Fixed => &KEYS_OF_A_REAL_PUMP[4..],
-        PumpKind::PressureCompensated => &[],
-    };
+    let kind = table.choice("type", &PumpKind::ALL)?;
+    let (superfluous, other) = kind.superfluous();
     if let Some(key) = superfluous.iter().find(|key| table.has(key)) {
         let kind = table.text("type")?;
         return Err(table
             .error(ErrorKind::ConflictingKeys, key, format!("a pump of type `{kind}` has none"))
-            .help("leave it out, or choose type \"pressure-compensated\""));
+            .help(format!("leave it out, or choose type \"{other}\"")));
+    }
+    if kind == PumpKind::LoadSensing && !table.has("ls-margin") {
+        return Err(table.missing("ls-margin", "give what the pump keeps beyond the load pressure, some 15 to 30 bar"));
     }
     if kind == PumpKind::ConstantPressure {
         return Ok(None);
     }
-    let control = (kind == PumpKind::PressureCompensated).then(|| control(table, supply)).transpose()?;
+    let control = (kind != PumpKind::Fixed).then(|| control(table, supply)).transpose()?;
     Ok(Some(Pump {
         name: name.into(),
         displacement: table.quantity("displacement")?,
@@ -140,6 +200,23 @@ fn pump<T: Number>(name: &str, table: &Reader, supply: &Supply<T>) -> Result<Opt
         hydromechanical_efficiency: efficiency(table, "hydromechanical-efficiency")?,
         control,
     }))
+}
+
+/// `None`: the pump does not follow the load.
+fn load_sensing<T: Number>(table: &Reader) -> Result<Option<LoadSensing<T>>> {
+    let Some(margin) = table.optional_quantity("ls-margin")? else {
+        return match table.has("ls-time-constant") {
+            true => Err(table
+                .error(
+                    ErrorKind::ConflictingKeys,
+                    "ls-time-constant",
+                    "there is no load-sensing line without `ls-margin`",
+                )
+                .help("give `ls-margin`, or leave it out")),
+            false => Ok(None),
+        };
+    };
+    Ok(Some(LoadSensing { margin, time_constant: table.quantity_or_default("ls-time-constant")? }))
 }
 
 fn control<T: Number>(table: &Reader, supply: &Supply<T>) -> Result<PressureControl<T>> {

@@ -1,7 +1,7 @@
 //! `[valve.<name>]`: metering edges and spool of the valve of a cylinder.
 
 use crate::errors::ErrorKind;
-use crate::model::{PrintedBlend, Valve, ValveKind};
+use crate::model::{Compensator, PrintedBlend, Valve, ValveKind};
 use crate::nearest::suggestion;
 use crate::number::Number;
 use crate::reader::Reader;
@@ -9,28 +9,40 @@ use crate::sections::{signal_chain, Result};
 
 pub fn read<T: Number>(name: &str, table: &Reader) -> Result<Valve<T>> {
     let stroke: T = table.quantity("stroke")?;
+    let kind = table.choice("type", &[ValveKind::FourThree, ValveKind::Regenerative])?;
+    let compensator = compensator(table)?;
+    let load_check = table.choice_or_default("load-check", &[true, false])?;
+    if kind == ValveKind::Regenerative {
+        let returning = [("load-check", load_check), ("compensator", !compensator.is_none())];
+        let narrowed = ("return-area-ratio", table.has("return-area-ratio"));
+        if let Some((key, _)) = returning.into_iter().chain([narrowed]).find(|(_, there)| *there) {
+            let message = "a regenerative valve returns the oil of the rod side to the mains";
+            return Err(table.error(ErrorKind::ConflictingKeys, key, message).help(format!("leave `{key}` out")));
+        }
+    }
     let valve = Valve {
         name: name.into(),
-        kind: table.choice("type", &[ValveKind::FourThree, ValveKind::Regenerative])?,
+        kind,
         stroke,
         nominal_flow: table.quantity("nominal-flow")?,
-        edge_pressure_drop: edge_pressure_drop(table)?,
+        edge_pressure_drop: edge_pressure_drop(table, &compensator)?,
         transition_pressure: table.quantity("transition-pressure")?,
         printed_blend: table.table("printed")?.map(printed_blend).transpose()?,
         natural_frequency: table.quantity("natural-frequency")?,
         damping_ratio: table.quantity("damping-ratio")?,
         overlap: table.quantity_or_default("overlap")?,
         leakage: table.quantity_or_default("leakage")?,
-        load_check: table.choice_or_default("load-check", &[true, false])?,
+        return_ratio: match table.optional("return-area-ratio")? {
+            Some(field) => field.pair()?,
+            None => [T::c(1.0); 2],
+        },
+        load_check: load_check || !compensator.is_none(),
+        compensator,
         velocity_limit: table.optional_quantity("velocity-limit")?,
         acceleration_limit: table.optional_quantity("acceleration-limit")?,
         delay: table.quantity_or_default("delay")?,
         command: signal_chain::read(table, stroke.plain())?,
     };
-    if valve.load_check && valve.kind == ValveKind::Regenerative {
-        let message = "a regenerative valve returns the oil of the rod side to the mains";
-        return Err(table.error(ErrorKind::ConflictingKeys, "load-check", message).help("leave `load-check` out"));
-    }
     if valve.overlap.plain() < valve.stroke.plain() {
         return Ok(valve);
     }
@@ -43,12 +55,33 @@ pub fn read<T: Number>(name: &str, table: &Reader) -> Result<Valve<T>> {
         .help("give a smaller overlap"))
 }
 
-/// Data sheets state the drop over both edges in series, thesis (65), or over one.
-fn edge_pressure_drop<T: Number>(table: &Reader) -> Result<T> {
+fn compensator<T: Number>(table: &Reader) -> Result<Compensator<T>> {
+    let kinds = [Compensator::None, Compensator::Before(T::c(0.0)), Compensator::Behind];
+    let kind = table.choice_or_default("compensator", &kinds)?;
+    let setting: Option<T> = table.optional_quantity("compensator-setting")?;
+    match (kind, setting) {
+        (Compensator::Before(_), Some(setting)) => Ok(Compensator::Before(setting)),
+        (Compensator::Before(_), None) => {
+            Err(table.missing("compensator-setting", "give the drop that it keeps, some 4 to 14 bar in data sheets"))
+        }
+        (_, None) => Ok(kind),
+        (_, Some(_)) => Err(table
+            .error(
+                ErrorKind::ConflictingKeys,
+                "compensator-setting",
+                "only a compensator before the spool has a setting",
+            )
+            .help("leave it out, or choose `compensator = \"before-spool\"`")),
+    }
+}
+
+/// Data sheets state the drop over both edges in series, thesis (65), or over one; that over a compensated one is its setting.
+fn edge_pressure_drop<T: Number>(table: &Reader, compensator: &Compensator<T>) -> Result<T> {
     let [both, one] = ["nominal-pressure-drop", "nominal-edge-pressure-drop"];
     match table.either([&["nominal-pressure-drop"], &["nominal-edge-pressure-drop"]])? {
         Some(0) => Ok(table.quantity::<T>(both)? * 0.5),
         Some(_) => table.quantity(one),
+        None if matches!(compensator, Compensator::Before(_)) => table.quantity("compensator-setting"),
         None => Err(table.missing(both, format!("give it, the drop over both edges, or `{one}`"))),
     }
 }

@@ -1,10 +1,12 @@
 //! Oil, metering edges, spools, chambers and end stops (thesis 4).
 
 pub mod chamber;
+pub mod compensator;
 pub mod connector;
 pub mod end_stop;
 pub mod fluid;
 pub mod leakage;
+pub mod load_sensing;
 pub mod mains;
 pub mod orifice;
 pub mod pump;

@@ -3,7 +3,7 @@
 //! q = C_0 x_s g(dp)                                                             thesis (64)-(74)
 //! g = sign(dp) sqrt|dp|                               |dp| >= p_tr  (turbulent)
 //! g = dp (3 - |dp|/p_tr) / (2 sqrt p_tr)              |dp| <  p_tr  (laminar, joins with equal slope)
-//! C_0 = Q_N / (x_max sqrt(dp_N per edge))                                       thesis (65)
+//! C_0 = Q_N / ((x_max - overlap) sqrt(dp_N per edge))                           thesis (65), where the overlap is zero
 //!
 //! | symbol | meaning | unit |
 //! | q      | volume flow in the direction of falling pressure | m^3/s |

@@ -14,6 +14,7 @@
 //!
 //! A controlled pump turns its swivel towards what its control asks for, with one time constant:
 //!     e' = (e_wanted - e)/T,    e_wanted = min(1, (p_set - p)/p_range, M_max/(D dp) - c), not below 0.
+//! p_set is constant, or follows the load ([`super::load_sensing`]).
 //!
 //! Limits of validity: losses are linear in pressure (no cavitation of the suction, no compressibility within the pump), the
 //! shaft's speed is given, and the leakage does not depend on the displacement.
@@ -36,9 +37,7 @@ parameters! {
 parameters! {
     /// Control of the displacement by the pressure of the mains.
     pub struct PressureControl {
-        /// Pressure at which the pump has swivelled back, Pa.
-        pressure,
-        /// Fall of pressure below it that brings full displacement, Pa.
+        /// Fall of pressure below the set one that brings full displacement, Pa.
         range,
         /// s
         time_constant,
@@ -77,10 +76,11 @@ impl<T: Real> Pump<T> {
 }
 
 impl<T: Real> PressureControl<T> {
-    /// Rate of the share of the displacement, 1/s, at the pressure `p` of the mains and `tank` (Pa).
+    /// Rate of the share of the displacement, 1/s, at the pressure `p` of the mains, which is `set` at zero displacement, and
+    /// `tank` (Pa).
     #[inline(always)]
-    pub fn swivel_rate(&self, pump: &Pump<T>, e: T, p: T, tank: T) -> T {
-        let by_pressure = (self.pressure - p) / self.range;
+    pub fn swivel_rate(&self, pump: &Pump<T>, e: T, p: T, set: T, tank: T) -> T {
+        let by_pressure = (set - p) / self.range;
         let by_torque = self.torque_limit / (pump.displacement * (p - tank).max(T::c(LEAST_RISE))) - pump.rubbing;
         let wanted = by_pressure.min(by_torque).clamp(T::c(0.0), T::c(1.0));
         (wanted - e) / self.time_constant
@@ -117,8 +117,8 @@ mod tests {
 
     #[test]
     fn the_swivel_rests_where_control_and_torque_want_it() {
-        let control = PressureControl { pressure: 210e5, range: 10e5, time_constant: 0.05, torque_limit: 100.0 };
-        let rate = |e: f64, p: f64| control.swivel_rate(&pump(), e, p, 0.0);
+        let control = PressureControl { range: 10e5, time_constant: 0.05, torque_limit: 100.0 };
+        let rate = |e: f64, p: f64| control.swivel_rate(&pump(), e, p, 210e5, 0.0);
         assert_eq!(rate(0.0, 212e5), 0.0);
         assert_eq!(rate(1.0, 50e5), 0.0);
         assert!((rate(0.4, 206e5)).abs() < 1e-9);

@@ -10,11 +10,16 @@
 //! | q_A    | flow from port A into the cylinder, m^3/s  | positive into the chamber   |
 //! | q_B    | flow out of the cylinder into port B       | positive out of the chamber |
 //!
-//! With a load check valve the flows from the supply are not below zero: oil does not return from a port.
+//! The edges to the tank may be wider or narrower than those from the supply, by r_A and r_B: they meter out r times the flow.
+//!
+//! With a load check valve the flows from the supply are not below zero: oil does not return from a port. A pressure compensator
+//! ([`super::compensator`]) takes its part of the drop from the supply to a port.
 //!
 //! Overlap closes both directions within +-overlap. Leakage (75) is laminar over each edge; unlike (75), which
 //! opens it on the closed edges only, it is always there, so the law stays smooth (an open edge drowns it).
 
+use super::compensator::Compensator;
+use super::load_sensing::Connection;
 use super::orifice::Orifice;
 use hydrocrane_num::{smooth, Real};
 
@@ -27,10 +32,14 @@ pub struct SpoolValve<T> {
     pub overlap: T,
     /// Laminar conductance of an edge, m^3/(s Pa).
     pub leakage: T,
+    /// r_A, r_B: areas of the edges to the tank over those from the supply.
+    pub return_ratio: [T; 2],
     /// 1: port B is joined to the supply in both directions; 0: to the tank when extending.
     pub regenerative: T,
     /// A check valve before the edges from the supply.
     pub load_check: bool,
+    pub compensator: Compensator<T>,
+    pub connection: Connection<T>,
 }
 
 impl<T: Copy> SpoolValve<T> {
@@ -41,8 +50,11 @@ impl<T: Copy> SpoolValve<T> {
             edge_b: self.edge_b.map(f),
             overlap: f(self.overlap),
             leakage: f(self.leakage),
+            return_ratio: self.return_ratio.map(&mut *f),
             regenerative: f(self.regenerative),
             load_check: self.load_check,
+            compensator: self.compensator.map(f),
+            connection: self.connection.map(f),
         }
     }
 }
@@ -51,6 +63,8 @@ impl<T: Copy> SpoolValve<T> {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct PortPressures<T> {
     pub supply: T,
+    /// Of the load-sensing line; counts behind a compensator of flow sharing only.
+    pub load: T,
     pub tank: T,
     pub a: T,
     pub b: T,
@@ -68,45 +82,53 @@ pub struct EdgeFlows<T> {
 impl<T: Real> SpoolValve<T> {
     #[inline(always)]
     pub fn flows(&self, spool: T, p: &PortPressures<T>) -> EdgeFlows<T> {
-        let (supply_to_a, a_to_tank) = self.flows_at_a(spool, p.supply, p.tank, p.a);
-        let (supply_to_b, b_to_tank) = self.flows_at_b(spool, p.supply, p.tank, p.b);
+        let (supply_to_a, a_to_tank) = self.flows_at_a(spool, p.supply, p.load, p.tank, p.a);
+        let (supply_to_b, b_to_tank) = self.flows_at_b(spool, p.supply, p.load, p.tank, p.b);
         EdgeFlows { supply_to_a, a_to_tank, supply_to_b, b_to_tank }
     }
 
     /// The same with the spool inside its overlap, where the edges only leak.
     #[inline(always)]
     pub fn closed(&self, p: &PortPressures<T>) -> EdgeFlows<T> {
+        let drop = |port: T| self.compensator.drop(p.supply, p.load, port);
         EdgeFlows {
-            supply_to_a: self.checked(self.leakage * (p.supply - p.a)),
+            supply_to_a: self.checked(self.leakage * drop(p.a)),
             a_to_tank: self.leakage * (p.a - p.tank),
-            supply_to_b: self.checked(self.leakage * (p.supply - p.b)),
+            supply_to_b: self.checked(self.leakage * drop(p.b)),
             b_to_tank: self.leakage * (p.b - p.tank),
         }
     }
 
     /// Flows from the supply to port A and from there to the tank, m^3/s, at the pressure `a` of the port.
     #[inline(always)]
-    pub fn flows_at_a(&self, spool: T, supply: T, tank: T, a: T) -> (T, T) {
+    pub fn flows_at_a(&self, spool: T, supply: T, load: T, tank: T, a: T) -> (T, T) {
         let (extend, retract) = self.openings(spool);
-        let (fed, drained) = (supply - a, a - tank);
+        let (fed, drained) = (self.compensator.drop(supply, load, a), a - tank);
         // At most one edge of a port is open: one root per port serves both.
         let per_opening = self.edge_a.flow_per_opening(T::select(spool.lt(T::c(0.0)), drained, fed));
         let from_supply = self.checked(extend * per_opening + self.leakage * fed);
-        (from_supply, retract * per_opening + self.leakage * drained)
+        (from_supply, self.return_ratio[0] * retract * per_opening + self.leakage * drained)
     }
 
     /// The same for port B.
     #[inline(always)]
-    pub fn flows_at_b(&self, spool: T, supply: T, tank: T, b: T) -> (T, T) {
+    pub fn flows_at_b(&self, spool: T, supply: T, load: T, tank: T, b: T) -> (T, T) {
         let (extend, retract) = self.openings(spool);
-        let (fed, drained) = (supply - b, b - tank);
+        let (fed, drained) = (self.compensator.drop(supply, load, b), b - tank);
         let zero = T::c(0.0);
         let regenerative = zero.lt(self.regenerative);
         let per_opening = self.edge_b.flow_per_opening(T::select(regenerative | spool.lt(zero), fed, drained));
         let to_supply = T::select(regenerative, extend + retract, retract);
         let to_tank = T::select(regenerative, zero, extend);
         let from_supply = self.checked(to_supply * per_opening + self.leakage * fed);
-        (from_supply, to_tank * per_opening + self.leakage * drained)
+        (from_supply, self.return_ratio[1] * to_tank * per_opening + self.leakage * drained)
+    }
+
+    /// Losses of the compensator at the edges to port A and to port B, W, with the flows through `edges`.
+    #[inline(always)]
+    pub fn compensator_losses(&self, p: &PortPressures<T>, edges: &EdgeFlows<T>) -> [T; 2] {
+        let taken = |port: T| p.supply - port - self.compensator.drop(p.supply, p.load, port);
+        [taken(p.a) * edges.supply_to_a, taken(p.b) * edges.supply_to_b]
     }
 
     /// A flow from the supply behind the check valve, if there is one.
@@ -168,12 +190,15 @@ mod tests {
             edge_b: edge,
             overlap,
             leakage: 0.0,
+            return_ratio: [1.0; 2],
             regenerative: f64::from(u8::from(regenerative)),
             load_check: false,
+            compensator: Compensator::None,
+            connection: Connection { begins: 0.0, travel: 1e-3 },
         }
     }
 
-    const P: PortPressures<f64> = PortPressures { supply: 140e5, tank: 0.0, a: 60e5, b: 50e5 };
+    const P: PortPressures<f64> = PortPressures { supply: 140e5, load: 0.0, tank: 0.0, a: 60e5, b: 50e5 };
 
     #[test]
     fn table_2_signs_of_the_four_three_valve() {
@@ -192,6 +217,15 @@ mod tests {
         assert!(pushed.port_b() > 0.0);
         let retract = valve(true, 0.0).flows(-0.01, &P);
         assert!(retract.port_a() < 0.0 && retract.port_b() < 0.0);
+    }
+
+    #[test]
+    fn narrow_edges_to_the_tank_meter_out() {
+        let (plain, narrow) = (valve(false, 0.0), SpoolValve { return_ratio: [0.25, 0.5], ..valve(false, 0.0) });
+        let (up, down) = (plain.flows(0.01, &P), plain.flows(-0.01, &P));
+        let (narrow_up, narrow_down) = (narrow.flows(0.01, &P), narrow.flows(-0.01, &P));
+        assert_eq!((narrow_up.supply_to_a, narrow_up.b_to_tank), (up.supply_to_a, 0.5 * up.b_to_tank));
+        assert_eq!((narrow_down.supply_to_b, narrow_down.a_to_tank), (down.supply_to_b, 0.25 * down.a_to_tank));
     }
 
     #[test]
@@ -215,6 +249,23 @@ mod tests {
         // Towards the tank it acts on nothing.
         let open = SpoolValve { load_check: false, ..checked };
         assert_eq!(checked.flows(-0.01, &P).a_to_tank, open.flows(-0.01, &P).a_to_tank);
+    }
+
+    #[test]
+    fn behind_a_compensator_the_flow_does_not_depend_on_the_load() {
+        let plain = valve(false, 0.0);
+        let compensated = SpoolValve { compensator: Compensator::Before(8e5), ..plain };
+        let wanted = plain.flows(0.01, &PortPressures { a: P.supply - 8e5, ..P }).supply_to_a;
+        for a in [10e5, 60e5, 120e5] {
+            let p = PortPressures { a, ..P };
+            let flows = compensated.flows(0.01, &p);
+            assert!((flows.supply_to_a / wanted - 1.0).abs() < 1e-12);
+            // Towards the tank it acts on nothing, and what the edge does not lose the compensator does.
+            assert_eq!(flows.b_to_tank, plain.flows(0.01, &p).b_to_tank);
+            let [lost, none] = compensated.compensator_losses(&p, &flows);
+            assert!(((P.supply - a - 8e5) * wanted / lost - 1.0).abs() < 1e-9);
+            assert_eq!(none, 0.0);
+        }
     }
 
     #[test]

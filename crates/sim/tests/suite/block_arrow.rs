@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// Chains of one and three joints, with and without bristles, regenerative valves, cylinders on four-bars.
 fn models() -> Vec<Arc<dyn Model>> {
     let without_bristles = [("friction.lift.model".to_string(), OverrideValue::Text("static".to_string()))];
-    let mut machines: Vec<_> = ["rottne-f9-lab", "rottne-f9-pump", "hiab-xs031", "single-cylinder"]
+    let mut machines: Vec<_> = ["rottne-f9-lab", "rottne-f9-pump", "rottne-f9-mobile", "hiab-xs031", "single-cylinder"]
         .map(|name| load(name, &[]))
         .into_iter()
         .collect();

@@ -1,11 +1,9 @@
 //! The ground in a whole machine: every right-hand side agrees, energies close, what is set down comes to rest on it.
 
+use crate::ledger;
 use hydrocrane_machine::{load, OverrideValue};
 use hydrocrane_ode::Tolerances;
-use hydrocrane_sim::{
-    build, shared_terms, simulate, Commands, EquilibriumMode, Model, OutcomeKind, PayloadChange, Run, RunOptions,
-    LEDGER_TERMS, PAYLOAD_TERMS,
-};
+use hydrocrane_sim::{build, simulate, Commands, EquilibriumMode, Model, OutcomeKind, PayloadChange, Run, RunOptions};
 use std::sync::Arc;
 
 /// Surface of the laboratory's floor, m; what hangs at the tip of a load of 300 kg reaches 1.082 m down.
@@ -191,37 +189,17 @@ fn run(m: &dyn Model, end: f64, commands: &Commands, options: &RunOptions) -> Ru
 }
 
 /// Row `i` of the outputs.
-fn outputs(m: &dyn Model, run: &Run, i: usize) -> Vec<f64> {
-    let mut out = vec![0.0; m.output_info().len()];
-    m.outputs(row(m, run, i), run.payloads[i], &mut out);
-    out
-}
-
 fn row<'a>(m: &dyn Model, run: &'a Run, i: usize) -> &'a [f64] {
     &run.states[i * m.layout().len()..(i + 1) * m.layout().len()]
 }
 
 fn output(m: &dyn Model, run: &Run, name: &str, i: usize) -> f64 {
-    outputs(m, run, i)[m.output_info().iter().position(|o| o.name == name).expect("an output")]
+    ledger::outputs(m, run, i)[m.output_info().iter().position(|o| o.name == name).expect("an output")]
 }
 
-/// Largest gap between what the states store and what the ledger explains, J, and what the contact took.
+/// The largest gap of the ledger and what the contact took, J.
 fn gap(m: &dyn Model, run: &Run) -> (f64, f64) {
-    let of_cylinders = m.machine().cylinders.iter().flat_map(|_| LEDGER_TERMS.map(|t| t.2));
-    let shared = shared_terms(m.machine()).into_iter().map(|(_, term)| term).chain(&PAYLOAD_TERMS).map(|t| t.2);
-    let signs: Vec<f64> = of_cylinders.chain(shared).collect();
-    let width = run.ledger.len() / run.times.len();
-    assert_eq!(signs.len(), width);
-    let energies: Vec<usize> =
-        (0..m.output_info().len()).filter(|&i| m.output_info()[i].name.starts_with("energy.")).collect();
-    let open = |i: usize| {
-        let out = outputs(m, run, i);
-        let stored: f64 = energies.iter().map(|&e| out[e]).sum();
-        stored - run.ledger[i * width..(i + 1) * width].iter().zip(&signs).map(|(w, sign)| w * sign).sum::<f64>()
-    };
-    let first = open(0);
-    let worst = (0..run.times.len()).map(|i| (open(i) - first).abs()).fold(0.0, f64::max);
-    (worst, run.ledger[run.ledger.len() - 1 - PAYLOAD_TERMS.len()])
+    (ledger::gap(m, run), ledger::at_end(m, run, "ground.contact"))
 }
 
 #[test]

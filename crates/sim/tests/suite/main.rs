@@ -9,6 +9,8 @@ mod fixed_steps;
 mod ground;
 mod integrators;
 mod keep_out;
+mod ledger;
+mod load_sensing;
 mod outcomes;
 mod parity;
 mod payload;
@@ -19,7 +21,16 @@ mod sampled_loop;
 mod supply;
 mod tip_control;
 
+use hydrocrane_machine::parse;
 use hydrocrane_ode::StepControl;
+use hydrocrane_sim::{build, Model};
+use std::sync::Arc;
+
+/// The bundled machine `base` with `more` in its file.
+fn extended(base: &str, more: &str) -> Arc<dyn Model> {
+    let text = format!("extends = \"{base}\"\n[machine]\nclass = \"assumed\"\n{more}");
+    build(&parse(&text, "extended.toml", &[]).unwrap_or_else(|error| panic!("{error}"))).expect("it can be built")
+}
 
 /// How tests step by this method: evenly by the one that is made for it.
 fn control(method: &str) -> StepControl {

@@ -1,12 +1,20 @@
 //! The fast right-hand side equals the readable reference; the exact Jacobian equals finite differences.
 
-use hydrocrane_machine::{load, parse};
+use crate::extended;
+use hydrocrane_machine::load;
 use hydrocrane_ode::BlockArrow;
 use hydrocrane_sim::{build, Model};
 use std::sync::Arc;
 
-const MACHINES: [&str; 6] =
-    ["rottne-f9-lab", "rottne-f9-pump", "hiab-xs031", "single-cylinder", "rig-rottne", "rig-kalmar"];
+const MACHINES: [&str; 7] = [
+    "rottne-f9-lab",
+    "rottne-f9-pump",
+    "rottne-f9-mobile",
+    "hiab-xs031",
+    "single-cylinder",
+    "rig-rottne",
+    "rig-kalmar",
+];
 
 fn model(name: &str) -> Arc<dyn Model> {
     build(&load(name, &[]).expect("a bundled machine")).expect("a machine that can be built")
@@ -27,7 +35,7 @@ fn models() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     MACHINES.into_iter().flat_map(|name| [(name, model(name)), (name, frictionless(name))])
 }
 
-/// Fixed pumps, torque limits and soft hoses on chains of one and three joints.
+/// Fixed pumps, torque limits, soft hoses, unloading and flow sharing on chains of one and three joints.
 fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     let fixed = r#"
         [pump.main]
@@ -51,11 +59,18 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
         [mains]
         volume = "1 l"
     "#;
-    [("hiab-xs031", fixed), ("single-cylinder", fixed), ("hiab-xs031", limited)].into_iter().map(|(name, pump)| {
-        let text = format!("extends = \"{name}\"\n[machine]\nclass = \"assumed\"\n{pump}");
-        let machine = parse(&text, "pump.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
-        (name, build(&machine).expect("a machine that can be built"))
-    })
+    let unloaded = fixed.replace("[mains]", "ls-margin = \"15 bar\"\n[mains]");
+    let sharing = limited.replace("pressure-compensated", "load-sensing").replace("[mains]", "ls-margin = \"25 bar\"\n[mains]")
+        + "[valve.lift]\ncompensator = \"behind-spool\"\n[valve.tilt]\ncompensator = \"before-spool\"\ncompensator-setting = \"9 bar\"";
+    [
+        ("hiab-xs031", fixed.to_string()),
+        ("single-cylinder", fixed.to_string()),
+        ("hiab-xs031", limited.to_string()),
+        ("single-cylinder", unloaded),
+        ("hiab-xs031", sharing),
+    ]
+    .into_iter()
+    .map(|(name, pump)| (name, extended(name, &pump)))
 }
 
 /// A repeatable stream of numbers in (-1, 1).
@@ -83,7 +98,7 @@ fn random_state(m: &dyn Model, noise: &mut Noise) -> Vec<f64> {
             Some("vs") => x[i] = noise.next(),
             Some("z") => x[i] = 1e-3 * noise.next(),
             // From empty mains to beyond the relief pressure.
-            Some("p") => x[i] = 90e5 + 90e5 * noise.next(),
+            Some("p" | "load") => x[i] = 90e5 + 90e5 * noise.next(),
             Some("displacement") => x[i] = 0.5 + 0.5 * noise.next(),
             _ => {}
         }

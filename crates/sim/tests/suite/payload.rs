@@ -1,5 +1,6 @@
 //! Loads that come and go in a run: what jumps, what stays, and that every way of running agrees.
 
+use crate::ledger;
 use hydrocrane_control::controller::{Controller, Fault, Measurement, Stick};
 use hydrocrane_machine::load;
 use hydrocrane_ode::{StepControl, Tolerances};
@@ -96,22 +97,7 @@ fn the_account_explains_what_the_states_store() {
     let m = m.as_ref();
     let record: Vec<f64> = (0..=200).map(|i| f64::from(i) * 5e-3).collect();
     let run = open_loop(m, &record, &[(0.2, 200.0), (PICKED, 50.0), (0.6, 120.0), (DROPPED, 0.0)]);
-    let width = run.ledger.len() / run.times.len();
-    let signs: Vec<f64> =
-        m.machine().cylinders.iter().flat_map(|_| hydrocrane_sim::LEDGER_TERMS.map(|t| t.2)).collect();
-    let signs: Vec<f64> = signs.into_iter().chain(hydrocrane_sim::PAYLOAD_TERMS.map(|t| t.2)).collect();
-    assert_eq!(signs.len(), width);
-    let energies: Vec<usize> =
-        (0..m.output_info().len()).filter(|&i| m.output_info()[i].name.starts_with("energy.")).collect();
-    let mut out = vec![0.0; m.output_info().len()];
-    let mut gap = |i: usize| {
-        m.outputs(row(m, &run, i), run.payloads[i], &mut out);
-        let stored: f64 = energies.iter().map(|&e| out[e]).sum();
-        stored - run.ledger[i * width..(i + 1) * width].iter().zip(&signs).map(|(w, sign)| w * sign).sum::<f64>()
-    };
-    let first = gap(0);
-    let worst = (0..run.times.len()).map(|i| (gap(i) - first).abs()).fold(0.0, f64::max);
-    let impacts = run.ledger[run.ledger.len() - 1];
+    let (worst, impacts) = (ledger::gap(m, &run), ledger::at_end(m, &run, "payload.impact"));
     assert!(impacts > 0.05, "the impacts cost {impacts} J");
     assert!(worst < 1e-4 * impacts, "{worst} J of {impacts} J");
 }

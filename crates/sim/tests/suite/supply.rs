@@ -1,19 +1,16 @@
 //! Pump, mains and relief valve in a whole machine: steady states by hand, oil and energy accounted for, one pump for all.
 
+use crate::{extended, ledger};
 use hydrocrane_machine::{load, parse};
 use hydrocrane_ode::Tolerances;
-use hydrocrane_sim::{
-    build, shared_terms, simulate, Commands, EquilibriumMode, Model, OutcomeKind, Run, RunOptions, LEDGER_TERMS,
-    PAYLOAD_TERMS,
-};
+use hydrocrane_sim::{build, simulate, Commands, EquilibriumMode, Model, OutcomeKind, Run, RunOptions};
 use std::sync::Arc;
 
 const POSE: [f64; 3] = [1.745, 1.745, 0.0];
 const SET: f64 = 140e5;
 
 fn lab_with(more: &str) -> Arc<dyn Model> {
-    let text = format!("extends = \"rottne-f9-pump\"\n[machine]\nclass = \"assumed\"\n{more}");
-    build(&parse(&text, "pump.toml", &[]).unwrap_or_else(|error| panic!("{error}"))).expect("it can be built")
+    extended("rottne-f9-pump", more)
 }
 
 fn pump() -> Arc<dyn Model> {
@@ -21,10 +18,9 @@ fn pump() -> Arc<dyn Model> {
 }
 
 fn fixed() -> Arc<dyn Model> {
-    let text = r#"
-        extends = "rottne-f9-lab"
-        [machine]
-        class = "assumed"
+    extended(
+        "rottne-f9-lab",
+        r#"
         [pump.main]
         type = "fixed"
         displacement = "10 ml"
@@ -34,14 +30,14 @@ fn fixed() -> Arc<dyn Model> {
         [mains]
         volume = "0.4 l"
         relief-gradient = "4 l/(min bar)"
-    "#;
-    build(&parse(text, "fixed.toml", &[]).unwrap_or_else(|error| panic!("{error}"))).expect("it can be built")
+        "#,
+    )
 }
 
 /// Flow of the fixed pump without losses, m^3/s; the one of `rottne-f9-pump` gives 63 % of it.
 const FULL: f64 = 10e-6 * 1450.0 / 60.0;
 
-fn options(method: &str) -> RunOptions {
+pub fn options(method: &str) -> RunOptions {
     RunOptions {
         method: method.to_string(),
         tolerances: Tolerances { relative: 1e-7, absolute: 1e-7, max_step: 0.02 },
@@ -53,7 +49,7 @@ fn options(method: &str) -> RunOptions {
     }
 }
 
-fn run(m: &dyn Model, end: f64, spools: [f64; 3], options: &RunOptions) -> Run {
+pub fn run(m: &dyn Model, end: f64, spools: [f64; 3], options: &RunOptions) -> Run {
     let start = m.equilibrium(&POSE, EquilibriumMode::Hold, options.payload).expect("a pose");
     let values = [[0.0; 3], [0.0; 3], spools].concat();
     let commands = Commands { times: vec![0.0, 0.1, 0.3], values, linear: true };
@@ -63,13 +59,13 @@ fn run(m: &dyn Model, end: f64, spools: [f64; 3], options: &RunOptions) -> Run {
     run
 }
 
-fn output(m: &dyn Model, x: &[f64], name: &str) -> f64 {
+pub fn output(m: &dyn Model, x: &[f64], name: &str) -> f64 {
     let mut out = vec![0.0; m.output_info().len()];
     m.outputs(x, 0.0, &mut out);
     out[m.output_info().iter().position(|o| o.name == name).unwrap_or_else(|| panic!("no output {name}"))]
 }
 
-fn rows<'a>(m: &dyn Model, run: &'a Run) -> Vec<&'a [f64]> {
+pub fn rows<'a>(m: &dyn Model, run: &'a Run) -> Vec<&'a [f64]> {
     run.states.chunks_exact(m.layout().len()).collect()
 }
 
@@ -133,30 +129,12 @@ fn every_joule_of_the_shaft_is_accounted_for() {
         let m = m.as_ref();
         let done = run(m, 2.5, [0.045, -0.02, 0.0], &options(method));
         assert!(done.warnings.iter().all(|w| w.kind != "energy-ledger-open"), "{:?}", done.warnings);
-        let of_cylinders = m.machine().cylinders.iter().flat_map(|_| LEDGER_TERMS.map(|t| t.2));
-        let shared: Vec<_> =
-            shared_terms(m.machine()).into_iter().map(|(_, term)| term).chain(&PAYLOAD_TERMS).collect();
-        let signs: Vec<f64> = of_cylinders.chain(shared.iter().map(|term| term.2)).collect();
-        let width = done.ledger.len() / done.times.len();
-        assert_eq!(signs.len(), width);
-        let last = &done.ledger[done.ledger.len() - width..];
-        let stored = |x: &[f64]| -> f64 {
-            let names = m.output_info().iter().map(|o| &o.name).filter(|name| name.starts_with("energy."));
-            names.map(|name| output(m, x, name)).sum()
-        };
-        let rows = rows(m, &done);
-        let gained = stored(rows[rows.len() - 1]) - stored(rows[0]);
-        let explained: f64 = last.iter().zip(&signs).map(|(w, sign)| w * sign).sum();
-        let of = |name: &str| {
-            let at = shared.iter().position(|term| term.0 == name).expect("a term");
-            last[width - shared.len() + at]
-        };
-        let shaft = of("shaft");
-        println!("{method}: shaft {shaft:.1} J, open {:.2e} J", gained - explained);
+        let (gap, shaft) = (ledger::gap(m, &done), ledger::at_end(m, &done, "mains.shaft"));
+        println!("{method}: shaft {shaft:.1} J, open {gap:.2e} J");
         assert!(shaft > 1000.0);
-        assert!((gained - explained).abs() < 1e-5 * shaft, "{gained} {explained} of {shaft} J");
-        let at_valves: f64 = (0..3).map(|c| last[c * LEDGER_TERMS.len() + 1]).sum();
-        assert!((of("delivered") - at_valves).abs() < 1e-9 * shaft);
+        assert!(gap < 1e-5 * shaft, "{gap} J of {shaft} J");
+        let at_valves = ledger::at_end(m, &done, "supply");
+        assert!((ledger::at_end(m, &done, "mains.delivered") - at_valves).abs() < 1e-9 * shaft);
     }
 }
 
