@@ -319,11 +319,14 @@ def check(
 def new(
     folder: Annotated[Path, typer.Argument(help="Folder to be made.")],
     machine: Annotated[str, typer.Option(help="Bundled machine to start from.")] = "rottne-f9-lab",
+    pump: Annotated[
+        str | None, typer.Option(help="Hang it on a pump: fixed, pressure-compensated or ls (load-sensing).")
+    ] = None,
 ) -> None:
     """Write a machine file and a scenario to start one's own crane from."""
     from hydrocrane.app.starter import write_starter
 
-    files = write_starter(folder, machine)
+    files = write_starter(folder, machine, pump)
     say("written:", *(f"  {path}" for path in files), f"next: hydrocrane simulate {files[1]}")
 
 

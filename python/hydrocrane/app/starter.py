@@ -7,14 +7,15 @@ import tomllib
 from pathlib import Path
 
 from hydrocrane import _core
+from hydrocrane.app.starter_pump import pump_text
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.files.whole_file import write_text
 from hydrocrane.machine.machine import bundled_machines
 from hydrocrane.scenario.scenario_file import bundled_scenarios, load_scenario
 
 
-def write_starter(folder: Path, machine: str) -> tuple[Path, Path]:
-    """Write ``machine.toml`` and ``scenario.toml`` into `folder`; nothing that exists is overwritten."""
+def write_starter(folder: Path, machine: str, pump: str | None = None) -> tuple[Path, Path]:
+    """Write ``machine.toml``, with a `pump` of that kind, and ``scenario.toml`` into `folder`; overwrites nothing."""
     if machine not in bundled_machines():
         raise unknown("machine", machine, bundled_machines())
     machine_file, scenario_file = folder / "machine.toml", folder / "scenario.toml"
@@ -28,7 +29,8 @@ def write_starter(folder: Path, machine: str) -> tuple[Path, Path]:
     )
     if not count:
         raise InputError(f"the bundled scenario of {machine} does not name its machine on a line of its own")
-    return write_text(machine_file, _core.bundled_text("machine", machine)), write_text(scenario_file, own)
+    described = _core.bundled_text("machine", machine) + (pump_text(machine, pump) if pump else "")
+    return write_text(machine_file, described), write_text(scenario_file, own)
 
 
 def _scenario_of(machine: str) -> tuple[str, str]:
