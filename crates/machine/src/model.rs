@@ -144,6 +144,8 @@ pub struct Cylinder<T = f64> {
     /// Pressure that its chambers are rated for, Pa; `None` where the file does not say.
     pub pressure_rating: Option<f64>,
     pub valve: Valve<T>,
+    /// Of the piston side and of the rod side.
+    pub counterbalances: [Option<Counterbalance<T>>; 2],
     pub friction: Friction<T>,
 }
 
@@ -230,6 +232,19 @@ impl<T> Compensator<T> {
     pub fn is_none(&self) -> bool {
         matches!(self, Compensator::None)
     }
+}
+
+/// Counterbalance valve between a chamber and its port of the spool valve, vented.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Counterbalance<T = f64> {
+    /// Pressure of the chamber that opens it without a pilot, Pa.
+    pub setting: T,
+    pub pilot_ratio: T,
+    /// Rise beyond that which opens it fully, Pa.
+    pub opening_pressure: T,
+    /// Flow when fully open, m^3/s, at a pressure drop, Pa.
+    pub nominal_flow: T,
+    pub nominal_pressure_drop: T,
 }
 
 /// Signal chain between a controller's command u and the spool command (thesis Figures 18 and 60):

@@ -20,6 +20,16 @@ const P2: usize = 3;
 const SPOOL: usize = 4;
 const Z: usize = 5;
 
+/// A number of a port with its derivatives by v, p1, p2, spool and the pressures of mains and load-sensing line.
+type CoupledPort<L> = Dual<L, 6>;
+
+/// Those by the local numbers.
+#[inline(always)]
+fn by_states<L: Real>(number: CoupledPort<L>) -> WithDerivatives<L> {
+    let [v, p1, p2, spool, ..] = number.derivative;
+    Dual { value: number.value, derivative: [v, p1, p2, spool] }.among([V, P1, P2, SPOOL])
+}
+
 /// Below this speed the secant of friction is the one at this speed, m/s.
 const CREEP: f64 = 1e-9;
 
@@ -32,7 +42,7 @@ pub struct Lifted<L> {
     end_stop: EndStop<Dual<L, 2>>,
     spool: Spool<Dual<L, 2>>,
     ports: HydraulicAxis<Dual<L, 3>>,
-    supplied: HydraulicAxis<Dual<L, 5>>,
+    coupled: HydraulicAxis<CoupledPort<L>>,
     whole: HydraulicAxis<WithDerivatives<L>>,
 }
 
@@ -91,7 +101,7 @@ impl<L: Real> Lifted<L> {
             end_stop: unit.end_stop.map(&mut Dual::constant),
             spool: unit.spool.map(&mut Dual::constant),
             ports: unit.map(&mut Dual::constant),
-            supplied: unit.map(&mut Dual::constant),
+            coupled: unit.map(&mut Dual::constant),
             whole: unit.map(&mut Dual::constant),
         }
     }
@@ -121,35 +131,36 @@ impl<L: Real> Lifted<L> {
         s: &LocalState<L>,
         piston: &Piston<L>,
     ) -> SupplyDerivatives<L> {
-        let pressures = SupplyPressures {
-            supply: Dual::variable(supply_pressures.supply, 3),
-            load: Dual::variable(supply_pressures.load, 4),
-            tank: Dual::constant(supply_pressures.tank),
-        };
-        let [v, p1, p2, spool] =
-            [Dual::variable(s.v, 0), Dual::variable(s.p1, 1), Dual::variable(s.p2, 1), Dual::variable(s.spool, 2)];
-        let a = self.supplied.port_a(&pressures, v, p1, spool);
-        let b = self.supplied.port_b(&pressures, v, p2, spool);
-        let by_states = |number: Dual<L, 5>, p: usize| {
-            let [v, pressure, spool, ..] = number.derivative;
-            Dual { value: number.value, derivative: [v, pressure, spool] }.among([V, p, SPOOL])
-        };
-        let by_pressures = |number: Dual<L, 5>| [number.derivative[3], number.derivative[4]];
-        let ports = [by_states(a.pressure, P1), by_states(b.pressure, P2)];
+        let [a, b] = self.coupled_ports(supply_pressures, s);
+        let by_pressures = |number: CoupledPort<L>| [number.derivative[4], number.derivative[5]];
         let signal = self.whole.valve.connection.signal(
             Dual::variable(s.spool, SPOOL),
-            ports,
+            [by_states(a.pressure), by_states(b.pressure)],
             Dual::constant(supply_pressures.tank),
         );
         let bulk = (self.bulk_modulus(s.p1).value, self.bulk_modulus(s.p2).value);
         let (stiffness_1, stiffness_2) = self.chambers.stiffness(bulk, s.x);
+        let (inflow_1, inflow_2) = (a.fed - a.drained, b.fed - b.drained);
         SupplyDerivatives {
-            drawn: piston.row(&(by_states(a.fed, P1) + by_states(b.fed, P2))),
+            drawn: piston.row(&by_states(a.fed + b.fed)),
             signal: piston.row(&signal),
-            p1: by_pressures(a.fed).map(|by| stiffness_1 * by),
-            p2: by_pressures(b.fed).map(|by| stiffness_2 * by),
+            p1: by_pressures(inflow_1).map(|by| stiffness_1 * by),
+            p2: by_pressures(inflow_2).map(|by| stiffness_2 * by),
             flow: by_pressures(a.fed + b.fed),
         }
+    }
+
+    /// Both ports with the derivatives by all that they can depend on.
+    #[inline(always)]
+    fn coupled_ports(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> [Port<CoupledPort<L>>; 2] {
+        let pressures = SupplyPressures {
+            supply: Dual::variable(supply_pressures.supply, 4),
+            load: Dual::variable(supply_pressures.load, 5),
+            tank: Dual::constant(supply_pressures.tank),
+        };
+        let [v, p1, p2, spool] =
+            [Dual::variable(s.v, 0), Dual::variable(s.p1, 1), Dual::variable(s.p2, 2), Dual::variable(s.spool, 3)];
+        [self.coupled.port_a(&pressures, v, [p1, p2], spool), self.coupled.port_b(&pressures, v, [p1, p2], spool)]
     }
 
     /// Derivative of a friction map minus its secant F/v through standstill; zero with bristles.
@@ -190,9 +201,14 @@ impl<L: Real> Lifted<L> {
             spool: Dual::variable(s.spool, SPOOL),
             z: Dual::variable(s.z, Z),
         };
+        let [port_a, port_b] = if self.coupled.valve.couples_ports() {
+            self.coupled_ports(supply_pressures, s).map(|port| port.map(by_states))
+        } else {
+            [self.port_a(supply_pressures, s), self.port_b(supply_pressures, s)]
+        };
         let outputs = LawOutputs {
-            port_a: self.port_a(supply_pressures, s),
-            port_b: self.port_b(supply_pressures, s),
+            port_a,
+            port_b,
             bulk: (self.bulk_modulus(s.p1).among([P1]), self.bulk_modulus(s.p2).among([P2])),
             friction: self.friction(s),
             stops: self.stops(s),
@@ -208,14 +224,16 @@ impl<L: Real> Lifted<L> {
     #[inline(always)]
     fn port_a(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> Port<WithDerivatives<L>> {
         let [v, p1, spool] = [Dual::variable(s.v, 0), Dual::variable(s.p1, 1), Dual::variable(s.spool, 2)];
-        let port = self.ports.port_a(&supply_pressures.map(&mut Dual::constant), v, p1, spool);
+        let p = [p1, Dual::constant(s.p2)];
+        let port = self.ports.port_a(&supply_pressures.map(&mut Dual::constant), v, p, spool);
         port.map(|number| number.among([V, P1, SPOOL]))
     }
 
     #[inline(always)]
     fn port_b(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> Port<WithDerivatives<L>> {
         let [v, p2, spool] = [Dual::variable(s.v, 0), Dual::variable(s.p2, 1), Dual::variable(s.spool, 2)];
-        let port = self.ports.port_b(&supply_pressures.map(&mut Dual::constant), v, p2, spool);
+        let p = [Dual::constant(s.p1), p2];
+        let port = self.ports.port_b(&supply_pressures.map(&mut Dual::constant), v, p, spool);
         port.map(|number| number.among([V, P2, SPOOL]))
     }
 

@@ -15,6 +15,7 @@ use hydrocrane_physics::geometry::stroke::{Actuation, Drive};
 use hydrocrane_physics::hydraulics::chamber::Chambers;
 use hydrocrane_physics::hydraulics::compensator::Compensator;
 use hydrocrane_physics::hydraulics::connector::{dynamic_pressure_coefficient, Connector};
+use hydrocrane_physics::hydraulics::counterbalance::Counterbalance;
 use hydrocrane_physics::hydraulics::end_stop::EndStop;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::leakage::{annular_gap_conductance, Leakage};
@@ -196,7 +197,7 @@ fn cylinder<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Hydraulic
             mid_volume_1: dead[0] + area_1 * c.stroke / 2.0,
             mid_volume_2: dead[1] + area_2 * c.stroke / 2.0,
         },
-        valve: valve(m, &c.valve),
+        valve: valve(m, c),
         spool: Spool {
             natural_frequency: c.valve.natural_frequency,
             damping_ratio: c.valve.damping_ratio,
@@ -210,7 +211,8 @@ fn cylinder<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Hydraulic
     }
 }
 
-fn valve<T: Number>(m: &file::Machine<T>, v: &file::Valve<T>) -> SpoolValve<T> {
+fn valve<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> SpoolValve<T> {
+    let v = &c.valve;
     let edge = |port: usize| {
         let blend = v.printed_blend.as_ref();
         let law = if m.errata.orifice_law {
@@ -241,6 +243,16 @@ fn valve<T: Number>(m: &file::Machine<T>, v: &file::Valve<T>) -> SpoolValve<T> {
             file::Compensator::Behind => Compensator::Behind,
         },
         connection: connection(v),
+        counterbalances: std::array::from_fn(|side| c.counterbalances[side].as_ref().map(counterbalance)),
+    }
+}
+
+fn counterbalance<T: Number>(v: &file::Counterbalance<T>) -> Counterbalance<T> {
+    Counterbalance {
+        setting: v.setting,
+        pilot_ratio: v.pilot_ratio,
+        opening_pressure: v.opening_pressure,
+        coefficient: v.nominal_flow / v.nominal_pressure_drop.sqrt(),
     }
 }
 

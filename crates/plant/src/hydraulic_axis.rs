@@ -209,8 +209,8 @@ impl<T: Real> HydraulicAxis<T> {
     #[inline(always)]
     pub fn rates(&self, fluid: &Fluid<T>, supply_pressures: &SupplyPressures<T>, s: &LocalState<T>) -> LocalRates<T> {
         let outputs = LawOutputs {
-            port_a: self.port_a(supply_pressures, s.v, s.p1, s.spool),
-            port_b: self.port_b(supply_pressures, s.v, s.p2, s.spool),
+            port_a: self.port_a(supply_pressures, s.v, [s.p1, s.p2], s.spool),
+            port_b: self.port_b(supply_pressures, s.v, [s.p1, s.p2], s.spool),
             bulk: (fluid.bulk_modulus(s.p1), fluid.bulk_modulus(s.p2)),
             friction: self.friction.evaluate(s.v, s.z),
             stops: self.end_stop.force(s.x, s.v),
@@ -218,20 +218,27 @@ impl<T: Real> HydraulicAxis<T> {
         self.assemble(supply_pressures, s, &outputs)
     }
 
+    /// Port A at the pressures `p` of both chambers; that of the other one counts with a counterbalance valve only.
     #[inline(always)]
-    pub fn port_a(&self, supply_pressures: &SupplyPressures<T>, v: T, p1: T, spool: T) -> Port<T> {
-        let pressure = p1 - self.connector.dynamic_pressures(v).0;
-        let SupplyPressures { supply, load, tank } = *supply_pressures;
-        let (fed, drained) = self.valve.flows_at_a(spool, supply, load, tank, pressure);
-        Port { pressure, fed, drained }
+    pub fn port_a(&self, supply_pressures: &SupplyPressures<T>, v: T, p: [T; 2], spool: T) -> Port<T> {
+        let ports = self.ports(supply_pressures, v, p);
+        let (fed, drained) = self.valve.flows_at_a(spool, &ports);
+        Port { pressure: ports.a, fed, drained }
+    }
+
+    /// Port B, likewise.
+    #[inline(always)]
+    pub fn port_b(&self, supply_pressures: &SupplyPressures<T>, v: T, p: [T; 2], spool: T) -> Port<T> {
+        let ports = self.ports(supply_pressures, v, p);
+        let (fed, drained) = self.valve.flows_at_b(spool, &ports);
+        Port { pressure: ports.b, fed, drained }
     }
 
     #[inline(always)]
-    pub fn port_b(&self, supply_pressures: &SupplyPressures<T>, v: T, p2: T, spool: T) -> Port<T> {
-        let pressure = p2 - self.connector.dynamic_pressures(v).1;
+    fn ports(&self, supply_pressures: &SupplyPressures<T>, v: T, [p1, p2]: [T; 2]) -> PortPressures<T> {
         let SupplyPressures { supply, load, tank } = *supply_pressures;
-        let (fed, drained) = self.valve.flows_at_b(spool, supply, load, tank, pressure);
-        Port { pressure, fed, drained }
+        let dynamic = self.connector.dynamic_pressures(v);
+        PortPressures { supply, load, tank, a: p1 - dynamic.0, b: p2 - dynamic.1 }
     }
 
     /// Assembles force and rates from the outputs of the laws by sums and products.
@@ -279,9 +286,11 @@ impl<T: Real> HydraulicAxis<T> {
         let switches =
             |unit: &Self| (unit.leakage.external_from_piston_side, unit.end_stop.printed, unit.valve.load_check);
         let compensator = |unit: &Self| std::mem::discriminant(&unit.valve.compensator);
+        let held = |unit: &Self| unit.valve.counterbalances.map(|valve| valve.is_some());
         edges(self) == edges(other)
             && switches(self) == switches(other)
             && compensator(self) == compensator(other)
+            && held(self) == held(other)
             && self.friction.same_laws(&other.friction)
     }
 }

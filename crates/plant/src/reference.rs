@@ -214,7 +214,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         let (pa, pb) = (p1 - dynamic(a1), p2 - dynamic(a2));
 
         let valve = &c.valve;
-        let edge = |opening: f64, dp: f64| {
+        let edge = |opening: f64, dp: f64, leaking: f64| {
             let c0 = valve.nominal_flow / ((valve.stroke - valve.overlap) * valve.edge_pressure_drop.sqrt());
             let p_tr = valve.transition_pressure;
             let root = if dp.abs() < p_tr {
@@ -222,9 +222,8 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             } else {
                 dp.signum() * dp.abs().sqrt()
             };
-            c0 * opening.max(0.0) * root + valve.leakage * dp
+            c0 * opening.max(0.0) * root + valve.leakage * leaking * dp
         };
-        let returned = |port: usize, opening: f64, dp: f64| edge(opening * valve.return_ratio[port], dp);
         let (ps, pt) = (mains_pressure, m.supply.tank_pressure);
         let (extend, retract) = (xs - valve.overlap, -xs - valve.overlap);
         // Behind the compensator.
@@ -235,15 +234,51 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         };
         let travel = 0.01 * valve.stroke;
         let (connected, _) = flank((xs.abs() - (valve.overlap - travel).max(0.0)) / travel);
-        signal = signal.max(pt + connected * (if xs < 0.0 { pb } else { pa } - pt));
+        let fed_pressure = pt + connected * (if xs < 0.0 { pb } else { pa } - pt);
+        signal = signal.max(fed_pressure);
+        // Opening of the counterbalance valve of a port, if there is one: the port that is fed opens the other's.
+        let counterbalance = |port: usize| {
+            let pilot = if (port == 0) == (xs < 0.0) { fed_pressure } else { pt };
+            c.counterbalances[port].as_ref().map(|v| {
+                let share = ([pa, pb][port] + v.pilot_ratio * pilot - v.setting) / v.opening_pressure;
+                let part = |x: f64| {
+                    if x <= -0.1 {
+                        0.0
+                    } else if x < 0.1 {
+                        (x + 0.1).powi(2) / 0.4
+                    } else {
+                        x
+                    }
+                };
+                (part(share) - part(share - 1.0), v.nominal_flow / v.nominal_pressure_drop.sqrt())
+            })
+        };
+        let c0 = valve.nominal_flow / ((valve.stroke - valve.overlap) * valve.edge_pressure_drop.sqrt());
+        let returned = |port: usize, opening: f64, dp: f64| {
+            let opening = opening.max(0.0) * valve.return_ratio[port];
+            match counterbalance(port) {
+                Some((open, full)) if dp >= 0.0 => {
+                    let (own, other) = (open * full, c0 * opening);
+                    let series = own * other / (own * own + other * other + (1e-9 * full).powi(2)).sqrt();
+                    edge(series / c0, dp, open)
+                }
+                Some((open, _)) => edge(opening, dp, open),
+                None => edge(opening, dp, 1.0),
+            }
+        };
+        let sealed = |port: usize| counterbalance(port).map_or(1.0, |(open, _)| open);
         let checked = |flow: f64| if valve.load_check { flow.max(0.0) } else { flow };
         let from_supply = match valve.kind {
-            ValveKind::FourThree => [checked(edge(extend, drop_to(pa))), checked(edge(retract, drop_to(pb)))],
-            ValveKind::Regenerative => [edge(extend, ps - pa), edge(extend.max(retract), ps - pb)],
+            ValveKind::FourThree => {
+                [checked(edge(extend, drop_to(pa), sealed(0))), checked(edge(retract, drop_to(pb), sealed(1)))]
+            }
+            ValveKind::Regenerative => {
+                [edge(extend, ps - pa, sealed(0)), edge(extend.max(retract), ps - pb, sealed(1))]
+            }
         };
         let to_tank = match valve.kind {
             ValveKind::FourThree => [returned(0, retract, pa - pt), returned(1, extend, pb - pt)],
-            ValveKind::Regenerative => [edge(retract, pa - pt), edge(0.0, pb - pt)],
+            ValveKind::Regenerative => [returned(0, retract, pa - pt), returned(1, 0.0, pb - pt)],
         };
         let (q_a, q_b) = (from_supply[0] - to_tank[0], to_tank[1] - from_supply[1]);
         drawn += from_supply[0] + from_supply[1];

@@ -30,6 +30,10 @@ pub static MACHINE: &[Key] = &[
     Key::tables("joint", structure::JOINT).required().means("A joint between two links; the joints form one chain."),
     Key::tables("cylinder", hydraulics::CYLINDER).required().means("A double-acting cylinder; exactly one per joint."),
     Key::tables("valve", hydraulics::VALVE).required().means("The valve of a cylinder; exactly one per cylinder."),
+    Key::tables("counterbalance", hydraulics::COUNTERBALANCE)
+        .otherwise("none")
+        .means("A counterbalance valve on one side of a cylinder: it holds the load, and lets it down as the other side is fed.")
+        .source("theory/hydraulics/counterbalance.md"),
     Key::tables("friction", hydraulics::FRICTION)
         .required()
         .means("Seal friction of a cylinder; exactly one per cylinder."),

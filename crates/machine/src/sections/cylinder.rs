@@ -7,7 +7,7 @@ use crate::model::{Cylinder, EndStop, FourBar, Friction, Joint, JointKind, Leaka
 use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::chain::Chain;
-use crate::sections::{closure, friction, reference, valve, Result};
+use crate::sections::{closure, counterbalance, friction, reference, valve, Result};
 
 pub fn read<T: Number>(
     root: &Reader,
@@ -33,6 +33,7 @@ pub fn read<T: Number>(
         closure::check(table, &cylinder, &joints[index], links)?;
         cylinders.push(cylinder);
     }
+    counterbalance::read(root, &mut cylinders)?;
     Ok(cylinders)
 }
 
@@ -69,6 +70,7 @@ fn read_cylinder<T: Number>(
         end_stop: end_stop(table, travel.stroke.plain())?,
         pressure_rating: table.optional_quantity("pressure-rating")?,
         valve,
+        counterbalances: [None, None],
         friction,
     })
 }

@@ -3,6 +3,7 @@
 mod chain;
 mod closure;
 mod control;
+mod counterbalance;
 mod cylinder;
 mod errata;
 mod fluid;

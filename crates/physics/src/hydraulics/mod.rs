@@ -3,6 +3,7 @@
 pub mod chamber;
 pub mod compensator;
 pub mod connector;
+pub mod counterbalance;
 pub mod end_stop;
 pub mod fluid;
 pub mod leakage;

@@ -15,10 +15,14 @@
 //! With a load check valve the flows from the supply are not below zero: oil does not return from a port. A pressure compensator
 //! ([`super::compensator`]) takes its part of the drop from the supply to a port.
 //!
+//! Between a chamber and its port a counterbalance valve ([`super::counterbalance`]) may stand in series with the edge to the
+//! tank. It seals: the leakage of both edges of the port flows in proportion to its opening.
+//!
 //! Overlap closes both directions within +-overlap. Leakage (75) is laminar over each edge; unlike (75), which
 //! opens it on the closed edges only, it is always there, so the law stays smooth (an open edge drowns it).
 
 use super::compensator::Compensator;
+use super::counterbalance::Counterbalance;
 use super::load_sensing::Connection;
 use super::orifice::Orifice;
 use hydrocrane_num::{smooth, Real};
@@ -40,6 +44,8 @@ pub struct SpoolValve<T> {
     pub load_check: bool,
     pub compensator: Compensator<T>,
     pub connection: Connection<T>,
+    /// Of the piston side and of the rod side.
+    pub counterbalances: [Option<Counterbalance<T>>; 2],
 }
 
 impl<T: Copy> SpoolValve<T> {
@@ -55,7 +61,13 @@ impl<T: Copy> SpoolValve<T> {
             load_check: self.load_check,
             compensator: self.compensator.map(f),
             connection: self.connection.map(f),
+            counterbalances: self.counterbalances.map(|valve| valve.map(|valve| valve.map(f))),
         }
+    }
+
+    /// Whether a counterbalance valve makes the flow of one port depend on the pressure of the other.
+    pub fn couples_ports(&self) -> bool {
+        self.counterbalances.iter().any(Option::is_some)
     }
 }
 
@@ -82,8 +94,8 @@ pub struct EdgeFlows<T> {
 impl<T: Real> SpoolValve<T> {
     #[inline(always)]
     pub fn flows(&self, spool: T, p: &PortPressures<T>) -> EdgeFlows<T> {
-        let (supply_to_a, a_to_tank) = self.flows_at_a(spool, p.supply, p.load, p.tank, p.a);
-        let (supply_to_b, b_to_tank) = self.flows_at_b(spool, p.supply, p.load, p.tank, p.b);
+        let (supply_to_a, a_to_tank) = self.flows_at_a(spool, p);
+        let (supply_to_b, b_to_tank) = self.flows_at_b(spool, p);
         EdgeFlows { supply_to_a, a_to_tank, supply_to_b, b_to_tank }
     }
 
@@ -91,37 +103,60 @@ impl<T: Real> SpoolValve<T> {
     #[inline(always)]
     pub fn closed(&self, p: &PortPressures<T>) -> EdgeFlows<T> {
         let drop = |port: T| self.compensator.drop(p.supply, p.load, port);
+        let leakage = |port: usize, chamber: T| match &self.counterbalances[port] {
+            Some(valve) => self.leakage * valve.opening(chamber, p.tank),
+            None => self.leakage,
+        };
+        let (of_a, of_b) = (leakage(0, p.a), leakage(1, p.b));
         EdgeFlows {
-            supply_to_a: self.checked(self.leakage * drop(p.a)),
-            a_to_tank: self.leakage * (p.a - p.tank),
-            supply_to_b: self.checked(self.leakage * drop(p.b)),
-            b_to_tank: self.leakage * (p.b - p.tank),
+            supply_to_a: self.checked(of_a * drop(p.a)),
+            a_to_tank: of_a * (p.a - p.tank),
+            supply_to_b: self.checked(of_b * drop(p.b)),
+            b_to_tank: of_b * (p.b - p.tank),
         }
     }
 
-    /// Flows from the supply to port A and from there to the tank, m^3/s, at the pressure `a` of the port.
+    /// Flows from the supply to port A and from there to the tank, m^3/s.
     #[inline(always)]
-    pub fn flows_at_a(&self, spool: T, supply: T, load: T, tank: T, a: T) -> (T, T) {
+    pub fn flows_at_a(&self, spool: T, p: &PortPressures<T>) -> (T, T) {
         let (extend, retract) = self.openings(spool);
-        let (fed, drained) = (self.compensator.drop(supply, load, a), a - tank);
+        let (fed, drained) = (self.compensator.drop(p.supply, p.load, p.a), p.a - p.tank);
         // At most one edge of a port is open: one root per port serves both.
         let per_opening = self.edge_a.flow_per_opening(T::select(spool.lt(T::c(0.0)), drained, fed));
-        let from_supply = self.checked(extend * per_opening + self.leakage * fed);
-        (from_supply, self.return_ratio[0] * retract * per_opening + self.leakage * drained)
+        let (share, leakage) = self.held(0, spool, self.return_ratio[0] * retract, p);
+        let from_supply = self.checked(extend * per_opening + leakage * fed);
+        (from_supply, share * per_opening + leakage * drained)
     }
 
     /// The same for port B.
     #[inline(always)]
-    pub fn flows_at_b(&self, spool: T, supply: T, load: T, tank: T, b: T) -> (T, T) {
+    pub fn flows_at_b(&self, spool: T, p: &PortPressures<T>) -> (T, T) {
         let (extend, retract) = self.openings(spool);
-        let (fed, drained) = (self.compensator.drop(supply, load, b), b - tank);
+        let (fed, drained) = (self.compensator.drop(p.supply, p.load, p.b), p.b - p.tank);
         let zero = T::c(0.0);
         let regenerative = zero.lt(self.regenerative);
         let per_opening = self.edge_b.flow_per_opening(T::select(regenerative | spool.lt(zero), fed, drained));
         let to_supply = T::select(regenerative, extend + retract, retract);
         let to_tank = T::select(regenerative, zero, extend);
-        let from_supply = self.checked(to_supply * per_opening + self.leakage * fed);
-        (from_supply, self.return_ratio[1] * to_tank * per_opening + self.leakage * drained)
+        let (share, leakage) = self.held(1, spool, self.return_ratio[1] * to_tank, p);
+        let from_supply = self.checked(to_supply * per_opening + leakage * fed);
+        (from_supply, share * per_opening + leakage * drained)
+    }
+
+    /// Opening (m) of the edge from a `port` to the tank that is left behind its counterbalance valve, if there is one, and the leakage
+    /// that this lets pass.
+    #[inline(always)]
+    fn held(&self, port: usize, spool: T, opening: T, p: &PortPressures<T>) -> (T, T) {
+        let Some(valve) = &self.counterbalances[port] else { return (opening, self.leakage) };
+        let (chamber, edge) = if port == 0 { (p.a, &self.edge_a) } else { (p.b, &self.edge_b) };
+        // The other port opens the valve while it is fed.
+        let fed = self.connection.signal(spool, [p.a, p.b], p.tank);
+        let extends = T::c(0.0).le(spool);
+        let pilot = if port == 0 { T::select(extends, p.tank, fed) } else { T::select(extends, fed, p.tank) };
+        let open = valve.opening(chamber, pilot);
+        let held = valve.in_series(open, edge.coefficient * opening) / edge.coefficient;
+        // Into the chamber the check valve is open.
+        (T::select(chamber.lt(p.tank), opening, held), self.leakage * open)
     }
 
     /// Losses of the compensator at the edges to port A and to port B, W, with the flows through `edges`.
@@ -195,6 +230,7 @@ mod tests {
             load_check: false,
             compensator: Compensator::None,
             connection: Connection { begins: 0.0, travel: 1e-3 },
+            counterbalances: [None; 2],
         }
     }
 
@@ -266,6 +302,24 @@ mod tests {
             assert!(((P.supply - a - 8e5) * wanted / lost - 1.0).abs() < 1e-9);
             assert_eq!(none, 0.0);
         }
+    }
+
+    #[test]
+    fn a_counterbalance_valve_holds_until_the_other_port_is_fed() {
+        let counterbalance =
+            Counterbalance { setting: 120e5, pilot_ratio: 3.0, opening_pressure: 30e5, coefficient: 1e-6 };
+        let plain = SpoolValve { leakage: 1e-13, ..valve(false, 0.0) };
+        let held = SpoolValve { counterbalances: [Some(counterbalance), None], ..plain };
+        // 60 bar hold until the other port has 20 bar.
+        for (b, holds) in [(0.0, true), (10e5, true), (45e5, false)] {
+            let p = PortPressures { b, ..P };
+            let (down, free) = (held.flows(-0.02, &p), plain.flows(-0.02, &p));
+            assert_eq!(down.a_to_tank == 0.0, holds, "{b}");
+            assert!(down.a_to_tank < free.a_to_tank && down.supply_to_b == free.supply_to_b);
+        }
+        // In the middle it seals, upwards it is no hindrance.
+        assert_eq!(held.flows(0.0, &P).a_to_tank, 0.0);
+        assert!((held.flows(0.02, &P).supply_to_a / plain.flows(0.02, &P).supply_to_a - 1.0).abs() < 1e-5);
     }
 
     #[test]

@@ -10,6 +10,7 @@ mod ground;
 mod integrators;
 mod keep_out;
 mod ledger;
+mod load_holding;
 mod load_sensing;
 mod outcomes;
 mod parity;

@@ -35,7 +35,7 @@ fn models() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     MACHINES.into_iter().flat_map(|name| [(name, model(name)), (name, frictionless(name))])
 }
 
-/// Fixed pumps, torque limits, soft hoses, unloading and flow sharing on chains of one and three joints.
+/// Fixed pumps, torque limits, soft hoses, unloading, flow sharing and counterbalance valves on chains of one and three joints.
 fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     let fixed = r#"
         [pump.main]
@@ -61,8 +61,20 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     "#;
     let unloaded = fixed.replace("[mains]", "ls-margin = \"15 bar\"\n[mains]");
     let sharing = limited.replace("pressure-compensated", "load-sensing").replace("[mains]", "ls-margin = \"25 bar\"\n[mains]")
-        + "[valve.lift]\ncompensator = \"behind-spool\"\n[valve.tilt]\ncompensator = \"before-spool\"\ncompensator-setting = \"9 bar\"";
+        + "[valve.lift]\ncompensator = \"behind-spool\"\n[valve.tilt]\ncompensator = \"before-spool\"\ncompensator-setting = \"9 bar\"\n";
+    let holding = |cylinder: &str, side: &str| {
+        format!(
+            "[counterbalance.{cylinder}-{side}]\ncylinder = \"{cylinder}\"\nside = \"{side}\"\nsetting = \"120 bar\"\npilot-ratio = 3.5\n\
+             nominal-flow = \"40 l/min\"\nnominal-pressure-drop = \"8 bar\"\n"
+        )
+    };
+    let on_both_sides = ["piston-side", "rod-side"].map(|side| holding("test", side)).concat();
+    let held = unloaded.clone() + &on_both_sides;
+    let lifting = sharing.clone() + &holding("lift", "piston-side") + &holding("tilt", "rod-side");
     [
+        ("single-cylinder", on_both_sides),
+        ("single-cylinder", held),
+        ("hiab-xs031", lifting),
         ("hiab-xs031", fixed.to_string()),
         ("single-cylinder", fixed.to_string()),
         ("hiab-xs031", limited.to_string()),

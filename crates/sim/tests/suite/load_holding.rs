@@ -1,0 +1,115 @@
+//! Counterbalance valves in a whole machine: they hold, and lower at the speed of the oil that is fed, whatever the pilot ratio.
+
+use crate::extended;
+use crate::supply::{options, output, rows};
+use hydrocrane_machine::parse;
+use hydrocrane_sim::{simulate, Commands, EquilibriumMode, Model, OutcomeKind, Run, RunOptions};
+use std::sync::Arc;
+
+const SETTING: f64 = 60e5;
+const OPENING: f64 = 30e5;
+const FLOW: f64 = 20e-3 / 60.0;
+const DROP: f64 = 10e5;
+/// Of the valve's edges, at 8 bar.
+const EDGE_FLOW: f64 = 6e-3 / 60.0;
+const COMPENSATED: f64 = 8e5;
+const STROKE: f64 = 0.05;
+
+/// A mass that hangs on a cylinder without friction: its rod side carries it.
+fn hanging(more: &str) -> Arc<dyn Model> {
+    let text = format!(
+        "[friction.test]\nmodel = \"static\"\ncoulomb = 0\nbreakaway = 0\nviscous-exponent = 1\nviscous = \"0 N s/m\"\n\
+         [valve.test]\nnominal-flow = \"6 l/min\"\nnominal-pressure-drop = \"16 bar\"\ncompensator = \"before-spool\"\n\
+         compensator-setting = \"8 bar\"\n{more}"
+    );
+    extended("single-cylinder", &text)
+}
+
+fn counterbalance(ratio: f64) -> String {
+    format!(
+        "[counterbalance.load]\ncylinder = \"test\"\nside = \"rod-side\"\nsetting = \"60 bar\"\npilot-ratio = {ratio}\n\
+         opening-pressure = \"30 bar\"\nnominal-flow = \"20 l/min\"\nnominal-pressure-drop = \"10 bar\"\n"
+    )
+}
+
+/// From rest at `q` (m) with the spool at `spool` (m).
+fn moved(m: &dyn Model, q: f64, spool: f64, end: f64) -> Run {
+    let options = RunOptions { payload: 300.0, ..options("rodas5p") };
+    let start = m.equilibrium(&[q], EquilibriumMode::Hold, options.payload).expect("a pose");
+    let commands = Commands { times: vec![0.0, 0.1, 0.6], values: vec![0.0, 0.0, spool], linear: true };
+    let record: Vec<f64> = (0..=(end * 100.0) as usize).map(|i| i as f64 / 100.0).collect();
+    let run = simulate(m, &start, end, &commands, &record, &options, &mut |_| true);
+    assert_eq!(run.outcome.kind, OutcomeKind::Completed, "{}", run.outcome.message);
+    run
+}
+
+#[test]
+fn the_load_sinks_at_the_speed_of_the_oil_that_is_fed_at_every_pilot_ratio() {
+    let spool = 0.01;
+    for ratio in [1.0, 3.0, 8.0] {
+        let m = hanging(&counterbalance(ratio));
+        let run = moved(m.as_ref(), -0.1, spool, 6.0);
+        let x = rows(m.as_ref(), &run).pop().expect("a row");
+        let cylinder = &m.machine().cylinders[0];
+        let a1 = std::f64::consts::FRAC_PI_4 * cylinder.bore.powi(2);
+        let a2 = a1 - std::f64::consts::FRAC_PI_4 * cylinder.rod_diameter.powi(2);
+        let tank = m.machine().supply.tank_pressure;
+        // The compensator sets the flow into the piston side, that the speed, that the flow out of the rod side.
+        let v = EDGE_FLOW * spool / STROKE / a1;
+        assert!((output(m.as_ref(), x, "cylinder.test.v") / v - 1.0).abs() < 2e-3, "{ratio}: {v}");
+        // Weight and flow give both pressures.
+        let mass = 300.0 + m.machine().links[1].mass;
+        let flow = |p2: f64| {
+            let p1 = (p2 * a2 - mass * m.machine().gravity.abs()) / a1;
+            let open = ((p2 + ratio * p1 - SETTING) / OPENING).clamp(0.0, 1.0);
+            let (own, edge) = (FLOW / DROP.sqrt() * open, EDGE_FLOW / COMPENSATED.sqrt() * spool / STROKE);
+            if open == 0.0 {
+                0.0
+            } else {
+                (p2 - tank).sqrt() / (own.powi(-2) + edge.powi(-2)).sqrt()
+            }
+        };
+        let (mut low, mut high) = (mass * m.machine().gravity.abs() / a2, 300e5);
+        for _ in 0..100 {
+            let middle = 0.5 * (low + high);
+            if flow(middle) < v * a2 {
+                low = middle
+            } else {
+                high = middle
+            }
+        }
+        let p2 = x[m.layout().p2(0)];
+        println!("ratio {ratio}: {:.2} bar, by hand {:.2} bar", p2 / 1e5, low / 1e5);
+        assert!((p2 / low - 1.0).abs() < 0.01, "{ratio}: {p2} {low}");
+    }
+}
+
+#[test]
+fn behind_a_closed_spool_nothing_creeps_through_its_leakage() {
+    let leaking = "leakage = \"1e-12 m^3/(s Pa)\"\n";
+    let sunk = |m: Arc<dyn Model>| {
+        let run = moved(m.as_ref(), 0.1, 0.0, 20.0);
+        let rows = rows(m.as_ref(), &run);
+        output(m.as_ref(), rows[rows.len() - 1], "cylinder.test.x") - output(m.as_ref(), rows[0], "cylinder.test.x")
+    };
+    let (held, free) = (sunk(hanging(&format!("{leaking}{}", counterbalance(3.0)))), sunk(hanging(leaking)));
+    println!("{held} m with a counterbalance valve, {free} m without");
+    assert!(free > 5e-3 && held.abs() < 0.2 * free, "{held} {free}");
+}
+
+#[test]
+fn a_counterbalance_valve_that_cannot_be_is_said() {
+    let refused = |base: &str, more: &str| {
+        let text = format!("extends = \"{base}\"\n[machine]\nclass = \"assumed\"\n{more}");
+        parse(&text, "held.toml", &[]).unwrap_err().to_string()
+    };
+    let twice = counterbalance(3.0) + &counterbalance(3.0).replace("counterbalance.load", "counterbalance.other");
+    assert!(refused("single-cylinder", &twice).contains("already"));
+    let regenerative = counterbalance(3.0).replace("\"test\"", "\"extension\"");
+    assert!(refused("rottne-f9-lab", &regenerative).contains("regenerative"));
+    let unknown = counterbalance(3.0).replace("\"test\"", "\"tset\"");
+    let shown = refused("single-cylinder", &unknown);
+    assert!(shown.contains("no cylinder `tset`") && shown.contains("test"), "{shown}");
+    let sideless = counterbalance(3.0).replace("rod-side", "rod");
+    assert!(refused("single-cylinder", &sideless).contains("rod-side"));
+}
