@@ -160,7 +160,8 @@ impl<L: Real> Lifted<L> {
         };
         let [v, p1, p2, spool] =
             [Dual::variable(s.v, 0), Dual::variable(s.p1, 1), Dual::variable(s.p2, 2), Dual::variable(s.spool, 3)];
-        [self.coupled.port_a(&pressures, v, [p1, p2], spool), self.coupled.port_b(&pressures, v, [p1, p2], spool)]
+        let ports = self.coupled.ports(&pressures, v, [p1, p2]);
+        [self.coupled.port_a(&ports, spool), self.coupled.port_b(&ports, spool)]
     }
 
     /// Derivative of a friction map minus its secant F/v through standstill; zero with bristles.
@@ -224,17 +225,15 @@ impl<L: Real> Lifted<L> {
     #[inline(always)]
     fn port_a(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> Port<WithDerivatives<L>> {
         let [v, p1, spool] = [Dual::variable(s.v, 0), Dual::variable(s.p1, 1), Dual::variable(s.spool, 2)];
-        let p = [p1, Dual::constant(s.p2)];
-        let port = self.ports.port_a(&supply_pressures.map(&mut Dual::constant), v, p, spool);
-        port.map(|number| number.among([V, P1, SPOOL]))
+        let ports = self.ports.ports(&supply_pressures.map(&mut Dual::constant), v, [p1, Dual::constant(s.p2)]);
+        self.ports.port_a(&ports, spool).map(|number| number.among([V, P1, SPOOL]))
     }
 
     #[inline(always)]
     fn port_b(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> Port<WithDerivatives<L>> {
         let [v, p2, spool] = [Dual::variable(s.v, 0), Dual::variable(s.p2, 1), Dual::variable(s.spool, 2)];
-        let p = [Dual::constant(s.p1), p2];
-        let port = self.ports.port_b(&supply_pressures.map(&mut Dual::constant), v, p, spool);
-        port.map(|number| number.among([V, P2, SPOOL]))
+        let ports = self.ports.ports(&supply_pressures.map(&mut Dual::constant), v, [Dual::constant(s.p1), p2]);
+        self.ports.port_b(&ports, spool).map(|number| number.among([V, P2, SPOOL]))
     }
 
     #[inline(always)]

@@ -208,9 +208,10 @@ impl<T: Copy> FrictionOutput<T> {
 impl<T: Real> HydraulicAxis<T> {
     #[inline(always)]
     pub fn rates(&self, fluid: &Fluid<T>, supply_pressures: &SupplyPressures<T>, s: &LocalState<T>) -> LocalRates<T> {
+        let ports = self.ports(supply_pressures, s.v, [s.p1, s.p2]);
         let outputs = LawOutputs {
-            port_a: self.port_a(supply_pressures, s.v, [s.p1, s.p2], s.spool),
-            port_b: self.port_b(supply_pressures, s.v, [s.p1, s.p2], s.spool),
+            port_a: self.port_a(&ports, s.spool),
+            port_b: self.port_b(&ports, s.spool),
             bulk: (fluid.bulk_modulus(s.p1), fluid.bulk_modulus(s.p2)),
             friction: self.friction.evaluate(s.v, s.z),
             stops: self.end_stop.force(s.x, s.v),
@@ -218,24 +219,23 @@ impl<T: Real> HydraulicAxis<T> {
         self.assemble(supply_pressures, s, &outputs)
     }
 
-    /// Port A at the pressures `p` of both chambers; that of the other one counts with a counterbalance valve only.
+    /// Flows of port A; the pressure of port B counts with a counterbalance valve only.
     #[inline(always)]
-    pub fn port_a(&self, supply_pressures: &SupplyPressures<T>, v: T, p: [T; 2], spool: T) -> Port<T> {
-        let ports = self.ports(supply_pressures, v, p);
-        let (fed, drained) = self.valve.flows_at_a(spool, &ports);
+    pub fn port_a(&self, ports: &PortPressures<T>, spool: T) -> Port<T> {
+        let (fed, drained) = self.valve.flows_at_a(spool, ports);
         Port { pressure: ports.a, fed, drained }
     }
 
-    /// Port B, likewise.
+    /// Flows of port B, likewise.
     #[inline(always)]
-    pub fn port_b(&self, supply_pressures: &SupplyPressures<T>, v: T, p: [T; 2], spool: T) -> Port<T> {
-        let ports = self.ports(supply_pressures, v, p);
-        let (fed, drained) = self.valve.flows_at_b(spool, &ports);
+    pub fn port_b(&self, ports: &PortPressures<T>, spool: T) -> Port<T> {
+        let (fed, drained) = self.valve.flows_at_b(spool, ports);
         Port { pressure: ports.b, fed, drained }
     }
 
+    /// Pressures around the valve, with those of both chambers.
     #[inline(always)]
-    fn ports(&self, supply_pressures: &SupplyPressures<T>, v: T, [p1, p2]: [T; 2]) -> PortPressures<T> {
+    pub fn ports(&self, supply_pressures: &SupplyPressures<T>, v: T, [p1, p2]: [T; 2]) -> PortPressures<T> {
         let SupplyPressures { supply, load, tank } = *supply_pressures;
         let dynamic = self.connector.dynamic_pressures(v);
         PortPressures { supply, load, tank, a: p1 - dynamic.0, b: p2 - dynamic.1 }

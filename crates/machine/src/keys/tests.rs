@@ -54,6 +54,13 @@ const MACHINE_WITH_MORE: &str = r#"
     measures = "cylinder.jib.x"
     kind = "wire-potentiometer"
     span = "1 m"
+    [counterbalance.lift]
+    cylinder = "lift"
+    side = "piston-side"
+    setting = "120 bar"
+    pilot-ratio = 4
+    nominal-flow = "40 l/min"
+    nominal-pressure-drop = "10 bar"
 "#;
 const SCENARIO_WITH_MORE: &str = r#"
     [scenario]
