@@ -7,6 +7,7 @@
 use crate::axis_derivatives::{Piston, RateDerivatives, SupplyDerivatives};
 use crate::axis_group::{AxisGroup, Member};
 use crate::layout::Layout;
+use crate::plant::moving_stroke;
 use crate::rhs::{joint_state, write_joints, Accelerated, Evaluator, Placed};
 use hydrocrane_num::{Pack, Real};
 use hydrocrane_ode::{BlockArrow, SharedDerivatives};
@@ -69,7 +70,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         let mut placed = Placed { pose, rates, positions: none, lever_arms: none, velocities: none };
         let mut lever_arm_derivatives = none;
         for c in 0..N {
-            let (position, lever_arm) = self.pistons[c].stroke(&pose.joints[c].moving());
+            let (position, lever_arm) = moving_stroke(&self.pistons[c], &pose.joints[c]);
             placed.positions[c] = position.value;
             placed.lever_arms[c] = lever_arm.value;
             placed.velocities[c] = lever_arm.value * rates[c];

@@ -15,7 +15,7 @@ use std::cell::RefCell;
 /// Up to [`WIDTH`] parameters, carried by one pass of dual numbers.
 pub struct Group<const N: usize> {
     pub inputs: Inputs<Differentiated, N>,
-    evaluator: Evaluator<Differentiated, Differentiated, N>,
+    pub evaluator: Evaluator<Differentiated, Differentiated, N>,
     /// Index of the first of them, and how many there are.
     pub first: usize,
     pub count: usize,
