@@ -87,14 +87,19 @@ impl<T: Real, const N: usize> Plant<T, N> {
     /// Accelerations of the chain under net cylinder forces (N).
     #[inline(always)]
     pub fn accelerate(&self, placed: &Placed<T, N>, forces: &[T; N], payload: T) -> Accelerated<T, N> {
-        let equations = self.mechanics.equations(&placed.pose, &placed.rates, payload);
-        let mut driving = [T::c(0.0); N];
-        for c in 0..N {
-            driving[c] = placed.lever_arms[c] * forces[c] - equations.bias[c];
-        }
-        self.add_contact(&placed.pose, &placed.rates, payload, &mut driving);
-        let mass = Spd::new(&equations.mass_matrix);
-        Accelerated { mass, qdd: mass.solve(&driving) }
+        T::outlined_if_dual(
+            #[inline(always)]
+            || {
+                let equations = self.mechanics.equations(&placed.pose, &placed.rates, payload);
+                let mut driving = [T::c(0.0); N];
+                for c in 0..N {
+                    driving[c] = placed.lever_arms[c] * forces[c] - equations.bias[c];
+                }
+                self.add_contact(&placed.pose, &placed.rates, payload, &mut driving);
+                let mass = Spd::new(&equations.mass_matrix);
+                Accelerated { mass, qdd: mass.solve(&driving) }
+            },
+        )
     }
 }
 
@@ -111,8 +116,13 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
     /// Positions and velocities, with the sines and cosines of the joints side by side.
     #[inline(always)]
     fn place(&self, layout: &Layout, x: &[T]) -> Placed<T, N> {
-        let (q, rates) = joint_state::<T, N>(layout, x);
-        self.plant.place_at(self.pose(&q), rates)
+        T::outlined_if_dual(
+            #[inline(always)]
+            || {
+                let (q, rates) = joint_state::<T, N>(layout, x);
+                self.plant.place_at(self.pose(&q), rates)
+            },
+        )
     }
 
     /// The pose of the chain, likewise.
