@@ -46,20 +46,30 @@ impl<S: Real, const N: usize> Dual<S, N> {
     /// always inlined.
     #[inline(always)]
     fn each(self, value: S, f: impl Fn(S) -> S) -> Self {
-        let mut derivative = self.derivative;
-        for i in 0..N {
-            derivative[i] = f(derivative[i]);
-        }
-        Dual { value, derivative }
+        S::outlined_if_dual(
+            #[inline(always)]
+            || {
+                let mut derivative = self.derivative;
+                for i in 0..N {
+                    derivative[i] = f(derivative[i]);
+                }
+                Dual { value, derivative }
+            },
+        )
     }
 
     #[inline(always)]
     fn zip(self, other: Self, value: S, f: impl Fn(S, S) -> S) -> Self {
-        let mut derivative = self.derivative;
-        for i in 0..N {
-            derivative[i] = f(derivative[i], other.derivative[i]);
-        }
-        Dual { value, derivative }
+        S::outlined_if_dual(
+            #[inline(always)]
+            || {
+                let mut derivative = self.derivative;
+                for i in 0..N {
+                    derivative[i] = f(derivative[i], other.derivative[i]);
+                }
+                Dual { value, derivative }
+            },
+        )
     }
 }
 
@@ -189,6 +199,10 @@ impl<S: Real, const N: usize> Real for Dual<S, N> {
     }
     #[inline(always)]
     fn outlined<O>(f: impl FnMut() -> O) -> O {
+        S::outlined(f)
+    }
+    #[inline(always)]
+    fn outlined_if_dual<O>(f: impl FnMut() -> O) -> O {
         S::outlined(f)
     }
     #[inline(always)]

@@ -63,6 +63,13 @@ pub trait Real: Field + Add<f64, Output = Self> + Sub<f64, Output = Self> + Div<
         f()
     }
 
+    /// As [`outlined`](Real::outlined) if this is a dual number, else in line: what is short for plain numbers and lanes is
+    /// long for dual numbers, and most of what a build takes time for.
+    #[inline(always)]
+    fn outlined_if_dual<O>(mut f: impl FnMut() -> O) -> O {
+        f()
+    }
+
     fn sqrt(self) -> Self;
     fn exp(self) -> Self;
     fn ln(self) -> Self;

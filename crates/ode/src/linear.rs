@@ -2,6 +2,7 @@
 
 use crate::axis::ScalarOver;
 use crate::block_arrow::{BlockArrow, StateBlocks};
+use crate::rows::with_avx2;
 use crate::schur::SchurFactors;
 use hydrocrane_num::dense::Inverse;
 
@@ -121,5 +122,23 @@ impl<T: ScalarOver<f64>> Factored<T> {
             Some(jacobian) => self.schur.solve(jacobian, k),
             None => self.inverse.solve(k),
         }
+    }
+}
+
+// Long code, a part for each size of the border: one function for all stages of all methods.
+impl Factored<f64> {
+    /// [`Self::factor`]
+    #[inline(never)]
+    pub fn factor_outlined(&mut self, at: &Linearisation, shift: f64) -> bool {
+        self.factor(at, shift)
+    }
+
+    /// [`Self::solve`]
+    #[inline(never)]
+    pub fn solve_outlined(&self, at: &Linearisation, k: &mut [f64]) {
+        with_avx2(
+            #[inline(always)]
+            || self.solve(at, k),
+        );
     }
 }

@@ -197,7 +197,7 @@ impl Linearised<Block> for Step<'_> {
 
     #[inline(always)]
     fn solve(&self, r: &mut [Block]) {
-        self.factored.solve(self.linearisation, self.shape.states_mut(r));
+        self.factored.solve_outlined(self.linearisation, self.shape.states_mut(r));
     }
 }
 
@@ -214,7 +214,7 @@ impl Method for Rodas5p {
 
     fn attempt(&mut self, system: &dyn System, t: f64, h: f64, x: &[f64], to: &mut Target) -> bool {
         self.effort.factorisations += 1;
-        if !self.factored.factor(&self.linearisation, 1.0 / (h * GAMMA)) {
+        if !self.factored.factor_outlined(&self.linearisation, 1.0 / (h * GAMMA)) {
             return false;
         }
         let Rodas5p { shape, linearisation, factored, time_derivative, k, start, argument, .. } = self;

@@ -86,7 +86,7 @@ impl Rosenbrock3 {
             }
         };
         drift(first, GAMMA);
-        factored.solve(linearisation, first);
+        factored.solve_outlined(linearisation, first);
         for (argument, (x, k)) in argument.iter_mut().zip(x.iter().zip(&*first)) {
             *argument = *x + *k * (NODE / GAMMA);
         }
@@ -97,17 +97,17 @@ impl Rosenbrock3 {
             *second = inverse * *first * p4 + *ahead * q3;
         }
         drift(second, P[2] + Q[1]);
-        factored.solve(linearisation, second);
+        factored.solve_outlined(linearisation, second);
         for (third, ((first, second), ahead)) in third.iter_mut().zip(first.iter().zip(&*second).zip(&*ahead)) {
             *third = inverse * (*first * p3 + *second * (1.0 / GAMMA)) + *ahead * q2;
         }
         drift(third, P[1] + P[2] + Q[0] + Q[1]);
-        factored.solve(linearisation, third);
+        factored.solve_outlined(linearisation, third);
         for (fourth, (first, third)) in fourth.iter_mut().zip(first.iter().zip(&*third)) {
             *fourth = inverse * (*first * p2 + *third * (1.0 / GAMMA));
         }
         drift(fourth, 1.0 - GAMMA);
-        factored.solve(linearisation, fourth);
+        factored.solve_outlined(linearisation, fourth);
     }
 }
 
@@ -128,7 +128,7 @@ impl Method for Rosenbrock3 {
 
     fn attempt(&mut self, system: &dyn System, t: f64, h: f64, x: &[f64], to: &mut Target) -> bool {
         self.effort.factorisations += 1;
-        if !self.factored.factor(&self.linearisation, 1.0 / (h * GAMMA)) {
+        if !self.factored.factor_outlined(&self.linearisation, 1.0 / (h * GAMMA)) {
             return false;
         }
         self.start.copy_from_slice(x);

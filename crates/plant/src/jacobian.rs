@@ -7,8 +7,10 @@
 use crate::axis_derivatives::{Piston, RateDerivatives, SupplyDerivatives};
 use crate::axis_group::{AxisGroup, Member};
 use crate::layout::Layout;
+use crate::plant::moving_stroke;
 use crate::rhs::{joint_state, write_joints, Accelerated, Evaluator, Placed};
 use crate::shared_states::{DRAWN, SIGNAL};
+use hydrocrane_num::small::Spd;
 use hydrocrane_num::{Pack, Real};
 use hydrocrane_ode::{BlockArrow, Row, SharedDerivatives, MAX_ACTING};
 
@@ -16,7 +18,10 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
     /// Writes the state derivative and its Jacobian.
     #[inline(always)]
     pub fn linearise(&self, layout: &Layout, x: &[T], u: &[T], payload: T, dx: &mut [T], jacobian: &mut BlockArrow<T>) {
-        let (placed, lever_arm_derivatives) = self.place_moving(layout, x);
+        let (placed, lever_arm_derivatives) = T::outlined_if_dual(
+            #[inline(always)]
+            || self.place_moving(layout, x),
+        );
         let pressures = self.pressures(layout, x);
         let mut shared = self.plant.mains(layout).and(jacobian.shared.take());
         let (mut forces, mut demand) = ([T::c(0.0); N], self.plant.no_demand());
@@ -75,7 +80,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         let mut placed = Placed { pose, rates, positions: none, lever_arms: none, velocities: none };
         let mut lever_arm_derivatives = none;
         for c in 0..N {
-            let (position, lever_arm) = self.pistons[c].stroke(&pose.joints[c].moving());
+            let (position, lever_arm) = moving_stroke(&self.pistons[c], &pose.joints[c]);
             placed.positions[c] = position.value;
             placed.lever_arms[c] = lever_arm.value;
             placed.velocities[c] = lever_arm.value * rates[c];
@@ -97,9 +102,15 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
     ) {
         let Accelerated { mass, qdd } = accelerated;
         let mechanics = &self.plant.mechanics;
-        let mut needed = mechanics.force_derivatives(&placed.pose, &placed.rates, qdd, payload);
+        let mut needed = T::outlined_if_dual(
+            #[inline(always)]
+            || mechanics.force_derivatives(&placed.pose, &placed.rates, qdd, payload),
+        );
         if let Some(ground) = &self.ground {
-            let given = mechanics.contact_derivatives(ground, &placed.pose, &placed.rates, payload);
+            let given = T::outlined_if_dual(
+                #[inline(always)]
+                || mechanics.contact_derivatives(ground, &placed.pose, &placed.rates, payload),
+            );
             for j in 0..N {
                 for c in 0..N {
                     needed.by_q[j][c] -= given.by_q[j][c];
@@ -119,8 +130,8 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
             along_q[c] += forces[c] * lever_arm_derivatives[c] + lever_arm * derivatives.force.q;
             along_qd[c] += lever_arm * derivatives.force.qd;
             unit[c] = lever_arm;
-            let (along_q, along_qd) = (mass.solve(&along_q), mass.solve(&along_qd));
-            derivatives.response[..N].copy_from_slice(&mass.solve(&unit));
+            let (along_q, along_qd) = (solve(mass, &along_q), solve(mass, &along_qd));
+            derivatives.response[..N].copy_from_slice(&solve(mass, &unit));
             for j in 0..N {
                 out.by_q[j][c] = along_q[j];
                 out.by_qd[j][c] = along_qd[j];
@@ -141,6 +152,14 @@ fn keep_highest<T: Real>(signals: &[T], tank: T, derivatives: &mut [Row<T>]) -> 
         *row = row.map(|derivative| T::select(lower, T::c(0.0), derivative));
     }
     highest
+}
+
+#[inline(always)]
+fn solve<T: Real, const N: usize>(mass: &Spd<T, N>, right: &[T; N]) -> [T; N] {
+    T::outlined_if_dual(
+        #[inline(always)]
+        || mass.solve(right),
+    )
 }
 
 impl<L: Real> AxisGroup<L> {

@@ -2,10 +2,11 @@
 
 use crate::hydraulic_axis::{HydraulicAxis, SupplyPressures};
 use crate::supply::Supply;
-use hydrocrane_num::Real;
+use hydrocrane_num::{Dual, Real, Vec2};
 use hydrocrane_physics::dynamics::ground::Ground;
 use hydrocrane_physics::dynamics::Mechanics;
 use hydrocrane_physics::geometry::chain::ChainPose;
+use hydrocrane_physics::geometry::frames::JointPose;
 use hydrocrane_physics::geometry::stroke::Actuation;
 use hydrocrane_physics::hydraulics::compensator::Compensator;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
@@ -43,7 +44,7 @@ impl<T: Copy, const N: usize> Plant<T, N> {
 impl<T: Real, const N: usize> Plant<T, N> {
     /// Piston positions (m) and lever arms, their derivatives by their joint's coordinate.
     pub fn strokes(&self, pose: &ChainPose<T, N>) -> [(T, T); N] {
-        std::array::from_fn(|c| self.actuations[c].stroke(&pose.joints[c]))
+        std::array::from_fn(|c| stroke(&self.actuations[c], &pose.joints[c]))
     }
 
     /// Whether every piston is inside its cylinder and every linkage closes.
@@ -68,8 +69,9 @@ impl<T: Real, const N: usize> Plant<T, N> {
     #[inline(always)]
     pub fn add_contact(&self, pose: &ChainPose<T, N>, rates: &[T; N], payload: T, driving: &mut [T; N]) {
         let Some(ground) = &self.ground else { return };
-        let contact = self.mechanics.contact(ground, pose, rates, payload);
-        let along = self.mechanics.along_joints(pose, contact.force);
+        let force =
+            contact_force(ground, self.mechanics.tip_position(pose), self.mechanics.tip_velocity(pose, rates), payload);
+        let along = self.mechanics.along_joints(pose, force);
         for j in 0..N {
             driving[j] += along[j];
         }
@@ -87,4 +89,33 @@ impl<T: Real, const N: usize> Plant<T, N> {
         let strokes = self.strokes(&pose);
         std::array::from_fn(|j| bias[j] / strokes[j].1)
     }
+}
+
+// In dual numbers, functions of their own for all lengths of chains.
+
+/// Piston position (m) and lever arm of a cylinder.
+#[inline(always)]
+pub fn stroke<T: Real>(actuation: &Actuation<T>, pose: &JointPose<T>) -> (T, T) {
+    T::outlined_if_dual(
+        #[inline(always)]
+        || actuation.stroke(pose),
+    )
+}
+
+/// The same with their derivatives by the joint.
+#[inline(always)]
+pub fn moving_stroke<T: Real>(actuation: &Actuation<Dual<T, 1>>, pose: &JointPose<T>) -> (Dual<T, 1>, Dual<T, 1>) {
+    T::outlined_if_dual(
+        #[inline(always)]
+        || actuation.stroke(&pose.moving()),
+    )
+}
+
+/// Force of the ground, N.
+#[inline(always)]
+fn contact_force<T: Real>(ground: &Ground<T>, tip: Vec2<T>, v: Vec2<T>, payload: T) -> Vec2<T> {
+    T::outlined_if_dual(
+        #[inline(always)]
+        || ground.contact(tip, v, payload).force,
+    )
 }

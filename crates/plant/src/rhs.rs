@@ -4,7 +4,7 @@ use crate::axis_group::{AxisGroup, Member};
 use crate::hydraulic_axis::{LocalRates, LocalState, SupplyPressures};
 use crate::layout::Layout;
 use crate::ledger::{supply_powers, LEDGER_PER_CYLINDER, SUPPLY_TERMS};
-use crate::plant::Plant;
+use crate::plant::{stroke, Plant};
 use hydrocrane_num::small::Spd;
 use hydrocrane_num::{Dual, Pack, Real};
 use hydrocrane_ode::AxisStates;
@@ -56,16 +56,6 @@ pub struct Evaluated<'a, T, const N: usize> {
     pub payload: T,
 }
 
-impl<'a, T: Real, const N: usize> Evaluated<'a, T, N> {
-    /// With one cylinder after the other.
-    pub fn new(plant: &Plant<T, N>, layout: &'a Layout, x: &'a [T], payload: T) -> Self {
-        let (placed, pressures) = (plant.place(layout, x), plant.pressures_at(layout, x));
-        let rates =
-            std::array::from_fn(|c| plant.cylinders[c].rates(&plant.fluid, &pressures, &placed.local(layout, x, c)));
-        Evaluated { layout, x, placed, rates, payload }
-    }
-}
-
 /// The mass matrix, factored, and the accelerations, rad/s^2 or m/s^2.
 #[derive(Debug, Clone, Copy)]
 pub struct Accelerated<T, const N: usize> {
@@ -85,16 +75,10 @@ pub fn joint_state<T: Real, const N: usize>(layout: &Layout, x: &[T]) -> ([T; N]
 
 impl<T: Real, const N: usize> Plant<T, N> {
     #[inline(always)]
-    pub fn place(&self, layout: &Layout, x: &[T]) -> Placed<T, N> {
-        let (q, rates) = joint_state::<T, N>(layout, x);
-        self.place_at(self.mechanics.pose(&q), rates)
-    }
-
-    #[inline(always)]
     fn place_at(&self, pose: ChainPose<T, N>, rates: [T; N]) -> Placed<T, N> {
         let (mut positions, mut lever_arms, mut velocities) = ([T::c(0.0); N], [T::c(0.0); N], [T::c(0.0); N]);
         for c in 0..N {
-            (positions[c], lever_arms[c]) = self.actuations[c].stroke(&pose.joints[c]);
+            (positions[c], lever_arms[c]) = stroke(&self.actuations[c], &pose.joints[c]);
             velocities[c] = lever_arms[c] * rates[c];
         }
         Placed { pose, rates, positions, lever_arms, velocities }
@@ -103,14 +87,19 @@ impl<T: Real, const N: usize> Plant<T, N> {
     /// Accelerations of the chain under net cylinder forces (N).
     #[inline(always)]
     pub fn accelerate(&self, placed: &Placed<T, N>, forces: &[T; N], payload: T) -> Accelerated<T, N> {
-        let equations = self.mechanics.equations(&placed.pose, &placed.rates, payload);
-        let mut driving = [T::c(0.0); N];
-        for c in 0..N {
-            driving[c] = placed.lever_arms[c] * forces[c] - equations.bias[c];
-        }
-        self.add_contact(&placed.pose, &placed.rates, payload, &mut driving);
-        let mass = Spd::new(&equations.mass_matrix);
-        Accelerated { mass, qdd: mass.solve(&driving) }
+        T::outlined_if_dual(
+            #[inline(always)]
+            || {
+                let equations = self.mechanics.equations(&placed.pose, &placed.rates, payload);
+                let mut driving = [T::c(0.0); N];
+                for c in 0..N {
+                    driving[c] = placed.lever_arms[c] * forces[c] - equations.bias[c];
+                }
+                self.add_contact(&placed.pose, &placed.rates, payload, &mut driving);
+                let mass = Spd::new(&equations.mass_matrix);
+                Accelerated { mass, qdd: mass.solve(&driving) }
+            },
+        )
     }
 }
 
@@ -124,11 +113,16 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         }
     }
 
-    /// [`Plant::place`] with the sines and cosines of the joints side by side, to the same bits.
+    /// Positions and velocities, with the sines and cosines of the joints side by side.
     #[inline(always)]
     fn place(&self, layout: &Layout, x: &[T]) -> Placed<T, N> {
-        let (q, rates) = joint_state::<T, N>(layout, x);
-        self.plant.place_at(self.pose(&q), rates)
+        T::outlined_if_dual(
+            #[inline(always)]
+            || {
+                let (q, rates) = joint_state::<T, N>(layout, x);
+                self.plant.place_at(self.pose(&q), rates)
+            },
+        )
     }
 
     /// The pose of the chain, likewise.

@@ -23,7 +23,6 @@ use hydrocrane_plant::equilibrium::EquilibriumMode;
 use hydrocrane_plant::errors::BuildError;
 use hydrocrane_plant::layout::Layout;
 use hydrocrane_plant::outputs::{self, OutputInfo, OIL_ENERGY};
-use hydrocrane_plant::rhs::Evaluated;
 
 type Result<T> = std::result::Result<T, SensitivityError>;
 
@@ -233,7 +232,7 @@ impl<'a, const N: usize> SensitivityRecord<'a, N> {
         group.read(&self.row, n, &mut state);
         let mut all = vec![Differentiated::constant(0.0); info.len()];
         let Inputs { plant, payload, .. } = &group.inputs;
-        let at = Evaluated::new(plant, self.layout, &state, *payload);
+        let at = group.evaluator.evaluated(self.layout, &state, *payload);
         // Tables of the oil's parameters are not differentiated.
         outputs::write(plant, None::<fn(Differentiated) -> Differentiated>, &at, &mut all);
         state.extend(all.iter().zip(info).filter(|(_, output)| output.name != OIL_ENERGY).map(|(value, _)| *value));

@@ -15,7 +15,7 @@ use std::cell::RefCell;
 /// Up to [`WIDTH`] parameters, carried by one pass of dual numbers.
 pub struct Group<const N: usize> {
     pub inputs: Inputs<Differentiated, N>,
-    evaluator: Evaluator<Differentiated, Differentiated, N>,
+    pub evaluator: Evaluator<Differentiated, Differentiated, N>,
     /// Index of the first of them, and how many there are.
     pub first: usize,
     pub count: usize,
@@ -132,10 +132,7 @@ impl<const N: usize> System for TangentSystem<'_, N> {
             group.read(x, layout.len(), state);
             evaluator.linearise(layout, state, &u, inputs.payload, rate, jacobian);
             group.write(rate, rates);
-            blocks[0] = jacobian.map(|number| number.value);
-            for k in 0..*count {
-                blocks[1 + first + k] = jacobian.along(|number| number.value, |number| number.derivative[k]);
-            }
+            spread(jacobian, *first, *count, blocks);
         }
     }
 
@@ -164,5 +161,13 @@ impl<const N: usize> System for TangentSystem<'_, N> {
     fn error_size(&self, reached: &[f64], error: &[f64]) -> f64 {
         let n = self.layout().len();
         self.driven.model.error_size(&reached[..n], &error[..n])
+    }
+}
+
+/// Writes the blocks of the state, and those of its derivatives by `count` parameters from the `first` on.
+fn spread(jacobian: &BlockArrow<Differentiated>, first: usize, count: usize, blocks: &mut [BlockArrow<f64>]) {
+    blocks[0] = jacobian.map(|number| number.value);
+    for k in 0..count {
+        blocks[1 + first + k] = jacobian.along(|number| number.value, |number| number.derivative[k]);
     }
 }
