@@ -50,10 +50,11 @@ impl<const N: usize> Crane<N> {
             .mains
             .as_ref()
             .map(|mains| PumpUnit { name: mains.pump.name.clone(), swivels: mains.pump.control.is_some() });
-        if pump.is_some() && !cfg!(feature = "chains") {
+        let measured = machine.supply.measured;
+        if (measured || pump.is_some()) && !cfg!(feature = "chains") {
             return Err(BuildError::Pump);
         }
-        let layout = Layout::new(&units, pump.as_ref());
+        let layout = Layout::new(&units, pump.as_ref(), measured);
         let mut crane = Crane {
             laws: Laws::new(&plant, &layout),
             oil: OnceLock::new(),

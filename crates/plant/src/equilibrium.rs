@@ -100,7 +100,11 @@ impl<T: Real, const N: usize> Plant<T, N> {
 
     /// The same where the valves draw `leakage` per pressure less `returned`.
     fn write_rest_of_supply(&self, layout: &Layout, leakage: T, returned: T, x: &mut [T]) {
-        let (Some(p), Some(supply)) = (layout.mains(), &self.supply) else { return };
+        let Some(p) = layout.mains() else { return };
+        let Some(supply) = &self.supply else {
+            x[p] = self.supply_pressures.supply;
+            return;
+        };
         let (pressure, share) = supply.at_rest(self.supply_pressures.tank, leakage, returned);
         x[p] = pressure;
         if let Some(swivel) = layout.swivel() {

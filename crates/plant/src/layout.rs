@@ -1,7 +1,7 @@
 //! State layout: the only place that defines indices.
 //!
-//! Order: joint coordinates, joint rates, then per cylinder p1, p2, xs, vs and, with LuGre friction, z; at the end, with a pump,
-//! the pressure of the mains and, where the pump swivels, the share of its displacement.
+//! Order: joint coordinates, joint rates, then per cylinder p1, p2, xs, vs and, with LuGre friction, z; at the end, with a pump or a
+//! measured supply, the pressure of the mains and, where the pump swivels, the share of its displacement.
 
 use hydrocrane_ode::{AxisStates, SharedStates, StateBlocks};
 
@@ -40,7 +40,8 @@ pub struct PumpUnit {
 }
 
 impl Layout {
-    pub fn new(units: &[Unit], pump: Option<&PumpUnit>) -> Self {
+    /// `measured`: the pressure of the supply is a state that a run prescribes.
+    pub fn new(units: &[Unit], pump: Option<&PumpUnit>, measured: bool) -> Self {
         let mut layout = Layout {
             joints: units.len(),
             blocks: StateBlocks::default(),
@@ -71,11 +72,11 @@ impl Layout {
             }
         }
         let first = layout.names.len();
-        if let Some(PumpUnit { name, swivels }) = pump {
+        if measured || pump.is_some() {
             layout.push("mains.p".into(), "Pa", "pressure of the mains".into(), 1e6);
-            if *swivels {
-                layout.push(format!("pump.{name}.displacement"), "1", format!("{name} share of the displacement"), 0.1);
-            }
+        }
+        if let Some(PumpUnit { name, .. }) = pump.filter(|pump| pump.swivels) {
+            layout.push(format!("pump.{name}.displacement"), "1", format!("{name} share of the displacement"), 0.1);
         }
         layout.blocks.shared = SharedStates { first, count: layout.names.len() - first };
         layout

@@ -36,7 +36,11 @@ impl<T: Real, const N: usize> Plant<T, N> {
     /// Writes the rates of the supply, from which the valves draw `drawn` (m^3/s).
     #[inline(always)]
     pub fn write_supply(&self, layout: &Layout, x: &[T], drawn: T, dx: &mut [T]) {
-        let Some((supply, pressures, e)) = self.supply_at(layout, x) else { return };
+        let Some((supply, pressures, e)) = self.supply_at(layout, x) else {
+            // A measured pressure changes as the run prescribes, by nothing here.
+            self.mains(layout).into_iter().for_each(|p| dx[p] = T::c(0.0));
+            return;
+        };
         let rates = supply.rates(&self.fluid, &pressures, e, drawn);
         dx[layout.blocks().shared.first] = rates.pressure_rate;
         if let Some(swivel) = layout.swivel() {
@@ -55,7 +59,10 @@ impl<T: Real, const N: usize> Plant<T, N> {
         by_supply: T,
         out: &mut SharedDerivatives<T>,
     ) {
-        let Some((supply, pressures, e)) = self.supply_at(layout, x) else { return };
+        let Some((supply, pressures, e)) = self.supply_at(layout, x) else {
+            *out = SharedDerivatives { on_axes: out.on_axes, ..SharedDerivatives::new(out.at) };
+            return;
+        };
         let lift = &mut Dual::<T, 3>::constant;
         let pressures = SupplyPressures { supply: Dual::variable(pressures.supply, 0), tank: lift(pressures.tank) };
         let (supply, fluid) = (supply.map(lift), self.fluid.map(lift));

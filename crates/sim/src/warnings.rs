@@ -5,7 +5,7 @@ use crate::model::Model;
 use crate::payload::PAYLOAD_TERMS;
 use crate::sensing::unmeasured;
 use crate::warning::Warning;
-use hydrocrane_machine::model::{Cavitation, Cylinder, Unusual};
+use hydrocrane_machine::model::{Cavitation, Cylinder, Supply, Unusual};
 use hydrocrane_machine::Machine;
 use hydrocrane_ode::Stepper;
 use hydrocrane_plant::ledger::{shared_terms, LEDGER_PER_CYLINDER, LEDGER_TERMS};
@@ -120,8 +120,8 @@ impl Watch {
                 self.beyond(driven.model, c, x, t);
             }
         }
-        let wanted = driven.model.machine().supply.pressure;
-        if let Some(mains) = layout.mains().map(|p| x[p]).filter(|p| *p < MAINS_SHARE * wanted) {
+        let Supply { pressure: wanted, measured, .. } = driven.model.machine().supply;
+        if let Some(mains) = layout.mains().map(|p| x[p]).filter(|p| !measured && *p < MAINS_SHARE * wanted) {
             self.note(Finding::PumpSaturated, t, wanted - mains);
         }
         if let Some(since) = stepper.unresolved {

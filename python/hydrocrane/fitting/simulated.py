@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,6 +19,7 @@ from hydrocrane.machine.machine import Machine
 from hydrocrane.scenario.changes import Changes
 from hydrocrane.scenario.command import Command
 from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.scenario.supply import SUPPLY_SIGNALS, SupplyPressure
 from hydrocrane.simulation.running import simulate
 
 # Half of a difference between runs with a sampled controller, in standard deviations of a parameter: what it decides at
@@ -106,7 +108,7 @@ def replayed(plan: Scenario, machine: Machine, log: Log, interpolation: str) -> 
     """The scenario over the time of a log, with the log's spool commands, pose and pressures at its start.
 
     Spool commands are columns ``cylinder.<name>.command``; without any the scenario's own hold, and the log's clock is
-    the scenario's.
+    the scenario's. A measured supply pressure is the column ``supply.pressure``, or ``mains.p`` as runs are saved with.
     """
     begin = float(log.time[0])
     changes: Changes = {"duration": float(log.time[-1]) - begin}
@@ -129,6 +131,9 @@ def replayed(plan: Scenario, machine: Machine, log: Log, interpolation: str) -> 
             for c, name in enumerate(machine.cylinder_names)
             if times.size
         }
+    supply = _supply(log, machine, begin, interpolation) or _later_supply(plan.supply, begin)
+    if supply is not None:
+        changes["supply"] = supply
     still = _still(plan.changed(**changes), machine)
     starts = {j: at_start(log, f"joint.{j}.q", still) for j in machine.joint_names if f"joint.{j}.q" in log}
     changes["joints"] = {**plan.joints, **{joint: start.value for joint, start in starts.items()}}
@@ -179,6 +184,33 @@ def _command(log: Log, cylinder: str, begin: float, interpolation: str) -> Comma
     if not good.any():
         raise InputError(f"{log.source}: `cylinder.{cylinder}.command` has no readings")
     return Command(log.time[good] - begin, values[good], interpolation)
+
+
+def _supply(log: Log, machine: Machine, begin: float, interpolation: str) -> SupplyPressure | None:
+    """The measured pressure of the supply, of a machine whose pressure follows from no pump."""
+    pumped = "mains.volume" in machine.keys
+    if pumped and SUPPLY_SIGNALS[0] in log:
+        raise InputError(
+            f"{log.source} has `{SUPPLY_SIGNALS[0]}` to be replayed, and the supply pressure of the machine follows "
+            f"from its pump; map the column to `{SUPPLY_SIGNALS[1]}` to compare the two, or leave it out of the mapping"
+        )
+    name = next((signal for signal in SUPPLY_SIGNALS if signal in log and not pumped), None)
+    if name is None:
+        return None
+    unit = str(log.data[name].attrs.get("units", ""))
+    if unit not in ("", "Pa"):
+        raise InputError(
+            f"{log.source}: `{name}` is in {unit}, a supply pressure is in Pa; state its unit in a mapping"
+        )
+    good = np.isfinite(log[name]) & ~log.spoilt(name)
+    if not good.any():
+        raise InputError(f"{log.source}: `{name}` has no usable readings; check its sensor, or leave it out")
+    return SupplyPressure(log.time[good] - begin, log[name][good], interpolation)
+
+
+def _later_supply(supply: SupplyPressure | None, begin: float) -> SupplyPressure | None:
+    """A supply pressure on a clock that starts at `begin`, s."""
+    return None if supply is None else dataclasses.replace(supply, time=supply.time - begin)
 
 
 def _later(command: Command, begin: float) -> Command:
