@@ -28,6 +28,7 @@ from hydrocrane.identification.output_error import Unknown
 from hydrocrane.logs import Log
 from hydrocrane.machine.machine import Machine
 from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.scenario.supply import MAINS, SUPPLY
 
 # Stands for a piston about to move, m/s: friction is at its largest there.
 SLOW = 1e-3
@@ -53,11 +54,18 @@ class Setup:
     def simulated(self, windows: Sequence[Log]) -> tuple[Task, list[str]]:
         """Logs whose motion follows from commands, and what was noticed in them."""
         units = modelled_signals(self.machine)
+        if self.plan.supply is not None:
+            units.pop(MAINS)
         records, replays, notes = [], [], []
         for log in windows:
             records.append(self._record(log, chosen_signals(log, self.signals, units), units, {}))
             replays.append(replayed(self.plan, self.machine, log, self.interpolation))
             notes += [*records[-1].notes, starts_moving(self.machine, log), *swapped_pressures(self.machine, log)]
+        if SUPPLY in self.parameters and any(replay.plan.supply is not None for replay in replays):
+            raise InputError(
+                f"`{SUPPLY}` does not enter a run that follows a measured supply pressure; leave it out of the "
+                "parameters, or that pressure out of scenario and mapping"
+            )
         keys = self._keys(_signals(records), ())
         errors = self._errors(_signals(records), records)
         errors += [

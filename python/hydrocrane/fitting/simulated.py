@@ -19,7 +19,7 @@ from hydrocrane.machine.machine import Machine
 from hydrocrane.scenario.changes import Changes
 from hydrocrane.scenario.command import Command
 from hydrocrane.scenario.scenario import Scenario
-from hydrocrane.scenario.supply import SUPPLY_SIGNALS, SupplyPressure
+from hydrocrane.scenario.supply import MAINS, SUPPLY, SUPPLY_SIGNALS, SupplyPressure
 from hydrocrane.simulation.running import simulate
 
 # Half of a difference between runs with a sampled controller, in standard deviations of a parameter: what it decides at
@@ -189,10 +189,10 @@ def _command(log: Log, cylinder: str, begin: float, interpolation: str) -> Comma
 def _supply(log: Log, machine: Machine, begin: float, interpolation: str) -> SupplyPressure | None:
     """The measured pressure of the supply, of a machine whose pressure follows from no pump."""
     pumped = "mains.volume" in machine.keys
-    if pumped and SUPPLY_SIGNALS[0] in log:
+    if pumped and SUPPLY in log:
         raise InputError(
-            f"{log.source} has `{SUPPLY_SIGNALS[0]}` to be replayed, and the supply pressure of the machine follows "
-            f"from its pump; map the column to `{SUPPLY_SIGNALS[1]}` to compare the two, or leave it out of the mapping"
+            f"{log.source} has `{SUPPLY}` to be replayed, and the supply pressure of the machine follows from its "
+            f"pump; map the column to `{MAINS}` to compare the two, or leave it out of the mapping"
         )
     name = next((signal for signal in SUPPLY_SIGNALS if signal in log and not pumped), None)
     if name is None:

@@ -18,7 +18,7 @@ from hydrocrane.scenario.command import check_interpolation, checked_series
 # What makes a machine take a measured pressure.
 MEASURED = {"supply.measured": "yes"}
 # What logs and runs call the pressure; the second is that of a pump's mains, too.
-SUPPLY_SIGNALS = ("supply.pressure", "mains.p")
+SUPPLY, MAINS = SUPPLY_SIGNALS = ("supply.pressure", "mains.p")
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,9 @@ use std::f64::consts::TAU;
 pub fn start(scenario: &Scenario, model: &dyn Model, payload: f64) -> Result<(Vec<f64>, Vec<Warning>), AssemblyError> {
     let (mut x, mut doubts) = at_rest(&scenario.initial, model, payload)?;
     if let Some(supply) = &scenario.supply {
+        if let Some((message, cure)) = supply.fault() {
+            return Err(format!("{message}; {cure}").into());
+        }
         doubts.extend(unusual(supply, model.machine()));
         place(supply, model, &mut x);
     }
