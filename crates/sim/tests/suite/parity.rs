@@ -27,7 +27,7 @@ fn models() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     MACHINES.into_iter().flat_map(|name| [(name, model(name)), (name, frictionless(name))])
 }
 
-/// Fixed pumps, torque limits and soft hoses on chains of one and three joints.
+/// Fixed pumps, torque limits, soft hoses and measured pressures on chains of one and three joints.
 fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     let fixed = r#"
         [pump.main]
@@ -51,7 +51,9 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
         [mains]
         volume = "1 l"
     "#;
-    [("hiab-xs031", fixed), ("single-cylinder", fixed), ("hiab-xs031", limited)].into_iter().map(|(name, pump)| {
+    let measured = "[supply]\nmeasured = \"yes\"\n";
+    let pumped = [("hiab-xs031", fixed), ("single-cylinder", fixed), ("hiab-xs031", limited), ("hiab-xs031", measured)];
+    pumped.into_iter().map(|(name, pump)| {
         let text = format!("extends = \"{name}\"\n[machine]\nclass = \"assumed\"\n{pump}");
         let machine = parse(&text, "pump.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
         (name, build(&machine).expect("a machine that can be built"))
