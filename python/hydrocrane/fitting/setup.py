@@ -22,7 +22,14 @@ from hydrocrane.fitting.plausible import swapped_pressures
 from hydrocrane.fitting.prediction import LogModel, Reading
 from hydrocrane.fitting.records import LEAST_SAMPLES, HoldOut, Record, chosen_signals, record_of
 from hydrocrane.fitting.search import Task
-from hydrocrane.fitting.simulated import ClosedLoop, OpenLoop, modelled_signals, replayed, starts_moving
+from hydrocrane.fitting.simulated import (
+    ClosedLoop,
+    OpenLoop,
+    modelled_signals,
+    replayed,
+    starts_doubtfully,
+    starts_moving,
+)
 from hydrocrane.fitting.ties import Tie, tied
 from hydrocrane.identification.output_error import Unknown
 from hydrocrane.logs import Log
@@ -61,6 +68,7 @@ class Setup:
             records.append(self._record(log, chosen_signals(log, self.signals, units), units, {}))
             replays.append(replayed(self.plan, self.machine, log, self.interpolation))
             notes += [*records[-1].notes, starts_moving(self.machine, log), *swapped_pressures(self.machine, log)]
+            notes += starts_doubtfully(replays[-1].plan, log)
         if SUPPLY in self.parameters and any(replay.plan.supply is not None for replay in replays):
             raise InputError(
                 f"`{SUPPLY}` does not enter a run that follows a measured supply pressure; leave it out of the "

@@ -158,6 +158,11 @@ def _still(plan: Scenario, machine: Machine) -> float:
     return float(np.clip(until, *START))
 
 
+def starts_doubtfully(plan: Scenario, log: Log) -> list[str]:
+    """What makes the start of the run over a log doubtful, its supply pressure too."""
+    return [f"{log.source}: {doubt.text}; {doubt.cure}" for doubt in plan.start(plan.load_machine())[1]]
+
+
 def starts_moving(machine: Machine, log: Log) -> str:
     """What is wrong where a log begins in motion; empty where it begins at rest."""
     span = min(0.5, 0.2 * float(log.time[-1] - log.time[0]))
@@ -178,7 +183,16 @@ def starts_moving(machine: Machine, log: Log) -> str:
     return ""
 
 
+def _check_unit(log: Log, name: str, unit: str) -> None:
+    """Refuse a column in another unit than the one that the model replays it in."""
+    stated = str(log.data[name].attrs.get("units", ""))
+    if stated not in ("", unit):
+        cure = 'state what one of its numbers means in a mapping, unit = "0.5 mm"' if unit == "m" else "state its unit"
+        raise InputError(f"{log.source}: `{name}` is in {stated} and is replayed in {unit}; {cure}")
+
+
 def _command(log: Log, cylinder: str, begin: float, interpolation: str) -> Command:
+    _check_unit(log, f"cylinder.{cylinder}.command", "m")
     values = log[f"cylinder.{cylinder}.command"]
     good = np.isfinite(values)
     if not good.any():
@@ -197,11 +211,7 @@ def _supply(log: Log, machine: Machine, begin: float, interpolation: str) -> Sup
     name = next((signal for signal in SUPPLY_SIGNALS if signal in log and not pumped), None)
     if name is None:
         return None
-    unit = str(log.data[name].attrs.get("units", ""))
-    if unit not in ("", "Pa"):
-        raise InputError(
-            f"{log.source}: `{name}` is in {unit}, a supply pressure is in Pa; state its unit in a mapping"
-        )
+    _check_unit(log, name, "Pa")
     good = np.isfinite(log[name]) & ~log.spoilt(name)
     if not good.any():
         raise InputError(f"{log.source}: `{name}` has no usable readings; check its sensor, or leave it out")

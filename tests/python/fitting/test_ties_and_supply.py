@@ -84,6 +84,21 @@ def test_break_away_that_stays_behind_is_said(log: dict[str, np.ndarray]):
     assert not list(left_behind(found.start, found.machine, [*NAMES, "friction.lift.breakaway[0]"], ()))
 
 
+def test_what_is_wrong_with_the_supply_pressure_is_said(log: dict[str, np.ndarray]):
+    bars = log | {"supply.pressure": 1e-5 * log["supply.pressure"]}
+    found = hc.fit(plan(), bars, NAMES[:1], overrides=FILE)
+    assert any("0.0014 bar at most" in note and "check its column and its unit" in note for note in found.notes)
+    volts = log | {"cylinder.lift.command": np.zeros(log["time"].size)}
+    for name, unit, words in [
+        ("supply.pressure", "N", "is in N and is replayed in Pa"),
+        ("cylinder.lift.command", "V", "is in V and is replayed in m; state what one of its numbers means"),
+    ]:
+        columns = {column: {"column": column} for column in volts if column != "time"}
+        columns[name]["unit"] = unit
+        with pytest.raises(hc.HydrocraneError, match=words):
+            hc.fit(plan(), volts, NAMES, mapping={"signal": columns})
+
+
 def test_ties_of_a_measured_motion(log: dict[str, np.ndarray]):
     given = {"motion": "measured", "overrides": FILE, "priors": {"payload.mass": 50.0}}
     found = hc.fit(plan(), log, [*NAMES, "joint.boom.q.zero"], ties=TIE, **given)
