@@ -102,6 +102,9 @@ pub fn read_commands(
     Ok(commands.into_iter().map(|c| (c.cylinder, vector(py, c.time), vector(py, c.spool))).collect())
 }
 
+/// Times and values.
+type Series<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
+
 /// The supply pressure from a log: name of the file, its columns of times and pressures, the unit, and whether to join its
 /// rows. Times (s) and pressures (Pa).
 #[pyfunction]
@@ -112,7 +115,7 @@ pub fn read_supply(
     column: Option<String>,
     unit: Option<String>,
     linear: bool,
-) -> PyResult<(Bound<'_, PyArray1<f64>>, Bound<'_, PyArray1<f64>>)> {
+) -> PyResult<Series<'_>> {
     let interpolation = if linear { Interpolation::Linear } else { Interpolation::Hold };
     let log = SupplyLog { name, time, column, unit, interpolation };
     let supply = py.detach(|| log.pressure()).map_err(|error| file_error(&error))?;

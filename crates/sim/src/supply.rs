@@ -3,7 +3,7 @@
 use crate::model::Model;
 use crate::options::RunOptions;
 use crate::warning::Warning;
-use hydrocrane_machine::scenario::SupplyPressure;
+use hydrocrane_machine::scenario::{Scenario, SupplyPressure};
 use hydrocrane_machine::Machine;
 use hydrocrane_ode::Stepper;
 use std::sync::Arc;
@@ -86,6 +86,19 @@ pub(crate) fn unusual(course: &SupplyPressure, machine: &Machine) -> Option<Warn
             1e-5 * wanted
         ),
         cure: "check its column and its unit (Pa where none is stated), or `supply.pressure` of the machine".into(),
+    })
+}
+
+/// A constant supply pressure that is given too, for the start or for a phase.
+pub(crate) fn overridden(scenario: &Scenario) -> Option<Warning> {
+    let of_phases = scenario.phases.iter().map(|phase| (phase.time, &phase.overrides));
+    let mut stated = std::iter::once((0.0, &scenario.overrides)).chain(of_phases);
+    let (time, _) = stated.find(|(_, overrides)| overrides.iter().any(|(key, _)| key == "supply.pressure"))?;
+    scenario.supply.as_ref().map(|_| Warning {
+        time,
+        kind: "override-without-effect",
+        text: "`supply.pressure` is given, and the run follows a measured supply pressure".into(),
+        cure: "leave one of the two out; what a controller reckons with is `believed`".into(),
     })
 }
 

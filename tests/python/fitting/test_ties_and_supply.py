@@ -10,7 +10,9 @@ from typer.testing import CliRunner
 
 import hydrocrane as hc
 from hydrocrane.app.cli import app
+from hydrocrane.fitting.doubts import _columns as against_columns
 from hydrocrane.fitting.ties import left_behind
+from hydrocrane.results.difference import Difference
 
 DURATION = 8.0
 # The file's friction is two thirds of the truth's, in the same proportion.
@@ -97,6 +99,20 @@ def test_what_is_wrong_with_the_supply_pressure_is_said(log: dict[str, np.ndarra
         columns[name]["unit"] = unit
         with pytest.raises(hc.HydrocraneError, match=words):
             hc.fit(plan(), volts, NAMES, mapping={"signal": columns})
+
+
+def test_a_column_that_fits_no_worse_as_it_is_is_not_called_swapped():
+    time = np.linspace(0.0, 10.0, 500)
+    wave, other = np.sin(time), np.cos(3.0 * time)
+    names = [f"cylinder.{cylinder}.pressure_force" for cylinder in ("extension", "lift")]
+
+    def told(small: np.ndarray, large: np.ndarray) -> list[str]:
+        pairs = {names[0]: (other, small), names[1]: (wave, large)}
+        known = {("log", n): Difference(n, "N", time, run, log) for n, (run, log) in pairs.items()}
+        return [text for text in against_columns(known) if "swapped" in text]
+
+    assert len(told(wave, other)) == 1
+    assert not told(0.3 * wave + 0.1 * other, wave)
 
 
 def test_ties_of_a_measured_motion(log: dict[str, np.ndarray]):

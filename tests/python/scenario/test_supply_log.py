@@ -178,6 +178,14 @@ def test_a_pump_and_a_unit_that_cannot_be_are_told():
     assert any("0.0014 bar at most" in warning.text and "unit" in warning.cure for warning in run.warnings)
 
 
+def test_a_constant_pressure_beside_it_is_told(folder):
+    beside = hc.simulate(PLAN, supply=(TIMES, PRESSURE), overrides={"supply.pressure": "100 bar"}, duration=0.1)
+    assert "override-without-effect" in {warning.kind for warning in beside.warnings}
+    checked = CliRunner().invoke(app, ["check", str(folder / "weak.toml")])
+    low = 1e-5 * PRESSURE.min()
+    assert f"measured supply pressure {low:.4g} to 140 bar, 21 times, joined linearly" in checked.output
+
+
 def test_stated_chamber_pressures_leave_the_mains_of_a_pump_at_rest():
     pressures = dict.fromkeys(("lift", "jib", "extension"), (3000000.0, 2000000.0))
     still = hc.Scenario(machine="rottne-f9-pump", joints=POSE, pressures=pressures, duration=0.05)

@@ -2,7 +2,7 @@
 
 use super::AssemblyError;
 use crate::model::Model;
-use crate::supply::{place, unusual};
+use crate::supply::{overridden, place, unusual};
 use crate::warning::Warning;
 use crate::warnings::moved_starts;
 use hydrocrane_machine::scenario::{Initial, Pressures, Scenario};
@@ -20,7 +20,7 @@ pub fn start(scenario: &Scenario, model: &dyn Model, payload: f64) -> Result<(Ve
         if let Some((message, cure)) = supply.fault() {
             return Err(format!("{message}; {cure}").into());
         }
-        doubts.extend(unusual(supply, model.machine()));
+        doubts.extend(unusual(supply, model.machine()).into_iter().chain(overridden(scenario)));
         place(supply, model, &mut x);
     }
     Ok((x, doubts))
