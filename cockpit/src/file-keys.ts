@@ -110,6 +110,7 @@ export type MachineKey =
   | "fluid.viscosity"
   | "fluid.printed.leakage-viscosity"
   | "supply.pressure"
+  | "supply.measured"
   | "supply.tank-pressure"
   | `pump.${string}.type`
   | `pump.${string}.displacement`

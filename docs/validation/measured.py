@@ -144,6 +144,11 @@ def missing(folder: Path) -> list[str]:
     return [name for name in names if not (folder / name).is_file()]
 
 
+def said(fit: StaticFit) -> list[str]:
+    """The warnings of a fit as a list."""
+    return ["What the program says of the fit:", "", *(f"* {text}" for text in fit.warnings)] if fit.warnings else []
+
+
 def parameter_table(fit: StaticFit) -> list[str]:
     rows = ["| parameter | value | 95 % interval | unit |", "|---|---|---|---|"]
     ranges = fit.intervals(0.95)
@@ -294,9 +299,12 @@ def servo_section(folder: Path) -> list[str]:
         "**Cannot be known.** A zero error of 0.1 bar on side A moves friction by 2.0 N, one on side B by 1.2 N, "
         "in opposite senses out and back: Coulomb friction of both directions carries it, and the intervals do not.",
         "",
-        f"Fitted to {len(fitted)} steady windows of sample 1:",
+        f"Fitted to {len(fitted)} steady windows of sample 1. Form, chosen by likelihood with viscous exponent 1: "
+        f"{fit.form_text}.",
         "",
         *parameter_table(fit),
+        "",
+        *said(fit),
         "",
         f"Judged on {len(held_out)} windows of sample 2: rms {rms:.2f} N, largest {np.abs(errors[1]).max():.2f} N; "
         f"{rms / float(np.mean(np.abs(held_out.force))):.1%} of the mean friction, {rms / span:.1%} of the range "

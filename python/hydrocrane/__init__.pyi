@@ -45,6 +45,8 @@ from hydrocrane.scenario.scenario import Scenario as Scenario
 from hydrocrane.scenario.scenario_file import bundled_scenarios as bundled_scenarios
 from hydrocrane.scenario.scenario_file import load_scenario as load_scenario
 from hydrocrane.scenario.solver import Solver as Solver
+from hydrocrane.scenario.supply import SupplyPressure as SupplyPressure
+from hydrocrane.scenario.supply import read_supply as read_supply
 from hydrocrane.simulation.batch import BatchObservation as BatchObservation
 from hydrocrane.simulation.batch import BatchSimulator as BatchSimulator
 from hydrocrane.simulation.live import LiveSimulator as LiveSimulator

@@ -20,6 +20,7 @@ from hydrocrane._core_types import (
     SensitivityRecord,
     SolverEntry,
     StageTable,
+    SupplyEntry,
     WarningEntry,
 )
 
@@ -57,6 +58,7 @@ __all__ = [
     "command_table",
     "scenario_text",
     "read_commands",
+    "read_supply",
     "tip_gain_info",
 ]
 
@@ -201,6 +203,7 @@ class SensitivityExperiment:
         command_times: _Array,
         commands: _Array,
         linear: bool,
+        supply: SupplyEntry | None,
         record_times: _Array,
         solver: SolverEntry,
         resolve_slopes: bool,
@@ -318,6 +321,9 @@ def read_commands(
     linear: bool,
     columns: list[tuple[str, str | None, str | None]],
 ) -> list[tuple[str, _Array, _Array]]: ...
+def read_supply(
+    name: str, time: str | None, column: str | None, unit: str | None, linear: bool
+) -> tuple[_Array, _Array]: ...
 def measure(
     machine: Machine,
     times: _Array,

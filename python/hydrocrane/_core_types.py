@@ -132,6 +132,8 @@ class PhaseEntry(TypedDict):
 GoalEntry: TypeAlias = tuple[float, tuple[float, float], float | None, float | None]
 # Cylinder, times, spool positions, and whether to join them.
 CommandEntry: TypeAlias = tuple[str, Array, Array, bool]
+# Times, pressures, and whether to join them.
+SupplyEntry: TypeAlias = tuple[Array, Array, bool]
 
 
 class ScenarioEntry(TypedDict):
@@ -145,6 +147,7 @@ class ScenarioEntry(TypedDict):
     joints: list[tuple[str, float]]
     pressures: list[tuple[str, tuple[float, float]]] | None
     commands: list[CommandEntry]
+    supply: SupplyEntry | None
     controller: ControllerEntry | None
     joystick: JoystickEntry | None
     goals: list[GoalEntry]
@@ -188,6 +191,14 @@ class CommandTable(TypedDict):
 
     time: list[float]
     spool: list[float]
+    interpolation: str
+
+
+class SupplyTable(TypedDict):
+    """The measured supply pressure of a scenario file."""
+
+    time: list[float]
+    pressure: list[float]
     interpolation: str
 
 
@@ -260,6 +271,7 @@ class ScenarioTable(TypedDict):
     joints: dict[str, float]
     pressures: str | dict[str, tuple[float, float]]
     commands: dict[str, CommandTable]
+    supply: SupplyTable | None
     controller: ControllerTable | None
     cylinders: list[str]
     joystick: JoystickTable | None

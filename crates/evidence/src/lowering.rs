@@ -57,6 +57,7 @@ fn lowered(model: &dyn Model, method: &str, tolerances: Tolerances, control: Ste
         control,
         payload: PAYLOAD,
         payload_changes: Vec::new(),
+        supply: None,
         ledger: true,
         max_steps: 1_000_000,
     };

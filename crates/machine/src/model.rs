@@ -329,10 +329,12 @@ pub enum Cavitation<T = f64> {
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Supply<T = f64> {
-    /// Constant, or what the pump is set to, Pa.
+    /// Constant, what the pump is set to, or what a prescribed pressure is about, Pa.
     pub pressure: T,
     pub tank_pressure: T,
-    /// `None`: the pressure is constant.
+    /// The pressure is a measured one, which a run prescribes.
+    pub measured: bool,
+    /// `None`: the pressure is constant or prescribed.
     pub mains: Option<Mains<T>>,
 }
 

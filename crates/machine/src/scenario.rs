@@ -9,6 +9,7 @@ mod phase;
 mod sensor_fault;
 mod stage;
 mod stated;
+mod supply;
 mod value;
 mod written;
 
@@ -20,6 +21,7 @@ pub use phase::Phase;
 pub use sensor_fault::{FaultKind, SensorFault};
 pub use stage::Stage;
 pub use stated::{contradiction, stated, Stated};
+pub use supply::{SupplyLog, SupplyPressure};
 pub use value::{check_quantity, choices};
 pub use written::Unwritable;
 
@@ -54,6 +56,8 @@ pub struct Scenario {
     pub record_interval: f64,
     pub initial: Initial,
     pub commands: Vec<SpoolCommand>,
+    /// `None`: that of the machine.
+    pub supply: Option<SupplyPressure>,
     /// The machine's cylinders, which are the axes of lever control.
     pub cylinders: Vec<String>,
     pub controller: Option<ControllerChoice>,
@@ -200,6 +204,7 @@ fn build(
         record_interval: head.quantity_or_default("record-interval")?,
         initial: initial::read(&root, &machine)?,
         commands: command::read(&root, &machine, &files)?,
+        supply: supply::read(&root, &machine, &files)?,
         cylinders: machine.cylinders.iter().map(|cylinder| cylinder.name.clone()).collect(),
         sensor_faults: sensor_fault::read(&root, &machine, controller.as_ref())?,
         controller,

@@ -50,10 +50,11 @@ impl<const N: usize> Crane<N> {
             senses: mains.load_sensing.is_some(),
             swivels: mains.pump.control.is_some(),
         });
-        if pump.is_some() && !cfg!(feature = "chains") {
+        let measured = machine.supply.measured;
+        if (measured || pump.is_some()) && !cfg!(feature = "chains") {
             return Err(BuildError::Pump);
         }
-        let layout = Layout::new(&units, pump.as_ref());
+        let layout = Layout::new(&units, pump.as_ref(), measured);
         let mut crane = Crane {
             laws: Laws::new(&plant, &layout),
             oil: OnceLock::new(),

@@ -85,7 +85,11 @@ impl<T: Real, const N: usize> Plant<T, N> {
     /// Writes the state in which the supply rests while the valves draw what they draw at its present one: a round of a search that
     /// begins with closed mains and ends when nothing changes.
     fn settle_supply(&self, layout: &Layout, x: &mut [T]) {
-        let (Some(p), Some(supply)) = (layout.mains(), &self.supply) else { return };
+        let Some(p) = layout.mains() else { return };
+        let Some(supply) = &self.supply else {
+            x[p] = self.supply_pressures.supply;
+            return;
+        };
         let SupplyPressures { supply: mains, load, tank } = self.pressures_at(layout, x);
         let mut drawn = T::c(0.0);
         for (c, unit) in self.cylinders.iter().enumerate() {

@@ -11,7 +11,7 @@ pub enum BuildError {
     Chain(usize),
     /// A pump in a program for the smallest chains alone.
     #[error(
-        "the machine has a pump, for which this program has no laws; a supply at constant pressure can be simulated"
+        "the machine has a pump or a measured supply, for which this program has no laws; a supply at constant pressure can be simulated"
     )]
     Pump,
     #[error("machine.tip lies on link `{0}`; it must lie on the last link of the chain, `{1}`")]

@@ -1,8 +1,8 @@
 //! State layout: the only place that defines indices.
 //!
-//! Order: joint coordinates, joint rates, then per cylinder p1, p2, xs, vs and, with LuGre friction, z; at the end, with a pump,
-//! the pressure of the mains, where the pump senses the load that of the load-sensing line, and where it swivels the share of
-//! its displacement.
+//! Order: joint coordinates, joint rates, then per cylinder p1, p2, xs, vs and, with LuGre friction, z; at the end, with a pump or a
+//! measured supply, the pressure of the mains, where the pump senses the load that of the load-sensing line, and where it swivels
+//! the share of its displacement.
 
 use hydrocrane_ode::{AxisStates, SharedStates, StateBlocks};
 
@@ -43,7 +43,8 @@ pub struct PumpUnit {
 }
 
 impl Layout {
-    pub fn new(units: &[Unit], pump: Option<&PumpUnit>) -> Self {
+    /// `measured`: the pressure of the supply is a state that a run prescribes.
+    pub fn new(units: &[Unit], pump: Option<&PumpUnit>, measured: bool) -> Self {
         let mut layout = Layout {
             joints: units.len(),
             blocks: StateBlocks::default(),
@@ -74,9 +75,11 @@ impl Layout {
             }
         }
         let first = layout.names.len();
-        let acting = pump.map_or(0, |pump| 1 + usize::from(pump.senses));
-        if let Some(PumpUnit { name, senses, swivels }) = pump {
+        let acting = usize::from(measured || pump.is_some()) + usize::from(pump.is_some_and(|pump| pump.senses));
+        if measured || pump.is_some() {
             layout.push("mains.p".into(), "Pa", "pressure of the mains".into(), 1e6);
+        }
+        if let Some(PumpUnit { name, senses, swivels }) = pump {
             if *senses {
                 layout.push("mains.load".into(), "Pa", "pressure of the load-sensing line".into(), 1e6);
             }

@@ -169,7 +169,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
     // Cylinders: stroke, its slope, then flows, pressures, friction and force.
     let states_of = |c: &Cylinder| if c.friction.model == FrictionModel::LuGre { 5 } else { 4 };
     let mains_at = 2 * n + m.cylinders.iter().map(states_of).sum::<usize>();
-    let mains_pressure = if m.supply.mains.is_some() { x[mains_at] } else { m.supply.pressure };
+    let mains_pressure = if m.supply.measured || m.supply.mains.is_some() { x[mains_at] } else { m.supply.pressure };
     let load_pressure = if m.supply.mains.as_ref().is_some_and(|mains| mains.load_sensing.is_some()) {
         x[mains_at + 1]
     } else {

@@ -47,7 +47,11 @@ impl<T: Real, const N: usize> Plant<T, N> {
     /// Writes the rates of the supply.
     #[inline(always)]
     pub fn write_supply(&self, layout: &Layout, x: &[T], demand: Demand<T>, dx: &mut [T]) {
-        let Some((supply, pressures, e)) = self.supply_at(layout, x) else { return };
+        let Some((supply, pressures, e)) = self.supply_at(layout, x) else {
+            // A measured pressure changes as the run prescribes, by nothing here.
+            self.mains(layout).into_iter().for_each(|p| dx[p] = T::c(0.0));
+            return;
+        };
         let rates = supply.rates(&self.fluid, &pressures, e, demand);
         dx[layout.blocks().shared.first] = rates.pressure_rate;
         if let Some(load) = layout.load() {
@@ -69,7 +73,10 @@ impl<T: Real, const N: usize> Plant<T, N> {
         by_pressures: [T; MAX_ACTING],
         out: &mut SharedDerivatives<T>,
     ) {
-        let Some((supply, pressures, e)) = self.supply_at(layout, x) else { return };
+        let Some((supply, pressures, e)) = self.supply_at(layout, x) else {
+            *out = SharedDerivatives { on_axes: out.on_axes, ..SharedDerivatives::new(out.at) };
+            return;
+        };
         let lift = &mut Dual::<T, 5>::constant;
         let pressures = SupplyPressures {
             supply: Dual::variable(pressures.supply, 0),

@@ -7,7 +7,7 @@ use crate::machine::Machine;
 use crate::overrides::{overrides, pairs_of};
 use hydrocrane_machine::scenario::{
     CommandLog, ControllerChoice, FaultKind, Interpolation, Joystick, LoggedColumn, Phase, Pressures, SensorFault,
-    SensorQuality,
+    SensorQuality, SupplyLog, SupplyPressure,
 };
 use hydrocrane_machine::FileKind;
 use numpy::PyArray1;
@@ -54,11 +54,11 @@ pub fn load_scenario<'py>(py: Python<'py>, source: &str, pairs: &Bound<'py, PyLi
         let command = PyDict::new(py);
         command.set_item("time", c.time)?;
         command.set_item("spool", c.spool)?;
-        let linear = c.interpolation == Interpolation::Linear;
-        command.set_item("interpolation", if linear { "linear" } else { "hold" })?;
+        command.set_item("interpolation", word(c.interpolation))?;
         commands.set_item(c.cylinder, command)?;
     }
     out.set_item("commands", commands)?;
+    out.set_item("supply", s.supply.map(|supply| supply_of(py, supply)).transpose()?)?;
     out.set_item("controller", s.controller.map(|c| controller_of(py, c)).transpose()?)?;
     out.set_item("cylinders", s.cylinders)?;
     out.set_item("joystick", s.joystick.map(|j| joystick_of(py, j)).transpose()?)?;
@@ -102,6 +102,41 @@ pub fn read_commands(
     Ok(commands.into_iter().map(|c| (c.cylinder, vector(py, c.time), vector(py, c.spool))).collect())
 }
 
+/// Times and values.
+type Series<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
+
+/// The supply pressure from a log: name of the file, its columns of times and pressures, the unit, and whether to join its
+/// rows. Times (s) and pressures (Pa).
+#[pyfunction]
+pub fn read_supply(
+    py: Python<'_>,
+    name: String,
+    time: Option<String>,
+    column: Option<String>,
+    unit: Option<String>,
+    linear: bool,
+) -> PyResult<Series<'_>> {
+    let interpolation = if linear { Interpolation::Linear } else { Interpolation::Hold };
+    let log = SupplyLog { name, time, column, unit, interpolation };
+    let supply = py.detach(|| log.pressure()).map_err(|error| file_error(&error))?;
+    Ok((vector(py, supply.time), vector(py, supply.pressure)))
+}
+
+fn supply_of(py: Python<'_>, supply: SupplyPressure) -> PyResult<Bound<'_, PyDict>> {
+    let out = PyDict::new(py);
+    out.set_item("time", supply.time)?;
+    out.set_item("pressure", supply.pressure)?;
+    out.set_item("interpolation", word(supply.interpolation))?;
+    Ok(out)
+}
+
+fn word(interpolation: Interpolation) -> &'static str {
+    match interpolation {
+        Interpolation::Linear => "linear",
+        Interpolation::Hold => "hold",
+    }
+}
+
 fn phase_of<'py>(py: Python<'py>, p: Phase) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
     out.set_item("time", p.time)?;
@@ -143,7 +178,7 @@ fn joystick_of<'py>(py: Python<'py>, j: Joystick) -> PyResult<Bound<'py, PyDict>
     out.set_item("time", j.time)?;
     out.set_item("axes", j.axes)?;
     out.set_item("log", j.log)?;
-    out.set_item("interpolation", if j.interpolation == Interpolation::Linear { "linear" } else { "hold" })?;
+    out.set_item("interpolation", word(j.interpolation))?;
     out.set_item("dead_zone", j.dead_zone)?;
     out.set_item("full_speed", j.full_speed)?;
     out.set_item("ramp", j.ramp)?;

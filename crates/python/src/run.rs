@@ -142,7 +142,7 @@ pub fn start_state<'py>(
 ) -> PyResult<(Bound<'py, PyArray1<f64>>, Vec<WarningEntry>)> {
     let scenario = scenario.scenario(&cylinders(machine))?;
     let payload = scenario.payload.unwrap_or(machine.model.machine().payload.mass);
-    let found = start(&scenario.initial, machine.model.as_ref(), payload);
+    let found = start(&scenario, machine.model.as_ref(), payload);
     let (x0, doubts) = found.map_err(|error| assembly_error(&error))?;
     Ok((vector(py, x0), warnings_of(doubts)))
 }

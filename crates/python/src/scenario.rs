@@ -5,7 +5,7 @@ use crate::overrides::{overrides, value};
 use crate::sensors::{sensor_faults, sensor_mode, FaultEntry};
 use hydrocrane_machine::scenario::{
     stated, ControllerChoice, Goal, Initial, Interpolation, Joystick, Phase, Pressures, Scenario, Solver, SpoolCommand,
-    StickMode,
+    StickMode, SupplyPressure,
 };
 use hydrocrane_machine::suggestion;
 use pyo3::exceptions::PyValueError;
@@ -120,6 +120,8 @@ pub struct ScenarioEntry<'py> {
     pressures: Option<Vec<(String, [f64; 2])>>,
     /// Cylinder, times, spool positions, and whether to join them.
     commands: Vec<(String, Row<'py>, Row<'py>, bool)>,
+    /// Times, pressures, and whether to join them.
+    supply: Option<(Row<'py>, Row<'py>, bool)>,
     controller: Option<ControllerEntry<'py>>,
     joystick: Option<JoystickEntry<'py>>,
     goals: Vec<GoalEntry>,
@@ -144,6 +146,7 @@ impl ScenarioEntry<'_> {
             record_interval: self.record_interval,
             initial: Initial { joints: self.joints.clone(), pressures },
             commands: self.commands()?,
+            supply: self.supply()?,
             cylinders: cylinders.iter().map(|name| name.to_string()).collect(),
             controller: self.controller.as_ref().map(ControllerEntry::choice).transpose()?,
             joystick: self.joystick.as_ref().map(|stick| stick.joystick(cylinders)).transpose()?,
@@ -155,6 +158,11 @@ impl ScenarioEntry<'_> {
             recorded_by: None,
             warnings: Vec::new(),
         })
+    }
+
+    /// The measured pressure of the supply.
+    pub fn supply(&self) -> PyResult<Option<SupplyPressure>> {
+        supply_pressure(self.supply.as_ref())
     }
 
     /// Every lever that one of the joysticks has: names of cylinders, where no machine tells them.
@@ -248,6 +256,18 @@ impl PhaseEntry<'_> {
             joystick: self.joystick.as_ref().map(|stick| stick.joystick(cylinders)).transpose()?,
         })
     }
+}
+
+/// A pressure of the supply from times, pressures, and whether to join them.
+pub fn supply_pressure(given: Option<&(Row, Row, bool)>) -> PyResult<Option<SupplyPressure>> {
+    let read = |(time, pressure, linear): &(Row, Row, bool)| {
+        Ok(SupplyPressure {
+            time: time.as_slice()?.to_vec(),
+            pressure: pressure.as_slice()?.to_vec(),
+            interpolation: interpolation(*linear),
+        })
+    };
+    given.map(read).transpose()
 }
 
 fn interpolation(linear: bool) -> Interpolation {

@@ -5,12 +5,13 @@ use crate::arrays::{matrix, rows, tensor, vector, Row, Rows};
 use crate::errors::{cannot_build, file_error};
 use crate::overrides::overrides;
 use crate::record::{statistics_of, MAX_STEPS};
-use crate::scenario::SolverEntry;
+use crate::scenario::{supply_pressure, SolverEntry};
 use hydrocrane_sim::sensitivity::{self, Experiment, Parameter, Sensitivities, SensitivityError, Start};
 use hydrocrane_sim::Commands;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
+use std::sync::Arc;
 
 /// Key, value and unit of a parameter.
 type ParameterEntry = (String, f64, String);
@@ -49,6 +50,7 @@ impl SensitivityExperiment {
         command_times: Row<'_>,
         commands: Rows<'_>,
         linear: bool,
+        supply: Option<(Row<'_>, Row<'_>, bool)>,
         record_times: Row<'_>,
         solver: SolverEntry,
         resolve_slopes: bool,
@@ -67,6 +69,7 @@ impl SensitivityExperiment {
             start: if at_rest { Start::Rest(start) } else { Start::State(start) },
             end: t_end,
             commands,
+            supply: supply_pressure(supply.as_ref())?.map(Arc::new),
             record: record_times.as_slice()?.to_vec(),
             solver: solver.solver(),
             max_steps: MAX_STEPS,

@@ -87,6 +87,7 @@ impl<'a> Loop<'a> {
             control: if method == "hc-rosenbrock-3" { StepControl::Even } else { StepControl::Adaptive },
             payload: 0.0,
             payload_changes: Vec::new(),
+            supply: None,
             ledger: false,
             max_steps: 1_000_000,
         };

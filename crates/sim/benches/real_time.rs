@@ -52,6 +52,7 @@ fn simulator(model: &Arc<dyn Model>, method: &str, tolerance: f64, max_step: f64
         control: if method == "hc-rosenbrock-3" { StepControl::Even } else { StepControl::Adaptive },
         payload: 0.0,
         payload_changes: Vec::new(),
+        supply: None,
         ledger: false,
         max_steps: 1_000_000,
     };

@@ -77,6 +77,7 @@ impl<'a> Lift<'a> {
             control: StepControl::Adaptive,
             payload: 0.0,
             payload_changes: Vec::new(),
+            supply: None,
             ledger,
             max_steps: 1_000_000,
         };

@@ -4,6 +4,7 @@ use crate::command_path::CommandPaths;
 use crate::model::Model;
 use crate::options::RunOptions;
 use crate::payload::Loads;
+use crate::supply::Prescribed;
 use hydrocrane_ode::{method, Linearisation, Stepper, System};
 use hydrocrane_plant::layout::MAX_JOINTS;
 
@@ -12,6 +13,7 @@ pub(crate) struct Driven<'a> {
     pub model: &'a dyn Model,
     pub payload: f64,
     pub loads: Loads,
+    pub supply: Prescribed,
     /// Commands at `since` and their rates of change, constant over the interval at hand.
     pub base: [f64; MAX_JOINTS],
     pub slope: [f64; MAX_JOINTS],
@@ -25,6 +27,7 @@ impl<'a> Driven<'a> {
             model,
             payload: options.payload,
             loads: Loads::new(&options.payload_changes),
+            supply: Prescribed::new(model, options),
             base: [0.0; MAX_JOINTS],
             slope: [0.0; MAX_JOINTS],
             since,
@@ -62,6 +65,7 @@ impl System for Driven<'_> {
     }
     fn derivative(&self, t: f64, x: &[f64], dx: &mut [f64]) {
         self.model.derivative(x, &self.command(t), self.payload, dx);
+        self.supply.write(dx);
     }
     fn quadrature_rates(&self, x: &[f64], dw: &mut [f64]) {
         self.model.powers(x, self.payload, dw);
@@ -69,10 +73,12 @@ impl System for Driven<'_> {
     fn linearise(&self, t: f64, x: &[f64], at: &mut Linearisation) {
         let (rate, jacobian) = at.block_arrow(self.model.layout().blocks(), 0);
         self.model.linearise(x, &self.command(t), self.payload, rate, &mut jacobian[0]);
+        self.supply.write(rate);
     }
     fn update_input(&self, t: f64, x: &[f64], at: &mut Linearisation) {
         let (rate, jacobian) = at.block_arrow(self.model.layout().blocks(), 0);
         self.model.update_input(x, &self.command(t), rate, &mut jacobian[0]);
+        self.supply.write(rate);
     }
     fn time_derivative(&self, _t: f64, _x: &[f64], dfdt: &mut [f64]) -> bool {
         let driven = self.slope != [0.0; MAX_JOINTS];

@@ -88,7 +88,9 @@ impl EventLoop {
             let driven = crane.driven_mut();
             events.happen(self.limit, driven, &mut self.stepper)?;
             driven.change_payload(&mut self.stepper);
-            self.limit = driven.loads.next_time().into_iter().chain([events.next()]).fold(end, f64::min);
+            driven.supply.follow(&mut self.stepper);
+            let changes = [driven.loads.next_time(), driven.supply.next_time()];
+            self.limit = changes.into_iter().flatten().chain([events.next()]).fold(end, f64::min);
         }
         step_of(crane.system(), &mut self.stepper, &mut self.watch, crane.driven(), self.limit)?;
         events.follow(&self.stepper);

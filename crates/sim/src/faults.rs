@@ -4,6 +4,7 @@ use crate::model::Model;
 use crate::options::RunOptions;
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::payload;
+use crate::supply;
 use hydrocrane_ode::{StepFailure, Stepper, METHODS};
 
 /// Why a state cannot be started from, if it cannot.
@@ -11,7 +12,9 @@ pub(crate) fn start_fault(model: &dyn Model, x0: &[f64], options: &RunOptions) -
     if !METHODS.contains(&options.method.as_str()) {
         return Some(format!("no method `{}`; there are {}", options.method, METHODS.join(", ")));
     }
-    payload::fault(&options.payload_changes).or_else(|| state_fault(model, x0))
+    payload::fault(&options.payload_changes)
+        .or_else(|| supply::fault(model, options))
+        .or_else(|| state_fault(model, x0))
 }
 
 /// Why no crane can be in this state, if none can.

@@ -29,6 +29,7 @@ mod sensor_monitor;
 mod simulator;
 mod stepping;
 mod stick;
+mod supply;
 mod tip_rates;
 mod warning;
 mod warnings;

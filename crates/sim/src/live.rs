@@ -15,6 +15,7 @@ use crate::sampled::{plan_fault, Event, Sampled, SampledPlan, Sampling};
 use crate::schedule::Schedule;
 use crate::sensing::Sensors;
 use crate::stick::Sticks;
+use crate::supply::RateAtHand;
 use crate::warning::Warning;
 use hydrocrane_control::controller::{Controller, Goal};
 use hydrocrane_plant::layout::MAX_JOINTS;
@@ -51,17 +52,18 @@ pub struct Live {
     ended: Option<Outcome>,
 }
 
-/// Commands at a time (s), and their rates of change from there on.
+/// Commands at a time (s), and their rates of change from there on; with that of a measured supply pressure.
 #[derive(Debug, Clone, Copy)]
 struct CommandsAtHand {
     base: [f64; MAX_JOINTS],
     slope: [f64; MAX_JOINTS],
     since: f64,
+    supply: RateAtHand,
 }
 
 impl CommandsAtHand {
     fn of(driven: &Driven) -> Self {
-        CommandsAtHand { base: driven.base, slope: driven.slope, since: driven.since }
+        CommandsAtHand { base: driven.base, slope: driven.slope, since: driven.since, supply: driven.supply.now }
     }
 }
 
@@ -245,8 +247,10 @@ impl Live {
 
     /// The crane as it is driven at this time.
     fn driven<'a>(&self, model: &'a dyn Model) -> Driven<'a> {
-        let CommandsAtHand { base, slope, since } = self.commands;
-        Driven { payload: self.payload, base, slope, since, ..Driven::new(model, &self.options, since) }
+        let CommandsAtHand { base, slope, since, supply } = self.commands;
+        let mut driven = Driven::new(model, &self.options, since);
+        driven.supply.now = supply;
+        Driven { payload: self.payload, base, slope, since, ..driven }
     }
 
     /// The phase at hand ends at `time` (s): steps end there.

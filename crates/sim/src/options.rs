@@ -4,8 +4,10 @@ use crate::model::Model;
 use crate::outcome::Outcome;
 use crate::payload::{PayloadChange, PayloadEvent};
 use crate::warning::Warning;
+use hydrocrane_machine::scenario::SupplyPressure;
 use hydrocrane_ode::{Effort, StepControl, Tolerances};
 use hydrocrane_plant::ledger::{shared_terms, LEDGER_PER_CYLINDER};
+use std::sync::Arc;
 
 /// Spool commands against time: one row per time, one column per cylinder, m.
 #[derive(Debug, Clone, Default)]
@@ -28,6 +30,8 @@ pub struct RunOptions {
     pub payload: f64,
     /// Loads taken up and let go on the way, in order of time.
     pub payload_changes: Vec<PayloadChange>,
+    /// A measured pressure of the supply, for a machine that takes one.
+    pub supply: Option<Arc<SupplyPressure>>,
     /// Integrate the energy ledger along.
     pub ledger: bool,
     /// Accepted steps after which a run is given up.

@@ -51,7 +51,7 @@ impl Events for Held<'_> {
 impl Simulator {
     /// Loads change by [`Self::set_payload`] only, not by `options`.
     pub fn new(model: Arc<dyn Model>, sample_time: f64, options: RunOptions) -> Self {
-        let options = RunOptions { payload_changes: Vec::new(), ..options };
+        let options = RunOptions { payload_changes: Vec::new(), supply: None, ..options };
         let (paths, sensors) = (CommandPaths::new(model.machine(), [0.0; MAX_JOINTS]), Sensors::ideal(model.as_ref()));
         let payload = options.payload;
         Simulator { model, options, payload, sample_time, going: None, paths, unread: sensors.clone(), sensors }

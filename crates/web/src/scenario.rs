@@ -61,6 +61,7 @@ impl Request {
             record_interval: 0.01,
             initial: Initial { joints, pressures: Pressures::Equilibrium },
             commands: Vec::new(),
+            supply: None,
             cylinders: machine.cylinders.iter().map(|cylinder| cylinder.name.clone()).collect(),
             controller: Some(controller),
             joystick: Some(joystick),

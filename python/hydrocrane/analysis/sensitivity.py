@@ -162,6 +162,7 @@ class Experiment:
             command_times,
             spools,
             linear,
+            None if plan.supply is None else plan.supply.entry,
             times,
             plan.solver.entry,
             bool(resolve_slopes),

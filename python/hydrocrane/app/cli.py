@@ -76,6 +76,9 @@ def simulate(
     command_log: Annotated[
         Path | None, typer.Option(help="CSV file with spool commands in place of the scenario's; columns as cylinders.")
     ] = None,
+    supply_log: Annotated[
+        Path | None, typer.Option(help="CSV file with a measured supply pressure; its column is `supply.pressure`.")
+    ] = None,
     payload: Payload = None,
     duration: Annotated[float | None, typer.Option(help="s.")] = None,
     method: Annotated[
@@ -100,6 +103,8 @@ def simulate(
     if command_log is not None:
         changes["commands"] = hc.read_commands(command_log, machine or plan.load_machine())
         plan = plan.changed(controller=None, joystick=None, goals=(), phases=())
+    if supply_log is not None:
+        changes["supply"] = hc.read_supply(supply_log)
     if plan.recorded_by not in ("", hc.__version__):
         warn(f"{scenario} was recorded with version {plan.recorded_by}, this is {hc.__version__}: the drive may differ")
     suffixes = _data_suffixes(plan.name, also, film)

@@ -43,6 +43,9 @@ def fit(
     prior: Annotated[
         list[str], typer.Option(help="Standard deviation, SI: KEY=VALUE, or KEY=none; repeat for more.")
     ] = [],  # noqa: B006
+    tie: Annotated[
+        list[str], typer.Option(help="Key in proportion to a parameter: KEY=PARAMETER; repeat for more.")
+    ] = [],  # noqa: B006
     settings: Annotated[list[str], typer.Option("--set", help="Override a machine key: KEY=VALUE.")] = [],  # noqa: B006
     payload: Annotated[float | None, typer.Option(help="Mass at the tip, kg.")] = None,
     starts: Annotated[int, typer.Option(help="Searches; all but the first from drawn values.")] = 1,
@@ -68,7 +71,8 @@ def fit(
             scenario, logs, parameter, mapping=mapping, signals=signal or None, motion=motion.value,
             interpolation=interpolation.value, bandwidth=bandwidth,
             window=stretch("--window", window, "0:20"), hold_out=_hold_out(hold_out),
-            priors=dict(map(_prior, prior)), starts=starts, starts_seed=seed, progress=tell, **changes,
+            priors=dict(map(_prior, prior)), ties=dict(map(_tie, tie)), starts=starts, starts_seed=seed, progress=tell,
+            **changes,
         )  # fmt: skip
     say(found.summary())
     written = [] if write is None else [found.write(write)]
@@ -88,6 +92,17 @@ def _hold_out(text: str | None) -> HoldOut:
         return float(text)
     except ValueError:
         raise InputError(f"--hold-out takes a share such as 0.3, or FROM:TO in s; got `{text}`") from None
+
+
+def _tie(text: str) -> tuple[str, str]:
+    from hydrocrane.errors import InputError
+
+    key, _, leader = text.partition("=")
+    if not (key.strip() and leader.strip()):
+        raise InputError(
+            f"--tie takes KEY=PARAMETER, for example friction.lift.breakaway=friction.lift.coulomb; got `{text}`"
+        )
+    return key.strip(), leader.strip()
 
 
 def _prior(text: str) -> tuple[str, Prior]:

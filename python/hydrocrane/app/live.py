@@ -31,6 +31,11 @@ def drive_request(target: str, settings: Mapping[str, Override]) -> Request:
     if not is_scenario(target):
         return machine_request(hc.load_machine(target, dict(settings)))
     plan = hc.load_scenario(target).changed(overrides=dict(settings))
+    if plan.supply is not None:
+        raise InputError(
+            f"{target} has a measured supply pressure, and a live drive begins at the machine's own; leave [supply] "
+            "out, or choose scenario and log together with *Replay* in the page to repeat the run"
+        )
     machine = plan.load_machine()
     plan.initial_state(machine)
     return {**machine_request(machine), **_scenario_request(plan)}

@@ -109,6 +109,7 @@ def scenario_report(plan: Scenario, machine: Machine) -> list[Text]:
         Text(f"start at {', '.join(q)}; pressures {plan.pressures if isinstance(plan.pressures, str) else 'given'}"),
         Text(f"{_drive(plan, machine)}; solver {named(_core.method_for(machine.core, solver.entry), solver.method)}"),
         *_loads(plan),
+        *_supply(plan),
         *(Text(f"from {begin:g} s on: {_loop(stage)}") for begin, stage in plan.stages()[1:]),
     ]
 
@@ -117,6 +118,15 @@ def _loads(plan: Scenario) -> list[Text]:
     """The payload against time, where it changes."""
     changes = [f"{mass:g} kg from {time:g} s" for time, mass in plan.payload_changes.items()]
     return [Text(f"payload {', '.join(changes)}")] if changes else []
+
+
+def _supply(plan: Scenario) -> list[Text]:
+    """The measured pressure of the supply, where there is one."""
+    if plan.supply is None:
+        return []
+    low, high = 1e-5 * plan.supply.pressure.min(), 1e-5 * plan.supply.pressure.max()
+    joined = "joined linearly" if plan.supply.interpolation == "linear" else "held"
+    return [Text(f"measured supply pressure {low:.4g} to {high:.4g} bar, {plan.supply.time.size} times, {joined}")]
 
 
 def _drive(plan: Scenario, machine: Machine) -> str:

@@ -79,8 +79,10 @@ def _columns(differences: Mapping[tuple[str, str], Difference]) -> Iterator[str]
                 s: o for (other, s), o in differences.items() if other == log and s != signal and o.unit == d.unit
             }
             for name, other in others.items():
-                shared = np.interp(d.time, other.time, other.run)
-                if _correlation(shared, d.log) > own + BETTER and signal < name:
+                here = _correlation(np.interp(d.time, other.time, other.run), d.log)
+                there = _correlation(np.interp(other.time, d.time, d.run), other.log)
+                better = here > own + BETTER and there > _correlation(other.run, other.log)
+                if better and signal < name:
                     yield f"{log}: `{signal}` reads as `{name}` should: are the columns swapped?"
 
 

@@ -15,6 +15,7 @@ from hydrocrane.fitting.records import HoldOut, opened, window_of
 from hydrocrane.fitting.result import Fit
 from hydrocrane.fitting.search import searched
 from hydrocrane.fitting.setup import Setup
+from hydrocrane.fitting.ties import Ties, ties_of
 from hydrocrane.logs import log_mapping
 from hydrocrane.logs.columns import LogLike
 from hydrocrane.logs.mapping import MappingLike
@@ -45,6 +46,7 @@ def fit(
     priors: Priors | None = None,
     sensor_errors: bool = True,
     robust: bool = True,
+    ties: Ties | None = None,
     starts: int = 1,
     starts_seed: int = 0,
     executor: Executor | None = None,
@@ -91,6 +93,10 @@ def fit(
         Let zero and span of signals vary within the accuracy that the machine file states for their sensors.
     robust : bool
         Weigh outliers down (Huber).
+    ties : mapping, optional
+        Keys that move in proportion to a parameter, as the machine file has them, by the parameter:
+        ``{"friction.lift.breakaway": "friction.lift.coulomb"}``. Without it a fitted Coulomb friction leaves break-away
+        friction where it is, and a warning says so where their ratio shifts.
     starts : int
         Searches; those after the first begin at values drawn from the priors by `starts_seed`.
     executor : Executor, optional
@@ -131,6 +137,7 @@ def fit(
         raise InputError("no log was handed over; a fit needs one or more")
     found_mapping = log_mapping(mapping)
     windows = [window_of(opened(log, found_mapping), window) for log in listed]
+    bound = ties_of(machine, ties or {}, parameters)
     setup = Setup(
         plan,
         machine,
@@ -143,12 +150,20 @@ def fit(
         at_rest,
         sensor_errors,
         robust,
+        bound,
     )
     task, notes = setup.measured(windows) if motion == "measured" else setup.simulated(windows)
     found = searched(task, starts, seed_number(starts_seed), map if executor is None else executor.map, tell)
     tell("intervals")
     return Fit(
-        plan, machine, task, found, information(task, found.weights, found.estimate.values), motion, tuple(notes)
+        plan,
+        machine,
+        task,
+        found,
+        information(task, found.weights, found.estimate.values),
+        motion,
+        tuple(notes),
+        bound,
     )
 
 

@@ -62,22 +62,28 @@ def sensor_error(name: str, signals: Sequence[str]) -> SensorError | None:
     return SensorError(signal, kind) if kind in ERRORS and signal in signals else None
 
 
-def unknown_key(machine: Machine, key: str, priors: Priors, alone: bool) -> Unknown:
-    """A key of the machine file as an unknown, with a prior by the provenance of its value unless one is given.
-
-    It may go as far as the file allows; where it is not `alone`, as another unknown of its table may move that end, as
-    far as its sign allows.
-    """
+def key_value(machine: Machine, key: str) -> float:
+    """Value of a key, or of one of a pair there, SI."""
     path, _, element = key.partition("[")
-    known = machine.value(path)
-    values = np.atleast_1d(real_array(known.si, path))
+    values = np.atleast_1d(real_array(machine.value(path).si, path))
     if element not in ("", "0]", "1]") or (element and values.size < 2):
         raise InputError(
             f"`{key}` is no value of the machine file; the values of a pair are `{path}[0]` and `{path}[1]`"
         )
     if not element and np.ptp(values) > 0.0:
         raise InputError(f"`{path}` holds two values: name one of them, `{path}[0]` or `{path}[1]`")
-    value = float(values[1 if element == "1]" else 0])
+    return float(values[1 if element == "1]" else 0])
+
+
+def unknown_key(machine: Machine, key: str, priors: Priors, alone: bool, along: Mapping[str, float]) -> Unknown:
+    """A key of the machine file as an unknown, with a prior by the provenance of its value unless one is given.
+
+    It may go as far as the file allows; where it is not `alone`, as another unknown of its table may move that end, as
+    far as its sign allows. `along` are keys that move with it, by their ratio to it.
+    """
+    path = key.partition("[")[0]
+    value, known = key_value(machine, key), machine.value(path)
+    values = np.atleast_1d(real_array(known.si, path))
     guessed = known.source == "override"
     share = GUESSED if guessed else SHARES.get(known.provenance, GUESSED)
     deviation = share * (abs(value) if values.size < 2 or signed(path) is False else float(np.linalg.norm(values)))
@@ -91,25 +97,26 @@ def unknown_key(machine: Machine, key: str, priors: Priors, alone: bool) -> Unkn
     scale = prior[1] if prior is not None else (0.2 * abs(value) or 1.0)
     low, high = (-np.inf, np.inf) if signed(path) else (0.0, np.inf)
     if alone:
-        low = max(low, _end(machine, key, start, max(start - FARTHEST * scale, low)))
-        high = min(high, _end(machine, key, start, start + FARTHEST * scale))
+        together = {key: 1.0, **along}
+        low = max(low, _end(machine, together, start, max(start - FARTHEST * scale, low)))
+        high = min(high, _end(machine, together, start, start + FARTHEST * scale))
     return Unknown(key, start, scale, prior, (low, high))
 
 
-def _end(machine: Machine, key: str, start: float, far: float) -> float:
-    """Where a key's values end on the way from `start` to `far`; infinity where `far` is allowed too."""
-    if _allowed(machine, key, far):
+def _end(machine: Machine, together: Mapping[str, float], start: float, far: float) -> float:
+    """Where a value, times each key's ratio, ends on the way from `start` to `far`; infinity where `far` is allowed."""
+    if _allowed(machine, together, far):
         return float(np.copysign(np.inf, far - start))
     good = start
     for _ in range(HALVINGS):
         middle = 0.5 * (good + far)
-        good, far = (middle, far) if _allowed(machine, key, middle) else (good, middle)
+        good, far = (middle, far) if _allowed(machine, together, middle) else (good, middle)
     return good
 
 
-def _allowed(machine: Machine, key: str, value: float) -> bool:
+def _allowed(machine: Machine, together: Mapping[str, float], value: float) -> bool:
     try:
-        machine.changed(machine.overrides_at([key], [value]))
+        machine.changed(machine.overrides_at(list(together), [ratio * value for ratio in together.values()]))
     except HydrocraneError:
         return False
     return True

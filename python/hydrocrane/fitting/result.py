@@ -19,6 +19,7 @@ from hydrocrane.fitting.information import Information
 from hydrocrane.fitting.quality import SignalQuality
 from hydrocrane.fitting.search import Found, Task
 from hydrocrane.fitting.simulated import modelled_signals
+from hydrocrane.fitting.ties import Tie, left_behind
 from hydrocrane.identification.report import Report, Section, Table
 from hydrocrane.identification.result import labelled
 from hydrocrane.machine.machine import Machine
@@ -43,6 +44,8 @@ class Fit:
         ``simulated`` or ``measured``.
     notes : tuple of str
         What was noticed in the logs.
+    ties : tuple of Tie
+        Keys that moved in proportion to fitted ones.
     """
 
     scenario: Scenario
@@ -52,6 +55,7 @@ class Fit:
     information: Information = field(repr=False)
     motion: str
     notes: tuple[str, ...] = ()
+    ties: tuple[Tie, ...] = ()
 
     def __repr__(self) -> str:
         return f"<Fit of {len(self.names)} parameters to {len(self.task.models)} logs: {self._ended}>"
@@ -115,7 +119,9 @@ class Fit:
     @cached_property
     def machine(self) -> Machine:
         """The machine with the fitted values."""
-        return self.start.changed(self.start.overrides_at(self.keys, [self.value(key) for key in self.keys]))
+        moved = {key: self.value(key) for key in self.keys}
+        moved |= {tie.key: tie.ratio * self.value(tie.leader) for tie in self.ties}
+        return self.start.changed(self.start.overrides_at(list(moved), list(moved.values())))
 
     @cached_property
     def differences(self) -> dict[tuple[str, str], Difference]:
@@ -158,7 +164,8 @@ class Fit:
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """What a reader must know before trusting the result, the most important first."""
-        return doubts(self.task, self.found, self.information, self.quality, self.differences)
+        behind = left_behind(self.start, self.machine, self.keys, self.ties)
+        return (*doubts(self.task, self.found, self.information, self.quality, self.differences), *behind)
 
     @cached_property
     def figure(self) -> Figure:
@@ -175,6 +182,7 @@ class Fit:
             low, high = self.interval(name)
             ends = f"95 %: {low:.5g} to {high:.5g}, was {self.prior(name):.5g}"
             lines.append(f"  {name:<{width}}  {self.value(name):.5g} {self.unit(name)}, {ends}")
+        lines += [f"  {tie.key} moves along, {tie.ratio:.4g} times `{tie.leader}`" for tie in self.ties]
         for q in self.quality:
             held = f", held out {q.held_out:.3g} ({q.held_out_share:.1%})" if np.isfinite(q.held_out) else ""
             lines.append(f"  {q.log}: {q.signal} rms {q.rms:.3g} {q.unit} ({q.share:.1%} of its range){held}")
@@ -184,6 +192,9 @@ class Fit:
     def toml(self, *, date: str = "") -> str:
         """The fitted values as a part of a machine file, to be included; comments give the 95 % intervals."""
         known = {key: self.interval(key) for key in self.keys}
+        for tie in self.ties:
+            low, high = sorted(tie.ratio * end for end in self.interval(tie.leader))
+            known[tie.key] = (low, high)
         return block(self.machine, known, [m.record.name for m in self.task.models], self.motion, self.warnings, date)
 
     def write(self, path: str | PathLike[str]) -> Path:

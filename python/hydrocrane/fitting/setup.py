@@ -22,11 +22,20 @@ from hydrocrane.fitting.plausible import swapped_pressures
 from hydrocrane.fitting.prediction import LogModel, Reading
 from hydrocrane.fitting.records import LEAST_SAMPLES, HoldOut, Record, chosen_signals, record_of
 from hydrocrane.fitting.search import Task
-from hydrocrane.fitting.simulated import ClosedLoop, OpenLoop, modelled_signals, replayed, starts_moving
+from hydrocrane.fitting.simulated import (
+    ClosedLoop,
+    OpenLoop,
+    modelled_signals,
+    replayed,
+    starts_doubtfully,
+    starts_moving,
+)
+from hydrocrane.fitting.ties import Tie, tied
 from hydrocrane.identification.output_error import Unknown
 from hydrocrane.logs import Log
 from hydrocrane.machine.machine import Machine
 from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.scenario.supply import MAINS, SUPPLY
 
 # Stands for a piston about to move, m/s: friction is at its largest there.
 SLOW = 1e-3
@@ -47,15 +56,24 @@ class Setup:
     at_rest: bool
     sensor_errors: bool
     robust: bool
+    ties: tuple[Tie, ...] = ()
 
     def simulated(self, windows: Sequence[Log]) -> tuple[Task, list[str]]:
         """Logs whose motion follows from commands, and what was noticed in them."""
         units = modelled_signals(self.machine)
+        if self.plan.supply is not None:
+            units.pop(MAINS)
         records, replays, notes = [], [], []
         for log in windows:
             records.append(self._record(log, chosen_signals(log, self.signals, units), units, {}))
             replays.append(replayed(self.plan, self.machine, log, self.interpolation))
             notes += [*records[-1].notes, starts_moving(self.machine, log), *swapped_pressures(self.machine, log)]
+            notes += starts_doubtfully(replays[-1].plan, log)
+        if SUPPLY in self.parameters and any(replay.plan.supply is not None for replay in replays):
+            raise InputError(
+                f"`{SUPPLY}` does not enter a run that follows a measured supply pressure; leave it out of the "
+                "parameters, or that pressure out of scenario and mapping"
+            )
         keys = self._keys(_signals(records), ())
         errors = self._errors(_signals(records), records)
         errors += [
@@ -64,11 +82,14 @@ class Setup:
             for signal, error in replay.errors.items()
             if signal in record.signals
         ]
-        names, scales = tuple(u.name for u in keys), tuple(u.scale for u in keys)
-        models: list[LogModel] = [
-            ClosedLoop(replay.plan, record, names, scales)
-            if replay.plan.closed_loop
-            else OpenLoop(replay.plan, record, names)
+        names, scales = self._with_ties(keys)
+        models = [
+            self._tied(
+                ClosedLoop(replay.plan, record, names, scales)
+                if replay.plan.closed_loop
+                else OpenLoop(replay.plan, record, names),
+                keys,
+            )
             for record, replay in zip(records, replays, strict=True)
         ]
         return self._task(keys, len(keys), models, errors, records), [note for note in notes if note]
@@ -105,16 +126,24 @@ class Setup:
                     "pressures, can be fitted"
                 )
         own = (*keys, *(unknown for _, unknown in self._errors(inputs, records)))
-        models: list[LogModel] = [
-            MeasuredMotion(
-                self.machine, record, motion, tuple(name.split(".")[1] for name in record.signals),
-                tuple(u.name for u in keys), tuple(errors),
-                {name: np.nan_to_num(record.log[name])[:: record.every] for name in pressures if name in record.log},
-                moves, tuple(u.scale for u in own),
-            )
-            for record, (motion, moves) in zip(records, motions, strict=True)
-        ]  # fmt: skip
+        names, scales = self._with_ties(keys)
+        scales = (*scales, *(unknown.scale for unknown in own[len(keys) :]))
+        models = []
+        for record, (motion, moves) in zip(records, motions, strict=True):
+            cylinders = tuple(name.split(".")[1] for name in record.signals)
+            read = {p: np.nan_to_num(record.log[p])[:: record.every] for p in pressures if p in record.log}
+            model = MeasuredMotion(self.machine, record, motion, cylinders, names, tuple(errors), read, moves, scales)
+            models.append(self._tied(model, keys, len(errors)))
         return self._task(own, len(keys), models, self._errors(_signals(records), records), records), notes
+
+    def _with_ties(self, keys: Sequence[Unknown]) -> tuple[tuple[str, ...], tuple[float, ...]]:
+        """Names and scales of the keys and of those tied to them."""
+        scales = {unknown.name: unknown.scale for unknown in keys}
+        scales |= {tie.key: abs(tie.ratio) * scales[tie.leader] for tie in self.ties}
+        return tuple(scales), tuple(scales.values())
+
+    def _tied(self, model: LogModel, keys: Sequence[Unknown], others: int = 0) -> LogModel:
+        return tied(model, self.ties, [unknown.name for unknown in keys], others)
 
     def _friction_at_rest(self, record: Record, moves: dict[str, np.ndarray]) -> np.ndarray:
         """Standard deviation (m, n) of the friction of pistons that may stand still, N: evenly likely to break-away."""
@@ -146,8 +175,9 @@ class Setup:
         if not keys:
             raise InputError("name at least one key of the machine file among the parameters, such as `payload.mass`")
         tables = [name.rpartition(".")[0] for name in keys]
+        along = {name: {tie.key: tie.ratio for tie in self.ties if tie.leader == name} for name in keys}
         return [
-            unknown_key(self.machine, name, self.priors, tables.count(table) == 1)
+            unknown_key(self.machine, name, self.priors, tables.count(table) == 1, along[name])
             for name, table in zip(keys, tables, strict=True)
         ]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,6 +19,7 @@ from hydrocrane.machine.machine import Machine
 from hydrocrane.scenario.changes import Changes
 from hydrocrane.scenario.command import Command
 from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.scenario.supply import MAINS, SUPPLY, SUPPLY_SIGNALS, SupplyPressure
 from hydrocrane.simulation.running import simulate
 
 # Half of a difference between runs with a sampled controller, in standard deviations of a parameter: what it decides at
@@ -106,7 +108,7 @@ def replayed(plan: Scenario, machine: Machine, log: Log, interpolation: str) -> 
     """The scenario over the time of a log, with the log's spool commands, pose and pressures at its start.
 
     Spool commands are columns ``cylinder.<name>.command``; without any the scenario's own hold, and the log's clock is
-    the scenario's.
+    the scenario's. A measured supply pressure is the column ``supply.pressure``, or ``mains.p`` as runs are saved with.
     """
     begin = float(log.time[0])
     changes: Changes = {"duration": float(log.time[-1]) - begin}
@@ -129,6 +131,9 @@ def replayed(plan: Scenario, machine: Machine, log: Log, interpolation: str) -> 
             for c, name in enumerate(machine.cylinder_names)
             if times.size
         }
+    supply = _supply(log, machine, begin, interpolation) or _later_supply(plan.supply, begin)
+    if supply is not None:
+        changes["supply"] = supply
     still = _still(plan.changed(**changes), machine)
     starts = {j: at_start(log, f"joint.{j}.q", still) for j in machine.joint_names if f"joint.{j}.q" in log}
     changes["joints"] = {**plan.joints, **{joint: start.value for joint, start in starts.items()}}
@@ -153,6 +158,11 @@ def _still(plan: Scenario, machine: Machine) -> float:
     return float(np.clip(until, *START))
 
 
+def starts_doubtfully(plan: Scenario, log: Log) -> list[str]:
+    """What makes the start of the run over a log doubtful, its supply pressure too."""
+    return [f"{log.source}: {doubt.text}; {doubt.cure}" for doubt in plan.start(plan.load_machine())[1]]
+
+
 def starts_moving(machine: Machine, log: Log) -> str:
     """What is wrong where a log begins in motion; empty where it begins at rest."""
     span = min(0.5, 0.2 * float(log.time[-1] - log.time[0]))
@@ -173,12 +183,44 @@ def starts_moving(machine: Machine, log: Log) -> str:
     return ""
 
 
+def _check_unit(log: Log, name: str, unit: str) -> None:
+    """Refuse a column in another unit than the one that the model replays it in."""
+    stated = str(log.data[name].attrs.get("units", ""))
+    if stated not in ("", unit):
+        cure = 'state what one of its numbers means in a mapping, unit = "0.5 mm"' if unit == "m" else "state its unit"
+        raise InputError(f"{log.source}: `{name}` is in {stated} and is replayed in {unit}; {cure}")
+
+
 def _command(log: Log, cylinder: str, begin: float, interpolation: str) -> Command:
+    _check_unit(log, f"cylinder.{cylinder}.command", "m")
     values = log[f"cylinder.{cylinder}.command"]
     good = np.isfinite(values)
     if not good.any():
         raise InputError(f"{log.source}: `cylinder.{cylinder}.command` has no readings")
     return Command(log.time[good] - begin, values[good], interpolation)
+
+
+def _supply(log: Log, machine: Machine, begin: float, interpolation: str) -> SupplyPressure | None:
+    """The measured pressure of the supply, of a machine whose pressure follows from no pump."""
+    pumped = "mains.volume" in machine.keys
+    if pumped and SUPPLY in log:
+        raise InputError(
+            f"{log.source} has `{SUPPLY}` to be replayed, and the supply pressure of the machine follows from its "
+            f"pump; map the column to `{MAINS}` to compare the two, or leave it out of the mapping"
+        )
+    name = next((signal for signal in SUPPLY_SIGNALS if signal in log and not pumped), None)
+    if name is None:
+        return None
+    _check_unit(log, name, "Pa")
+    good = np.isfinite(log[name]) & ~log.spoilt(name)
+    if not good.any():
+        raise InputError(f"{log.source}: `{name}` has no usable readings; check its sensor, or leave it out")
+    return SupplyPressure(log.time[good] - begin, log[name][good], interpolation)
+
+
+def _later_supply(supply: SupplyPressure | None, begin: float) -> SupplyPressure | None:
+    """A supply pressure on a clock that starts at `begin`, s."""
+    return None if supply is None else dataclasses.replace(supply, time=supply.time - begin)
 
 
 def _later(command: Command, begin: float) -> Command:

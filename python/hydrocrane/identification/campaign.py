@@ -232,7 +232,7 @@ class _Campaign:
             span = span_error(self.found.rig)
             reason = _driving(windows, self._bias(record), span) if len(windows) else _why(windows)
             if reason:
-                reasons.append(f"{record.name}: {reason}")
+                reasons.append(f"{record.name}: {reason}{_dead(record)}")
                 continue
             self.found.warnings += [f"{record.name}: {f.message}" for f in windows.flags if f.message not in known]
             self.steady.append(record)
@@ -340,6 +340,13 @@ def _why(windows: SteadyWindows) -> str:
         f"no steady motion: {shown or 'the piston never moves along a straight line'}. Is it a log of constant "
         "velocities? Ramps and steps are handed over as such"
     )
+
+
+def _dead(record: Record) -> str:
+    """What else is wrong with a log whose friction cannot be: pressures that never change."""
+    still = [name for name in PRESSURES if np.ptp(record.log[name]) == 0.0]
+    texts = (f"; `{name}` never changes: its sensor is dead or stands at the end of its range" for name in still)
+    return "".join(texts)
 
 
 def _driving(windows: SteadyWindows, bias: float, span: float) -> str:

@@ -6,6 +6,7 @@ from hydrocrane.scenario.phases import Phase
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.scenario_file import bundled_scenarios, load_scenario
 from hydrocrane.scenario.solver import FIXED_STEPS, METHODS, Solver
+from hydrocrane.scenario.supply import SupplyPressure, read_supply
 
 __all__ = [
     "FIXED_STEPS",
@@ -16,7 +17,9 @@ __all__ = [
     "Phase",
     "Scenario",
     "Solver",
+    "SupplyPressure",
     "bundled_scenarios",
     "load_scenario",
     "read_commands",
+    "read_supply",
 ]

@@ -15,6 +15,7 @@ from hydrocrane.scenario.command import Commands
 from hydrocrane.scenario.goals import Goal
 from hydrocrane.scenario.phases import Phase
 from hydrocrane.scenario.solver import Solver
+from hydrocrane.scenario.supply import SupplyLike
 
 Pressures: TypeAlias = str | Mapping[str, tuple[float, float]]
 
@@ -43,6 +44,7 @@ class CommonFields(TypedDict, total=False):
     believed: Machine | Overrides | None
     monitor: bool | None
     phases: Iterable[Phase]
+    supply: SupplyLike | None
     recorded_by: str
     warnings: Sequence[ResultWarning]
 

@@ -18,6 +18,21 @@ from hydrocrane.machine.machine import MachineLike, as_machine
 INTERPOLATIONS = tuple(_core.scenario_choices("command.<cylinder>.interpolation"))
 
 
+def checked_series(what: str, time: ArrayLike, values: ArrayLike, plural: str, name: str) -> tuple[Array, Array]:
+    """Times (k,) that increase and as many values (k,), both finite."""
+    times, series = real_array(time, "time"), real_array(values, name)
+    if times.ndim != 1 or times.shape != series.shape or not times.size:
+        raise InputError(f"{what} needs as many times as {plural}; got shapes {times.shape}, {series.shape}")
+    if (np.diff(times) <= 0).any():
+        raise InputError(f"the times of {what} must increase")
+    return times, series
+
+
+def check_interpolation(word: str) -> None:
+    if word not in INTERPOLATIONS:
+        raise unknown("interpolation", word, INTERPOLATIONS)
+
+
 @dataclass(frozen=True)
 class Command:
     """Spool command of one cylinder against time.
@@ -42,13 +57,8 @@ class Command:
         def __init__(self, time: ArrayLike, spool: ArrayLike, interpolation: str = "hold") -> None: ...
 
     def __post_init__(self) -> None:
-        time, spool = real_array(self.time, "time"), real_array(self.spool, "spool")
-        if time.ndim != 1 or time.shape != spool.shape or not time.size:
-            raise InputError(f"a command needs as many times as spool values; got shapes {time.shape}, {spool.shape}")
-        if (np.diff(time) <= 0).any():
-            raise InputError("the times of a command must increase")
-        if self.interpolation not in INTERPOLATIONS:
-            raise unknown("interpolation", self.interpolation, INTERPOLATIONS)
+        time, spool = checked_series("a command", self.time, self.spool, "spool values", "spool")
+        check_interpolation(self.interpolation)
         object.__setattr__(self, "time", time)
         object.__setattr__(self, "spool", spool)
 
@@ -130,8 +140,7 @@ def read_commands(
     >>> commands = hc.read_commands("drive.csv", "rottne-f9-lab", columns={"lift": "u_lift"}, units={"lift": "mm"})
     >>> run = hc.simulate("vertical-lift-open-loop", commands=commands)
     """
-    if interpolation not in INTERPOLATIONS:
-        raise unknown("interpolation", interpolation, INTERPOLATIONS)
+    check_interpolation(interpolation)
     own, columns, units = as_machine(machine), columns or {}, units or {}
     wanted = [cylinder for cylinder in own.cylinder_names if cylinder in columns or cylinder in units]
     for cylinder in (*columns, *units):

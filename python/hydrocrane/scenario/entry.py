@@ -28,6 +28,7 @@ from hydrocrane.scenario.command import Command, split_table
 from hydrocrane.scenario.goals import Goal
 from hydrocrane.scenario.phases import Loop, Phase
 from hydrocrane.scenario.solver import Solver
+from hydrocrane.scenario.supply import SupplyPressure
 
 
 class Plan(Loop, Protocol):
@@ -49,6 +50,8 @@ class Plan(Loop, Protocol):
     def pressures(self) -> Pressures: ...
     @property
     def commands(self) -> Mapping[str, Command] | Sequence[ArrayLike]: ...
+    @property
+    def supply(self) -> SupplyPressure | None: ...
     @property
     def closed_loop(self) -> bool: ...
     @property
@@ -78,6 +81,7 @@ def scenario_entry(plan: Plan, cylinders: tuple[str, ...] | None = None) -> Scen
         "joints": [(name, _one(f"start of joint {name}", q)) for name, q in plan.joints.items()],
         "pressures": _pressures(plan),
         "commands": _commands(plan, cylinders),
+        "supply": None if plan.supply is None else plan.supply.entry,
         "controller": _controller(plan, plan.driver, 0) if plan.closed_loop else None,
         "joystick": _joystick(plan.joystick),
         "goals": [(goal.time, (goal.x, goal.z), goal.speed, goal.until) for goal in plan.goals],

@@ -41,6 +41,7 @@ from hydrocrane.scenario.precedence import check_agreement, later_counts, stated
 from hydrocrane.scenario.record_size import NUMBERS_PER_ROW, check_size, row_count
 from hydrocrane.scenario.solver import FIXED_STEPS, Solver
 from hydrocrane.scenario.stage import Stage
+from hydrocrane.scenario.supply import MEASURED, SupplyPressure, as_supply
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,9 @@ class Scenario:
     commands : mapping
         Per cylinder a :class:`Command`, a pair (time, spool), or one constant spool value; cylinders left out keep
         their spool centred. Or a pair (time (k,), spool (k, n_cyl)) for all cylinders at once.
+    supply : SupplyPressure, optional
+        Measured pressure of the supply, or a pair (time, pressure) in s and Pa; default is the machine's constant one
+        or its pump.
     duration, record_interval : float
         s.
     pressures : "equilibrium" or mapping
@@ -124,6 +128,7 @@ class Scenario:
     believed: Machine | Mapping[str, Override] | None = None
     monitor: bool | None = None
     phases: Sequence[Phase] = ()
+    supply: SupplyPressure | None = None
     recorded_by: str = ""
     warnings: Sequence[ResultWarning] = field(default=(), compare=False)
 
@@ -143,6 +148,7 @@ class Scenario:
         scenario_quantity("scenario.record-interval", "record_interval", self.record_interval)
         if isinstance(self.commands, Mapping):
             object.__setattr__(self, "commands", {c: as_command(c, v) for c, v in self.commands.items()})
+        object.__setattr__(self, "supply", as_supply(self.supply))
         if self.payload is not None:
             scenario_quantity("scenario.payload", "payload", self.payload)
         overrides = plain_overrides(self.overrides)
@@ -229,8 +235,8 @@ class Scenario:
 
     @property
     def machine_overrides(self) -> dict[str, Override]:
-        """The overrides, with those that a named controller's period and full speed make."""
-        return {**self.overrides, **self._loop_overrides}
+        """The overrides, with those that a named controller's period and full speed and a measured supply make."""
+        return {**self.overrides, **self._loop_overrides, **(MEASURED if self.supply is not None else {})}
 
     @property
     def _loop_overrides(self) -> dict[str, Override]:

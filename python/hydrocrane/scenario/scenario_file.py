@@ -19,6 +19,7 @@ from hydrocrane.scenario.goals import Goal
 from hydrocrane.scenario.phases import Phase
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.solver import Solver
+from hydrocrane.scenario.supply import SupplyPressure
 
 
 def bundled_scenarios() -> tuple[str, ...]:
@@ -41,6 +42,7 @@ def load_scenario(source: str | PathLike[str], overrides: Overrides | None = Non
         machine=machine,
         joints=dict(raw["joints"]),
         commands={name: Command(**command) for name, command in raw["commands"].items()},
+        supply=None if raw["supply"] is None else SupplyPressure(**raw["supply"]),
         duration=raw["duration"],
         record_interval=raw["record_interval"],
         pressures=raw["pressures"],

@@ -13,7 +13,8 @@ from hydrocrane.machine.overrides import Override
 from hydrocrane.scenario.changes import ScenarioFields
 from hydrocrane.scenario.command import Command, read_commands
 from hydrocrane.scenario.scenario import Scenario
-from hydrocrane.studies.key import COMMAND_FIELDS, COMMAND_LOG, FIELDS, JOYSTICK, SOLVER, Key
+from hydrocrane.scenario.supply import read_supply
+from hydrocrane.studies.key import COMMAND_FIELDS, COMMAND_LOG, FIELDS, JOYSTICK, SOLVER, SUPPLY_LOG, Key
 from hydrocrane.studies.values import si_numbers
 
 
@@ -50,6 +51,8 @@ def _change_scenario(fields: ScenarioFields, plan: Scenario, key: Key, value: Ov
         fields.update(cast(ScenarioFields, stated))
     elif name == COMMAND_LOG:
         fields["commands"] = read_commands(str(value), plan.machine)
+    elif name == SUPPLY_LOG:
+        fields["supply"] = read_supply(str(value))
     elif name in SOLVER:
         solver = fields.get("solver", plan.solver)
         setting: dict[str, Any] = {SOLVER[name][0]: value}

@@ -30,7 +30,11 @@ JOYSTICK: dict[str, tuple[str, str | None]] = {
 }
 # A file with the commands of all cylinders.
 COMMAND_LOG = "command.log"
-PLAIN = FIELDS | SOLVER | JOYSTICK | {COMMAND_LOG: ("commands", None)}
+# A file with the measured pressure of the supply.
+SUPPLY_LOG = "supply.log"
+PLAIN = FIELDS | SOLVER | JOYSTICK | {COMMAND_LOG: ("commands", None), SUPPLY_LOG: ("supply", None)}
+# Tables that machine files have too.
+BOTH = {"payload", "supply"}
 # Tables of a scenario file whose keys hold names.
 NAMED = ("initial.joint", "initial.pressure", "command", "controller.believed")
 COMMAND_FIELDS: dict[str, str | None] = {"time": "s", "spool": "m", "interpolation": None}

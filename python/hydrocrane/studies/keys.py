@@ -14,7 +14,7 @@ from hydrocrane.machine.machine import Machine
 from hydrocrane.machine.overrides import Override, plain_overrides
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.studies.changes import changed_plan
-from hydrocrane.studies.key import COMMAND_FIELDS, COMMAND_LOG, JOYSTICK, NAMED, PLAIN, Key
+from hydrocrane.studies.key import BOTH, COMMAND_FIELDS, COMMAND_LOG, JOYSTICK, NAMED, PLAIN, Key
 
 # Mistakes of a value that leave its key and unit beyond doubt: a case of a study may have them.
 OF_THE_VALUE = ("out-of-range", "not-finite", "crossed-limits", "cannot-close", "cannot-build")
@@ -47,7 +47,7 @@ def resolved_key(name: str, values: Sequence[object], plan: Scenario, machine: M
     for table in NAMED:
         if name.startswith(f"{table}."):
             return _named_key(table, name, values, plan, machine)
-    if "." not in name or name.split(".")[0] in {known.split(".")[0] for known in (*PLAIN, *NAMED)} - {"payload"}:
+    if "." not in name or name.split(".")[0] in {known.split(".")[0] for known in (*PLAIN, *NAMED)} - BOTH:
         raise InputError(f"unknown key `{name}`{nearest(name, [*PLAIN, *_examples(plan, machine), *machine.keys])}")
     return _machine_key(name, values, plan)
 

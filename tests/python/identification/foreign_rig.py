@@ -1,8 +1,9 @@
 """A maker of friction logs that shares nothing with the laboratory: its own laws, integration and sensors.
 
 Friction is Coulomb, Stribeck and viscous, of exponent 1 unless asked otherwise. The piston is moved along trapezoids
-(`imposed`, no differential equation), by a position servo, or by a valve that is opened in steps (`driven`). Sensors
-have noise, quantisation, and errors of zero, span and linearity within the data sheets of ``rig-rottne``. Only
+(`imposed`, no differential equation), by a position servo, or by a valve that is opened in steps (`driven`); small
+motions within the bristles' reach come from the equations of :mod:`oracles.rig` (`bristled`). Sensors have noise,
+quantisation, and errors of zero, span and linearity within the data sheets of ``rig-rottne``. Only
 geometry, mass and data sheets are those of that rig.
 """
 
@@ -11,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from oracles.rig import Rig
 from scipy.integrate import solve_ivp
 
 import hydrocrane as hc
@@ -24,6 +26,8 @@ REST = 1.0
 # Data sheets: transmitters of 400 bar and 0.3 %, potentiometer of 1.25 m and 0.25 %.
 RANGE, ACCURACY, PRESSURE_NOISE = 400 * BAR, 0.003, 0.04 * BAR
 LENGTH, LINEARITY, POSITION_NOISE = 1.25, 0.0025, 5e-5
+# Rise time of the transmitters from 10 to 90 %, s.
+RISE = 4e-3
 SPEEDS = tuple(np.geomspace(0.5e-3, 0.1, 10))
 # Time over which the velocity changes, s.
 RAMP = 0.1
@@ -82,6 +86,7 @@ class Motion:
     x: np.ndarray
     p1: np.ndarray
     p2: np.ndarray
+    command: np.ndarray | None = None
 
 
 def trapezoid(way: float, speed: float, rate: float) -> np.ndarray:
@@ -164,6 +169,64 @@ def opening(truth: Truth, v: float, supply: float) -> float:
     return v / VALVE * np.sqrt((into**3 + out**3) / (supply * into - push))
 
 
+# Spool commands of a slow ramp each way, and of short steps there and back, small ones first: (s, um).
+RAMPS = ((0, 0), (0.5, 0), (4, 60), (4.005, 0), (4.5, 0), (8.5, -75), (8.505, 0), (9, 0))
+PULSES = (180, -230, 180, -230, 300, -380)
+PULSE = ((0.0, 0), (5e-3, 1), (0.1, 1), (0.105, 0))
+STEPS = ((0, 0), *((round(0.5 + 1.4 * k + t, 3), u * on) for k, u in enumerate(PULSES) for t, on in PULSE), (9, 0))
+# Of what the rig's file says of valve, oil and leakage a cylinder differs by this (standard deviation, share), at most
+# by `MOST` of these, and of its bristles evenly within these factors.
+SPREAD, MOST, BRISTLES = 0.2, 1.5, (0.7, 1.4)
+
+
+def bristles_of(seed: int, truth: Truth) -> dict[str, float | list[float]]:
+    """A rig at random with that friction, by the names of its file; exponents are those of the file."""
+    rng, file = np.random.default_rng([seed, 11]), Rig()
+    found = {
+        "coulomb": list(truth.coulomb),
+        "breakaway": [c + r for c, r in zip(truth.coulomb, truth.rise, strict=True)],
+        "stribeck-velocity": list(truth.stribeck_velocity),
+        "viscous": list(truth.viscous),
+    }
+    for name in ("bristle-stiffness", "bristle-damping"):
+        found[name] = float(file.seal[name] * rng.uniform(*BRISTLES))
+    about = {**file.valve, **file.oil, **file.body}
+    for name in ("nominal-flow", "natural-frequency", "bulk-modulus-max", "leakage-gap"):
+        found[name] = float(about[name] * (1.0 + SPREAD * np.clip(rng.normal(), -MOST, MOST)))
+    return found
+
+
+def bristled(cylinder: dict[str, float | list[float]], course, rate: float = 1000.0) -> Motion:
+    """A piston that hangs still, then is moved by spool commands `course`, (s, um), from :data:`REST` on."""
+    rig = Rig(**cylinder)
+    times, spools = (np.array(column, dtype=float) for column in zip(*course, strict=True))
+    time = np.arange(int((REST + times[-1]) * rate) + 1) / rate
+    p1 = 22 * BAR
+    begin = [0.0, 0.0, p1, (p1 * rig.a1 + rig.mass * rig.gravity) / rig.a2, 0.0, 0.0, 0.0]
+    moved = time >= REST
+    record = np.round(time[moved] - REST, 9)
+    x, _, p1, p2, *_ = rig.integrate(begin, times, 1e-6 * spools, record, 1e-8).T
+    columns = [
+        np.concatenate([np.full(time.size - values.size, rest), values])
+        for values, rest in ((x, 0.0), (p1, 0.0), (p2, 0.0))
+    ]
+    return Motion(time, *columns, np.interp(time - REST, times, 1e-6 * spools))
+
+
+def lagged(time: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+    """What a transmitter with :data:`RISE`, first order, makes of a pressure that is straight between its samples.
+
+    At the end of :data:`REST` it has settled.
+    """
+    lag, step = RISE / np.log(9.0), time[1] - time[0]
+    keep = np.exp(-step / lag)
+    found = pressure.copy()
+    for k in range(int(np.searchsorted(time, REST)) + 1, time.size):
+        slope = (pressure[k] - pressure[k - 1]) / step
+        found[k] = pressure[k] - slope * lag + (found[k - 1] - pressure[k - 1] + slope * lag) * keep
+    return found
+
+
 @dataclass(frozen=True)
 class Sensors:
     """Errors of one draw of the sensors: zeros, Pa; spans, shares; the parabola of the potentiometer, m."""
@@ -182,16 +245,58 @@ class Sensors:
         )
 
 
-def read(motion: Motion, seed: int, *, share: float = 1.0, bits: int = 16, source: str = "foreign.csv") -> hc.Log:
-    """The log of a motion: what sensors of draw `seed` with errors of `share` of their data sheets read."""
-    rng = np.random.default_rng([seed, 3])
+def read(
+    motion: Motion, seed: int, *, share: float = 1.0, bits: int = 16, source: str = "foreign.csv", earlier: int = 0
+) -> hc.Log:
+    """The log of a motion: what sensors of draw `seed` with errors of `share` of their data sheets read.
+
+    So many `earlier` logs were read by the same sensors, each with its own noise.
+    """
+    rng = np.random.default_rng([seed, 3, earlier] if earlier else [seed, 3])
     sensors = Sensors.of(seed, share)
     place = np.clip(0.5 + motion.x / LENGTH, 0.0, 1.0)
     signals = {"x": motion.x + sensors.bow * (4 * place * (1 - place) - 0.5)}
     for k, name in enumerate(("p1", "p2")):
-        signals[name] = getattr(motion, name) * (1 + sensors.spans[k]) + sensors.zeros[k]
+        pressure = getattr(motion, name)
+        seen = pressure if motion.command is None else lagged(motion.time, pressure)
+        signals[name] = seen * (1 + sensors.spans[k]) + sensors.zeros[k]
     noise, full = {"x": POSITION_NOISE, "p1": PRESSURE_NOISE, "p2": PRESSURE_NOISE}, {"x": LENGTH}
     for name, values in signals.items():
         step = full.get(name, RANGE) / 2**bits
         signals[name] = np.round((values + noise[name] * rng.normal(size=values.size)) / step) * step
+    if motion.command is not None:
+        signals["command"] = motion.command
     return hc.Log.of({"time": motion.time, **signals}, source=source)
+
+
+def bristles_identified(seed: int) -> tuple[hc.Identification, dict[str, float]]:
+    """A cylinder at random identified from levels, a ramp and pulses in the default call, and its true values.
+
+    The logs are read by the same sensors, and the map comes from the levels among them.
+    """
+    truth = drawn(seed, exponent=1.5)
+    cylinder = bristles_of(seed, truth)
+    levels = read(imposed(truth, seed=seed), seed, source="levels")
+    ramp = read(bristled(cylinder, RAMPS), seed, source="ramp", earlier=1)
+    step = read(bristled(cylinder, STEPS), seed, source="step", earlier=2)
+    zero = (0.0, REST - 1e-4)
+    found = hc.identify_friction(levels, "rig-rottne", ramps=ramp, steps=step, zero=zero)
+    assert found.dynamic is not None, found.summary()
+    return found, true_values(cylinder)
+
+
+def true_values(cylinder: dict[str, float | list[float]]) -> dict[str, float]:
+    """The values of a cylinder by the keys of the rig's file."""
+    tables = {"nominal-flow": "valve.test", "natural-frequency": "valve.test", "bulk-modulus-max": "fluid"}
+    tables["leakage-gap"] = "cylinder.test"
+    found = {}
+    for name, value in cylinder.items():
+        key = f"{tables.get(name, 'friction.test')}.{name}"
+        found |= {f"{key}[{i}]": v for i, v in enumerate(value)} if isinstance(value, list) else {key: value}
+    return found
+
+
+def bristles_held(found: hc.Identification, truth: dict[str, float]) -> dict[str, bool]:
+    """Which 95 % intervals of the bristle fit hold the true value."""
+    fitted = found.dynamic.fitted()
+    return {name: bool(abs(fitted[name] - true) < 1.96 * fitted.deviation(name)) for name, true in truth.items()}

@@ -261,3 +261,13 @@ def test_points_keep_what_belongs_to_them():
     both = FrictionPoints.joined([points, late])
     assert both.time.size == 72 + late.time.size and both.logs == 2
     assert FrictionPoints.joined([points, replace(late, time=None)]).time is None
+
+
+def test_a_dead_pressure_sensor_is_named():
+    log = foreign_rig.read(foreign_rig.imposed(foreign_rig.Truth(), seed=5), 5)
+    stands = {name: np.asarray(log[name]) for name in ("x", "p1", "p2")} | {"time": log.time}
+    stands["p1"] = np.full(log.time.size, 0.6e5)
+    found = hc.identify_friction([hc.Log.of(stands, source="log")], RIG)
+    (failed,) = found.failures
+    assert "friction would push the piston" in failed.message
+    assert "`p1` never changes: its sensor is dead or stands at the end of its range" in failed.message

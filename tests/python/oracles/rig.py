@@ -32,7 +32,7 @@ def number(entry):
 class Rig:
     """Hanging cylinder: (83)-(99), (115)-(117), and the valve of (64)-(74), (76)."""
 
-    def __init__(self, payload=0.0):
+    def __init__(self, payload=0.0, **changes):
         text = tomllib.loads(FILE.read_text(encoding="utf-8"))
         self.oil = {k: number(v) for k, v in text["fluid"].items() if k not in ("source", "cavitation")}
         valve = {
@@ -46,9 +46,11 @@ class Rig:
         body = {
             k: number(v) for k, v in text["cylinder"]["test"].items() if k not in ("joint", "barrel", "rod", "end-stop")
         }
+        for section in (self.oil, valve, seal, body):
+            section.update({name: value for name, value in changes.items() if name in section})
         self.mass = number(text["link"]["load"]["body"]["piston-and-rod"]["mass"]) + payload
         self.gravity, self.supply = number(text["environment"]["gravity"]), number(text["supply"]["pressure"])
-        self.valve, self.seal = valve, seal
+        self.valve, self.seal, self.body = valve, seal, body
         self.set_up(body)
 
     def set_up(self, body):
@@ -107,16 +109,16 @@ class Rig:
             bristle,
         ]
 
-    def integrate(self, start, times, spools, record):
-        """States (k, 7) at the times `record`, from command change to command change, at a tolerance of 1e-10."""
+    def integrate(self, start, times, spools, record, tolerance=1e-10):
+        """States (k, 7) at the times `record`, from command change to command change."""
         scale = np.array([0.1, 0.1, 1e6, 1e6, 5e-3, 1.0, 1e-3])
         y, rows = np.array(start), [np.array(start)]
         for begin, end in zip(times[:-1], times[1:], strict=True):
             inside = record[(record > begin + 1e-12) & (record <= end + 1e-12)]
             at = inside if inside.size and inside[-1] == end else np.append(inside, end)
             command = (lambda t: np.interp(t, times, spools),)
-            span, atol = (begin, end), 1e-10 * scale
-            solved = solve_ivp(self.rates, span, y, "LSODA", at, args=command, rtol=1e-10, atol=atol)
+            span, atol = (begin, end), tolerance * scale
+            solved = solve_ivp(self.rates, span, y, "LSODA", at, args=command, rtol=tolerance, atol=atol)
             assert solved.success, solved.message
             y = solved.y[:, -1]
             rows += list(solved.y[:, : inside.size].T)

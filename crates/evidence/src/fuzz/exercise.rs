@@ -82,6 +82,7 @@ fn open_loop(model: &dyn Model, x0: &[f64], end: f64, commands: &Commands, paylo
         control: StepControl::Adaptive,
         payload,
         payload_changes: Vec::new(),
+        supply: None,
         ledger: true,
         max_steps: MOST_STEPS,
     };

@@ -372,6 +372,9 @@ pub static SUPPLY: &[Key] = &[
         .required()
         .usual(&[("5 bar", "500 bar", 4.0)])
         .means("Supply pressure, gauge: constant, or what the pump of the machine is set to."),
+    Key::choice("measured", &["yes", "no"])
+        .defaults(&["no"])
+        .means("Whether the pressure follows a measured one: set by `[supply]` of a scenario. `pressure` is then what controllers reckon with."),
     Key::quantity("tank-pressure", &[PRESSURE], NonNegative)
         .required()
         .usual(&[("0.01 bar", "50 bar", 40.0)])

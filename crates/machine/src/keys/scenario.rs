@@ -25,6 +25,9 @@ pub static SCENARIO: &[Key] = &[
         .otherwise("`scenario.payload` stays")
         .means("Loads picked up and set down on the way."),
     Key::table("command", COMMAND).otherwise("spools centred").means("Spool commands against time."),
+    Key::table("supply", SUPPLY)
+        .otherwise("that of the machine")
+        .means("Measured pressure of the supply against time, on a machine without a pump."),
     Key::table("controller", CONTROLLER)
         .otherwise("that of the joystick's mode")
         .means("The controller that drives the crane."),
@@ -98,6 +101,20 @@ static COMMAND: &[Key] = &[
     Key::text("time").otherwise("`time` or `t`").means("Column of the log that holds the times."),
     Key::choice("interpolation", INTERPOLATION).otherwise("`linear`").means("What holds between two rows of the log."),
     Key::table("<cylinder>", COMMAND_OF_CYLINDER).otherwise("spool centred").means("Spool command of the cylinder."),
+];
+
+static SUPPLY: &[Key] = &[
+    Key::text("log").otherwise("`time` and `pressure`").means("CSV file with the pressure, beside the scenario file."),
+    Key::text("column")
+        .otherwise("`supply.pressure`, `mains.p` or `supply`")
+        .means("Column of the log that holds the pressure."),
+    Key::text("unit").otherwise("that of the log, or Pa").means("Unit of the column."),
+    Key::text("time-column").otherwise("`time` or `t`").means("Column of the log that holds the times."),
+    Key::series("time", &[TIME]).otherwise("this, or `supply.log`").means("Times of the pressure, increasing."),
+    Key::series("pressure", &[PRESSURE])
+        .otherwise("this, or `supply.log`")
+        .means("Gauge pressure at these times; before the first and after the last it stays."),
+    Key::choice("interpolation", INTERPOLATION).otherwise("`linear`").means("What holds between two times."),
 ];
 
 static COMMAND_OF_CYLINDER: &[Key] = &[

@@ -2,6 +2,7 @@
 
 use super::closed_loop::{fitting, ControllerChoice, Joystick, StickMode};
 use super::stated::{full_speed_key, stated};
+use super::supply::MEASURED;
 use super::{Phase, Scenario};
 use crate::keys::LEVER;
 use crate::merge::OverrideValue;
@@ -28,12 +29,22 @@ impl Scenario {
             controller: self.controller.clone(),
             joystick: self.joystick.clone(),
         };
-        let mut stages = vec![first];
+        let mut stages = vec![self.with_supply(first)];
         for phase in &self.phases {
             let next = stages[stages.len() - 1].then(phase);
             stages.push(next);
         }
         stages
+    }
+
+    /// The stage on a machine that takes the measured pressure of the supply, where there is one.
+    fn with_supply(&self, mut stage: Stage) -> Stage {
+        if self.supply.is_some() {
+            let (key, value) = MEASURED;
+            stage.overrides.retain(|(other, _)| other != key);
+            stage.overrides.push((key.into(), OverrideValue::Text(value.into())));
+        }
+        stage
     }
 }
 

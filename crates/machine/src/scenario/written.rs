@@ -2,7 +2,7 @@
 
 use super::closed_loop::{ControllerChoice, Joystick, SensorQuality, StickMode};
 use super::sensor_fault::{measured, FaultKind};
-use super::{Goal, Interpolation, Pressures, Scenario};
+use super::{Goal, Interpolation, Pressures, Scenario, SupplyPressure};
 use crate::keys::TIP_AXES;
 use crate::merge::OverrideValue;
 use crate::model::Machine;
@@ -37,6 +37,7 @@ impl Scenario {
                 quoted(interpolation(command.interpolation))
             );
         }
+        writer.supply(self.supply.as_ref());
         writer.goals(&self.goals)?;
         writer.control("", self.controller.as_ref(), self.joystick.as_ref(), &self.cylinders)?;
         for (i, phase) in self.phases.iter().enumerate() {
@@ -124,6 +125,12 @@ impl Writer<'_> {
             let (times, masses): (Vec<f64>, Vec<f64>) = changes.iter().copied().unzip();
             let _ = write!(self.text, "\n[payload]\ntime = {}\nmass = {}\n", list(&times, "s"), list(&masses, "kg"));
         }
+    }
+
+    fn supply(&mut self, supply: Option<&SupplyPressure>) {
+        let Some(SupplyPressure { time, pressure, interpolation: kind }) = supply else { return };
+        let (time, pressure, kind) = (list(time, "s"), list(pressure, "Pa"), quoted(interpolation(*kind)));
+        let _ = write!(self.text, "\n[supply]\ntime = {time}\npressure = {pressure}\ninterpolation = {kind}\n");
     }
 
     fn goals(&mut self, goals: &[Goal]) -> Result {

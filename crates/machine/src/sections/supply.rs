@@ -48,14 +48,24 @@ impl PumpKind {
 
 pub fn read<T: Number>(root: &Reader) -> Result<Supply<T>> {
     let table = required_table(root, "supply")?;
-    let mut supply: Supply<T> =
-        Supply { pressure: table.quantity("pressure")?, tank_pressure: table.quantity("tank-pressure")?, mains: None };
+    let mut supply: Supply<T> = Supply {
+        pressure: table.quantity("pressure")?,
+        tank_pressure: table.quantity("tank-pressure")?,
+        measured: table.choice_or_default("measured", &[true, false])?,
+        mains: None,
+    };
     if supply.pressure.plain() < supply.tank_pressure.plain() {
         return Err(table
             .error(ErrorKind::OutOfRange, "pressure", "the supply pressure lies below the tank pressure")
             .help("raise `pressure` or lower `tank-pressure`"));
     }
     supply.mains = mains(root, &supply)?;
+    if supply.measured && supply.mains.is_some() {
+        let message = "the pressure follows from the pump, so no measured one can be prescribed";
+        return Err(table.error(ErrorKind::ConflictingKeys, "measured", message).help(
+            "leave the measured pressure of the supply out of the scenario, or take the machine without its pump",
+        ));
+    }
     Ok(supply)
 }
 

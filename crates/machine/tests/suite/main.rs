@@ -10,3 +10,4 @@ mod machines;
 mod overrides;
 mod phases;
 mod robustness;
+mod supply_log;

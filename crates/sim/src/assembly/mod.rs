@@ -128,11 +128,12 @@ pub fn at_start(
         return Err(format!("the duration is {} s; it must be greater than zero", scenario.duration).into());
     };
     let payload = scenario.payload.unwrap_or(first.model.machine().payload.mass);
-    let (x0, mut doubts) = start(&scenario.initial, first.model.as_ref(), payload)?;
+    let (x0, mut doubts) = start(scenario, first.model.as_ref(), payload)?;
     doubts.extend(stages.iter().find_map(drivers::unmeasured));
     let changes = scenario.payload_changes.iter().map(|&(time, mass)| PayloadChange { time, mass }).collect();
     let options = options(&scenario.solver, first.model.machine(), Task::States, payload, settings);
-    let options = RunOptions { payload_changes: changes, ..options };
+    let supply = scenario.supply.clone().map(Arc::new);
+    let options = RunOptions { payload_changes: changes, supply, ..options };
     Ok(Assembly { x0, doubts, end: scenario.duration, options, stages })
 }
 
@@ -155,6 +156,7 @@ pub fn options(solver: &Solver, machine: &Machine, task: Task, payload: f64, set
         control: step_control(solver),
         payload,
         payload_changes: Vec::new(),
+        supply: None,
         ledger: settings.ledger,
         max_steps: settings.max_steps,
     }

@@ -2,9 +2,10 @@
 
 use super::AssemblyError;
 use crate::model::Model;
+use crate::supply::{overridden, place, unusual};
 use crate::warning::Warning;
 use crate::warnings::moved_starts;
-use hydrocrane_machine::scenario::{Initial, Pressures};
+use hydrocrane_machine::scenario::{Initial, Pressures, Scenario};
 use hydrocrane_machine::suggestion;
 use hydrocrane_plant::EquilibriumMode;
 use std::f64::consts::TAU;
@@ -13,7 +14,20 @@ use std::f64::consts::TAU;
 ///
 /// # Errors
 /// A joint or cylinder that is left out or that there is not, and a pose that the machine cannot take.
-pub fn start(initial: &Initial, model: &dyn Model, payload: f64) -> Result<(Vec<f64>, Vec<Warning>), AssemblyError> {
+pub fn start(scenario: &Scenario, model: &dyn Model, payload: f64) -> Result<(Vec<f64>, Vec<Warning>), AssemblyError> {
+    let (mut x, mut doubts) = at_rest(&scenario.initial, model, payload)?;
+    if let Some(supply) = &scenario.supply {
+        if let Some((message, cure)) = supply.fault() {
+            return Err(format!("{message}; {cure}").into());
+        }
+        doubts.extend(unusual(supply, model.machine()).into_iter().chain(overridden(scenario)));
+        place(supply, model, &mut x);
+    }
+    Ok((x, doubts))
+}
+
+/// The pose with the pressures that hold it, or with stated ones.
+fn at_rest(initial: &Initial, model: &dyn Model, payload: f64) -> Result<(Vec<f64>, Vec<Warning>), AssemblyError> {
     let q = pose(initial, model)?;
     let Pressures::Explicit(stated) = &initial.pressures else {
         let x = model.equilibrium(&q, EquilibriumMode::Hold, payload)?;
@@ -29,6 +43,11 @@ pub fn start(initial: &Initial, model: &dyn Model, payload: f64) -> Result<(Vec<
     let layout = model.layout();
     let mut x = vec![0.0; layout.len()];
     x[..q.len()].copy_from_slice(&q);
+    if let Some(first) = layout.mains() {
+        // The supply is at rest, whatever the chambers are stated to hold.
+        let rest = model.equilibrium(&q, EquilibriumMode::Hold, payload)?;
+        x[first..].copy_from_slice(&rest[first..]);
+    }
     for (c, pair) in pressures.into_iter().flatten().enumerate() {
         [x[layout.p1(c)], x[layout.p2(c)]] = pair;
     }

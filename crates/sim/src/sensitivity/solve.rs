@@ -11,11 +11,12 @@ use crate::event_loop::{EventLoop, Record};
 use crate::faults::start_fault;
 use crate::method_choice::Task;
 use crate::model::Model;
-use crate::options::Commands;
+use crate::options::{Commands, RunOptions};
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::schedule::Schedule;
+use crate::supply::place;
 use crate::warning::Warning;
-use hydrocrane_machine::scenario::Solver;
+use hydrocrane_machine::scenario::{Solver, SupplyPressure};
 use hydrocrane_machine::{Machine, OverrideValue, Template};
 use hydrocrane_ode::System;
 use hydrocrane_ode::{method, Effort, Stepper};
@@ -23,6 +24,7 @@ use hydrocrane_plant::equilibrium::EquilibriumMode;
 use hydrocrane_plant::errors::BuildError;
 use hydrocrane_plant::layout::Layout;
 use hydrocrane_plant::outputs::{self, OutputInfo, OIL_ENERGY};
+use std::sync::Arc;
 
 type Result<T> = std::result::Result<T, SensitivityError>;
 
@@ -45,6 +47,8 @@ pub struct Experiment {
     pub start: Start,
     pub end: f64,
     pub commands: Commands,
+    /// A measured pressure of the supply, for a machine that takes one.
+    pub supply: Option<Arc<SupplyPressure>>,
     /// Ascending times to record at, s.
     pub record: Vec<f64>,
     pub solver: Solver,
@@ -93,6 +97,10 @@ pub fn sensitivities(
     keep_going: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Sensitivities> {
     let mut keys = keys(experiment)?;
+    if experiment.supply.is_some() && keys.parameters.iter().any(|parameter| parameter.key == "supply.pressure") {
+        let message = "`supply.pressure` does not enter the run: the pressure of the supply is a measured one";
+        return Err(SensitivityError::Key(message.into()));
+    }
     let values = values.map_or_else(|| keys.values(), <[f64]>::to_vec);
     let machine = keys.machine(&values)?;
     keys.parameters.iter_mut().zip(&values).for_each(|(parameter, value)| parameter.value = *value);
@@ -122,6 +130,7 @@ fn sized<const N: usize>(
     let states = model.layout().len();
     let settings = RunSettings { ledger: false, max_steps: experiment.max_steps };
     let options = options(&experiment.solver, machine, Task::Sensitivities, machine.payload.mass, settings);
+    let options = RunOptions { supply: experiment.supply.clone(), ..options };
     record.done.method.clone_from(&options.method);
     if let Some(message) = start_fault(model, &start[..states.min(start.len())], &options) {
         record.done.outcome = Outcome { kind: OutcomeKind::BadState, time: 0.0, message };
@@ -166,6 +175,9 @@ fn start_state<const N: usize>(experiment: &Experiment, model: &dyn Model, group
     for group in groups {
         let inputs = &group.inputs;
         group.write(&inputs.plant.held(layout, &pose, inputs.back_pressure, inputs.payload), &mut x);
+    }
+    if let Some(supply) = &experiment.supply {
+        place(supply, model, &mut x);
     }
     Ok(x)
 }

@@ -120,6 +120,7 @@ impl<const N: usize> System for TangentSystem<'_, N> {
             group.evaluator.derivative(layout, state, &u, group.inputs.payload, rate);
             group.write(rate, dx);
         }
+        self.driven.supply.write(dx);
     }
 
     fn linearise(&self, t: f64, x: &[f64], at: &mut Linearisation) {
@@ -134,6 +135,7 @@ impl<const N: usize> System for TangentSystem<'_, N> {
             group.write(rate, rates);
             spread(jacobian, *first, *count, blocks);
         }
+        self.driven.supply.write(rates);
     }
 
     fn time_derivative(&self, _t: f64, _x: &[f64], dfdt: &mut [f64]) -> bool {

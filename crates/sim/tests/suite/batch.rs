@@ -119,6 +119,7 @@ fn worst_tip(model: &Arc<dyn Model>, tasks: &[Task], tolerance: f64) -> f64 {
         control: StepControl::Adaptive,
         payload: 0.0,
         payload_changes: Vec::new(),
+        supply: None,
         ledger: false,
         max_steps: u64::MAX,
     };

@@ -79,6 +79,7 @@ fn exact(crane: &Crane<3>, duration: f64) -> Vec<f64> {
         control: StepControl::Adaptive,
         payload: 0.0,
         payload_changes: Vec::new(),
+        supply: None,
         ledger: false,
         max_steps: u64::MAX,
     };

@@ -20,6 +20,7 @@ fn options(method: &str, max_step: f64) -> RunOptions {
         control: crate::control(method),
         payload: 0.0,
         payload_changes: Vec::new(),
+        supply: None,
         ledger: false,
         max_steps: 100_000,
     }

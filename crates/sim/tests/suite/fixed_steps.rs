@@ -23,6 +23,7 @@ fn run(model: &dyn Model, commands: &Commands, end: f64, method: &str, tolerance
         control: crate::control(method),
         payload: 0.0,
         payload_changes: Vec::new(),
+        supply: None,
         ledger: false,
         max_steps: 10_000_000,
     };
@@ -140,6 +141,7 @@ fn a_step_is_cut_where_a_chamber_cavitates_and_the_work_stays_bounded() {
         control: crate::control(method),
         payload: 300.0,
         payload_changes: Vec::new(),
+        supply: None,
         ledger: true,
         max_steps: 10_000_000,
     };

@@ -168,6 +168,7 @@ fn options(method: &str, payload: f64, changes: &[(f64, f64)]) -> RunOptions {
         control: crate::control(method),
         payload,
         payload_changes: changes.iter().map(|&(time, mass)| PayloadChange { time, mass }).collect(),
+        supply: None,
         ledger: true,
         max_steps: 1_000_000,
     }

@@ -58,6 +58,7 @@ impl Case {
         let record: Vec<f64> = (0..=(self.duration / PERIOD) as usize).map(|k| k as f64 * PERIOD).collect();
         let options = RunOptions {
             payload_changes: Vec::new(),
+            supply: None,
             method: "rodas5p".to_string(),
             tolerances: Tolerances { relative: 1e-4, absolute: 1e-4, max_step: 0.01 },
             control: StepControl::Adaptive,

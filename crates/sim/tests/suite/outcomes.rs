@@ -17,6 +17,7 @@ fn options(method: &str) -> RunOptions {
         control: StepControl::Adaptive,
         payload: 0.0,
         payload_changes: Vec::new(),
+        supply: None,
         ledger: true,
         max_steps: 1_000_000,
     }

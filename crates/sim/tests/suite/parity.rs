@@ -35,7 +35,8 @@ fn models() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     MACHINES.into_iter().flat_map(|name| [(name, model(name)), (name, frictionless(name))])
 }
 
-/// Fixed pumps, torque limits, soft hoses, unloading, flow sharing and counterbalance valves on chains of one and three joints.
+/// Fixed pumps, torque limits, soft hoses, unloading, flow sharing, counterbalance valves and measured pressures on chains of one and
+/// three joints.
 fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     let fixed = r#"
         [pump.main]
@@ -72,6 +73,7 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     let held = unloaded.clone() + &on_both_sides;
     let lifting = sharing.clone() + &holding("lift", "piston-side") + &holding("tilt", "rod-side");
     [
+        ("hiab-xs031", "[supply]\nmeasured = \"yes\"\n".to_string()),
         ("single-cylinder", on_both_sides),
         ("single-cylinder", held),
         ("hiab-xs031", lifting),

@@ -48,6 +48,7 @@ fn options(changes: &[(f64, f64)]) -> RunOptions {
         control: StepControl::Adaptive,
         payload: 0.0,
         payload_changes: changes.iter().map(|&(time, mass)| PayloadChange { time, mass }).collect(),
+        supply: None,
         ledger: true,
         max_steps: 1_000_000,
     }

@@ -53,6 +53,7 @@ fn run(models: [&dyn Model; 2], at: f64, controllers: [&mut Constant; 2], delay:
         control: StepControl::Even,
         payload: 0.0,
         payload_changes: Vec::new(),
+        supply: None,
         ledger: true,
         max_steps: 1_000_000,
     };

@@ -82,6 +82,7 @@ impl Case {
         let tolerances = Tolerances { relative: tolerance, absolute: tolerance, max_step: 0.05 };
         let options = RunOptions {
             payload_changes: Vec::new(),
+            supply: None,
             method: method.into(),
             tolerances,
             control: StepControl::Adaptive,

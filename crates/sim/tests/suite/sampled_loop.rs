@@ -49,6 +49,7 @@ fn options() -> RunOptions {
         control: StepControl::Adaptive,
         payload: 0.0,
         payload_changes: Vec::new(),
+        supply: None,
         ledger: false,
         max_steps: 1_000_000,
     }

@@ -44,6 +44,7 @@ pub fn options(method: &str) -> RunOptions {
         control: crate::control(method),
         payload: 0.0,
         payload_changes: Vec::new(),
+        supply: None,
         ledger: true,
         max_steps: 1_000_000,
     }

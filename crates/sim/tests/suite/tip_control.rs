@@ -57,6 +57,7 @@ fn options(model: &dyn Model, payload: f64) -> RunOptions {
         control: StepControl::Adaptive,
         payload,
         payload_changes: Vec::new(),
+        supply: None,
         ledger: false,
         max_steps: 10_000_000,
     }

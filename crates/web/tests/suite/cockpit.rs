@@ -200,6 +200,9 @@ const EVERYTHING: &str = r#"
     lift = ["60 bar", "20 bar"]
     jib = ["40 bar", "40 bar"]
     extension = ["30 bar", "35 bar"]
+    [supply]
+    time = ["0 s", "0.4 s", "2 s"]
+    pressure = ["150 bar", "110 bar", "130 bar"]
     [controller]
     name = "tip"
     monitor = "off"
@@ -231,7 +234,7 @@ fn replayed_and_saved(request: &Value, scenario: &Scenario) {
     let text = cockpit.save().expect("a drive");
     let saved = parse_scenario(&text, "drive.toml", &[]).unwrap_or_else(|error| panic!("{error}\n{text}"));
     assert_eq!((&saved.initial, &saved.commands), (&scenario.initial, &scenario.commands));
-    assert_eq!(saved.sensor_faults, scenario.sensor_faults);
+    assert_eq!((&saved.sensor_faults, &saved.supply), (&scenario.sensor_faults, &scenario.supply));
     let written = |scenario: &Scenario| scenario.controller.clone().map(|choice| (choice.believed, choice.monitor));
     assert_eq!(written(&saved), written(scenario));
     let to_its_end = Scenario { duration: saved.duration, ..scenario.clone() };

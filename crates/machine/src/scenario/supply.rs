@@ -1,0 +1,138 @@
+//! `[supply]` of a scenario: a measured supply pressure against time, by numbers or from a log.
+
+use super::log::{Files, Log};
+use super::{check_series, Interpolation, Result, INTERPOLATIONS};
+use crate::columns::Problem;
+use crate::errors::{ErrorKind, Location, MachineError};
+use crate::model::Machine;
+use crate::quantities::PRESSURE;
+use crate::reader::{Field, Reader};
+
+/// What a machine must say to take a measured pressure.
+pub const MEASURED: (&str, &str) = ("supply.measured", "yes");
+/// What a log calls the pressure.
+const USUAL_NAMES: [&str; 3] = ["supply.pressure", "mains.p", "supply"];
+/// No oil pulls: a perfect vacuum as gauge pressure, Pa.
+const VACUUM: f64 = -101_325.0;
+
+/// Pressure of the supply against time; before the first time and after the last it stays.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SupplyPressure {
+    /// s
+    pub time: Vec<f64>,
+    /// Gauge, Pa.
+    pub pressure: Vec<f64>,
+    pub interpolation: Interpolation,
+}
+
+/// A log of the supply pressure, and what of it is which.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SupplyLog {
+    /// Path of a text file.
+    pub name: String,
+    /// Column of the times; `None`: `time` or `t`.
+    pub time: Option<String>,
+    /// `None`: one of the usual names.
+    pub column: Option<String>,
+    /// `None`: what the log states, or Pa.
+    pub unit: Option<String>,
+    pub interpolation: Interpolation,
+}
+
+impl SupplyPressure {
+    /// Pressure at the time `t` and its rate of change just after it.
+    pub fn at(&self, t: f64) -> (f64, f64) {
+        let next = self.time.partition_point(|time| *time <= t);
+        match (next.checked_sub(1), self.time.get(next)) {
+            (None, _) => (self.pressure[0], 0.0),
+            (Some(last), Some(end)) if self.interpolation == Interpolation::Linear => {
+                let rate = (self.pressure[next] - self.pressure[last]) / (end - self.time[last]);
+                (self.pressure[last] + rate * (t - self.time[last]), rate)
+            }
+            (Some(last), _) => (self.pressure[last], 0.0),
+        }
+    }
+
+    /// The first of its times after `t`.
+    pub fn next_time(&self, t: f64) -> Option<f64> {
+        self.time.get(self.time.partition_point(|time| *time <= t)).copied()
+    }
+
+    /// Why no supply can have this pressure, if none can, and the cure.
+    pub fn fault(&self) -> Option<(String, &'static str)> {
+        let (time, pressure) = self.time.iter().zip(&self.pressure).find(|(_, pressure)| **pressure < VACUUM)?;
+        let message = format!("the supply pressure at {time} s is {:.3} bar, below vacuum", 1e-5 * pressure);
+        Some((message, "check zero, sign and unit of the sensor; pressures are gauge"))
+    }
+}
+
+/// The measured pressure that `[supply]` states.
+pub fn read(root: &Reader, machine: &Machine, files: &Files) -> Result<Option<SupplyPressure>> {
+    let Some(table) = root.table("supply")? else { return Ok(None) };
+    if machine.supply.mains.is_some() {
+        let message = "the machine has a pump, from which the pressure of the supply follows";
+        let help = "leave [supply] out, or take the machine without its pump";
+        return Err(root.key_error(ErrorKind::ConflictingKeys, "supply", message).help(help));
+    }
+    let interpolation = table.optional_choice("interpolation", &INTERPOLATIONS)?.unwrap_or(Interpolation::Linear);
+    let (supply, place) = match table.optional("log")? {
+        Some(field) => logged(&table, field, interpolation, files)?,
+        None => stated(&table, interpolation)?,
+    };
+    match supply.fault() {
+        Some((message, cure)) => Err(place.error(ErrorKind::OutOfRange, message).help(cure)),
+        None => Ok(Some(supply)),
+    }
+}
+
+/// The pressure by numbers, with the value that tells it.
+fn stated<'a>(table: &Reader<'a>, interpolation: Interpolation) -> Result<(SupplyPressure, Field<'a>)> {
+    if let Some(key) = ["column", "unit", "time-column"].into_iter().find(|key| table.has(key)) {
+        let message = "belongs to a log, and there is none";
+        let help = "add log = \"file.csv\" to [supply]";
+        return Err(table.key_error(ErrorKind::MissingKey, key, message).help(help));
+    }
+    let time_field = table.required("time", "a list of times, or log = \"file.csv\"")?;
+    let field = table.required("pressure", "a list of pressures, for example [\"140 bar\", \"120 bar\"]")?;
+    let supply = SupplyPressure { time: time_field.series()?, pressure: field.series()?, interpolation };
+    check_series(&supply.time, &supply.pressure, &time_field, &field)?;
+    Ok((supply, field))
+}
+
+/// The pressure from the log that `field` names.
+fn logged<'a>(
+    table: &Reader<'a>,
+    field: Field<'a>,
+    interpolation: Interpolation,
+    files: &Files,
+) -> Result<(SupplyPressure, Field<'a>)> {
+    if let Some(key) = ["time", "pressure"].into_iter().find(|key| table.has(key)) {
+        let message = "excludes `supply.log`, which is given too";
+        let help = "keep one of the two; the column of the times is `time-column`";
+        return Err(table.key_error(ErrorKind::ConflictingKeys, key, message).help(help));
+    }
+    let text = |key: &str| table.optional(key)?.map(|field| field.text().map(str::to_string)).transpose();
+    let (time, column, unit) = (text("time-column")?, text("column")?, text("unit")?);
+    let log = SupplyLog { name: field.text()?.into(), time, column, unit, interpolation };
+    let read = log.read(files).map_err(|(kind, message, cure)| field.error(kind, message).help(cure))?;
+    Ok((read, field))
+}
+
+impl SupplyLog {
+    /// The pressure that the log holds.
+    ///
+    /// # Errors
+    /// What is wrong with the log.
+    pub fn pressure(&self) -> Result<SupplyPressure> {
+        self.read(&Files::default()).map_err(|(kind, message, cure)| {
+            MachineError::new(kind, Location::Source(self.name.clone()), message).help(cure)
+        })
+    }
+
+    fn read(&self, files: &Files) -> std::result::Result<SupplyPressure, Problem> {
+        let log = Log::open(&self.name, self.time.as_deref(), files)?;
+        let names = self.column.as_deref().map_or_else(|| USUAL_NAMES.to_vec(), |column| vec![column]);
+        let pressure = log.column(&names, "the supply pressure", self.unit.as_deref(), &PRESSURE.quantity())?;
+        Ok(SupplyPressure { time: log.time, pressure, interpolation: self.interpolation })
+    }
+}

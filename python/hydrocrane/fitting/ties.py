@@ -1,0 +1,114 @@
+"""Values of the machine file that move in proportion to fitted ones.      theory: docs/theory/identification/fitting.md
+
+Break-away friction is the usual case: a fit of the Coulomb force alone leaves it where it was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from hydrocrane.arrays import Array
+from hydrocrane.errors import InputError, unknown
+from hydrocrane.fitting.parameters import key_value
+from hydrocrane.fitting.prediction import LogModel
+from hydrocrane.fitting.records import Record
+from hydrocrane.machine.machine import Machine
+
+# By the key that moves along, the parameter that it is held in proportion to.
+Ties: TypeAlias = Mapping[str, str]
+# Break-away over Coulomb friction may change by this share before it is told.
+SHIFT = 0.1
+
+
+@dataclass(frozen=True)
+class Tie:
+    """A key that is `ratio` times a fitted one, its `leader`."""
+
+    key: str
+    leader: str
+    ratio: float
+
+
+def ties_of(machine: Machine, ties: Ties, parameters: Sequence[str]) -> tuple[Tie, ...]:
+    """The ties between keys of a machine, in the proportion that they have there."""
+    if not isinstance(ties, Mapping) or not all(isinstance(name, str) for pair in ties.items() for name in pair):
+        raise InputError(
+            f'ties are pairs of keys, such as {{"friction.lift.breakaway": "friction.lift.coulomb"}}; got {ties!r}'
+        )
+    found: list[Tie] = []
+    for key, leader in ties.items():
+        if leader not in parameters:
+            raise unknown(f"parameter that `{key}` is tied to", leader, parameters)
+        other = next((name for name in (*parameters, *(tie.key for tie in found)) if _overlap(name, key)), None)
+        if other is not None:
+            raise InputError(f"`{key}` is tied to `{leader}`, and `{other}` among the parameters or ties moves it too")
+        value, head = key_value(machine, key), key_value(machine, leader)
+        if head == 0.0 or value == 0.0:
+            zero = leader if head == 0.0 else key
+            raise InputError(f"`{key}` cannot move in proportion to `{leader}`: `{zero}` is zero; fit both")
+        found.append(Tie(key, leader, value / head))
+    return tuple(found)
+
+
+def _overlap(one: str, other: str) -> bool:
+    """Whether two keys name the same value, or one names both values of a pair."""
+    (path, _, element), (path_2, _, element_2) = one.partition("["), other.partition("[")
+    return path == path_2 and (element == element_2 or not element or not element_2)
+
+
+@dataclass(frozen=True)
+class TiedModel:
+    """A model whose keys are those of the fit and those tied to them.
+
+    Parameters
+    ----------
+    matrix : (a, k) array
+        From the values of the fit to those of the model.
+    """
+
+    model: LogModel
+    matrix: Array
+
+    @property
+    def record(self) -> Record:
+        return self.model.record
+
+    def predict(self, values: Array) -> tuple[Array, Array]:
+        y, slopes = self.model.predict(self.matrix @ values)
+        return y, slopes @ self.matrix
+
+
+def tied(model: LogModel, ties: Sequence[Tie], keys: Sequence[str], others: int = 0) -> LogModel:
+    """`model`, which takes values of the `keys`, of the ties and of so many `others`, without those of the ties."""
+    if not ties:
+        return model
+    rows = np.zeros((len(ties), len(keys) + others))
+    for row, tie in zip(rows, ties, strict=True):
+        row[list(keys).index(tie.leader)] = tie.ratio
+    own = np.eye(len(keys) + others)
+    return TiedModel(model, np.concatenate([own[: len(keys)], rows, own[len(keys) :]]))
+
+
+def left_behind(before: Machine, after: Machine, keys: Sequence[str], ties: Sequence[Tie]) -> Iterator[str]:
+    """Break-away friction that has stayed while the Coulomb friction below it moved."""
+    moved = (*keys, *(tie.key for tie in ties))
+    for key in keys:
+        partner = key.replace(".coulomb", ".breakaway")
+        if not (key.startswith("friction.") and partner != key) or any(_overlap(partner, name) for name in moved):
+            continue
+        pairs = [
+            np.broadcast_to(m.value(path.partition("[")[0]).si, (2,))
+            for m in (before, after)
+            for path in (key, partner)
+        ]
+        side = slice(int(key[-2]), int(key[-2]) + 1) if key.endswith("]") else slice(0, 2)
+        was, now = pairs[1][side] / pairs[0][side], pairs[3][side] / pairs[2][side]
+        if np.any(np.abs(now / was - 1.0) > SHIFT):
+            yield (
+                f"`{partner}` has stayed while `{key}` moved: break-away is {now[0]:.3g} times Coulomb friction, was "
+                f"{was[0]:.3g}; fit both, or let it move along with ties={{{partner!r}: {key!r}}}"
+            )

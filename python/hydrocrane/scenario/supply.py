@@ -1,0 +1,130 @@
+"""A measured pressure of the supply against time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from os import PathLike
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hydrocrane import _core
+from hydrocrane.arrays import Array
+from hydrocrane.errors import InputError, translated
+from hydrocrane.scenario.command import check_interpolation, checked_series
+
+# What makes a machine take a measured pressure.
+MEASURED = {"supply.measured": "yes"}
+# What logs and runs call the pressure; the second is that of a pump's mains, too.
+SUPPLY, MAINS = SUPPLY_SIGNALS = ("supply.pressure", "mains.p")
+
+
+@dataclass(frozen=True)
+class SupplyPressure:
+    """Pressure of the supply against time, which a run follows in place of the machine's constant one.
+
+    The machine must have no pump, from which its pressure would follow. `supply.pressure` of the machine is then only
+    what controllers reckon with. Before the first time and after the last the pressure stays.
+
+    Parameters
+    ----------
+    time : (k,) array_like
+        s, increasing.
+    pressure : (k,) array_like
+        Gauge, Pa.
+    interpolation : {"linear", "hold"}
+        ``linear`` joins the points; ``hold`` keeps each value until the next time.
+
+    Raises
+    ------
+    InputError
+        Where times and pressures do not belong together, or times do not increase.
+
+    Examples
+    --------
+    >>> falling = hc.SupplyPressure([0.0, 2.0], [140e5, 110e5])
+    >>> run = hc.simulate("vertical-lift-open-loop", supply=falling)
+    >>> run.data["mains.p"]
+    """
+
+    time: Array
+    pressure: Array
+    interpolation: str = "linear"
+
+    if TYPE_CHECKING:
+        # Whatever NumPy takes as an array may be given.
+        def __init__(self, time: ArrayLike, pressure: ArrayLike, interpolation: str = "linear") -> None: ...
+
+    def __post_init__(self) -> None:
+        time, pressure = checked_series("a supply pressure", self.time, self.pressure, "pressures", "pressure")
+        check_interpolation(self.interpolation)
+        object.__setattr__(self, "time", time)
+        object.__setattr__(self, "pressure", pressure)
+
+    @property
+    def entry(self) -> tuple[Array, Array, bool]:
+        """As the core takes it."""
+        return np.ascontiguousarray(self.time), np.ascontiguousarray(self.pressure), self.interpolation == "linear"
+
+
+# A pressure, what its parameters are, or a pair (time, pressure).
+SupplyLike: TypeAlias = SupplyPressure | Mapping[str, ArrayLike] | Sequence[ArrayLike]
+
+
+def as_supply(value: SupplyLike | None) -> SupplyPressure | None:
+    if value is None or isinstance(value, SupplyPressure):
+        return value
+    if isinstance(value, Mapping):
+        return SupplyPressure(**value)  # type: ignore[arg-type]
+    if isinstance(value, list | tuple) and len(value) == 2:
+        return SupplyPressure(*value)
+    raise InputError(
+        f"supply must be a SupplyPressure or a pair (time, pressure), as hydrocrane.read_supply makes of a log; got "
+        f"{value!r}"
+    )
+
+
+def read_supply(
+    log: str | PathLike[str],
+    *,
+    column: str | None = None,
+    unit: str | None = None,
+    time: str | None = None,
+    interpolation: str = "linear",
+) -> SupplyPressure:
+    """The pressure of the supply from a log, as ``[supply] log`` of a scenario file reads it.
+
+    Parameters
+    ----------
+    log : path
+        CSV file or other text with columns, as :func:`hydrocrane.read_commands` takes it.
+    column : str, optional
+        Column of the pressures; default is ``supply.pressure``, ``mains.p``, as runs are saved with, or ``supply``.
+    unit : str, optional
+        Its unit; default is what the log states, else Pa. Pressures are gauge.
+    time : str, optional
+        Column of the times; default is ``time`` or ``t``. In s unless the log states another unit.
+    interpolation : {"linear", "hold"}
+        What holds between two rows.
+
+    Returns
+    -------
+    SupplyPressure
+        For ``Scenario(supply=...)``.
+
+    Raises
+    ------
+    MachineFileError
+        With what is wrong with the log, and the cure.
+
+    Examples
+    --------
+    >>> supply = hc.read_supply("drive.csv", column="p_s", unit="bar")
+    >>> run = hc.simulate("vertical-lift-open-loop", supply=supply)
+    """
+    check_interpolation(interpolation)
+    with translated():
+        times, pressures = _core.read_supply(str(log), time, column, unit, interpolation == "linear")
+    return SupplyPressure(times, pressures, interpolation)
