@@ -46,30 +46,20 @@ impl<S: Real, const N: usize> Dual<S, N> {
     /// always inlined.
     #[inline(always)]
     fn each(self, value: S, f: impl Fn(S) -> S) -> Self {
-        S::outlined_if_dual(
-            #[inline(always)]
-            || {
-                let mut derivative = self.derivative;
-                for i in 0..N {
-                    derivative[i] = f(derivative[i]);
-                }
-                Dual { value, derivative }
-            },
-        )
+        let mut derivative = self.derivative;
+        for i in 0..N {
+            derivative[i] = f(derivative[i]);
+        }
+        Dual { value, derivative }
     }
 
     #[inline(always)]
     fn zip(self, other: Self, value: S, f: impl Fn(S, S) -> S) -> Self {
-        S::outlined_if_dual(
-            #[inline(always)]
-            || {
-                let mut derivative = self.derivative;
-                for i in 0..N {
-                    derivative[i] = f(derivative[i], other.derivative[i]);
-                }
-                Dual { value, derivative }
-            },
-        )
+        let mut derivative = self.derivative;
+        for i in 0..N {
+            derivative[i] = f(derivative[i], other.derivative[i]);
+        }
+        Dual { value, derivative }
     }
 }
 

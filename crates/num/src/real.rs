@@ -63,8 +63,8 @@ pub trait Real: Field + Add<f64, Output = Self> + Sub<f64, Output = Self> + Div<
         f()
     }
 
-    /// As [`outlined`](Real::outlined) if this is a dual number, else in line: what is short for plain numbers and lanes is
-    /// long for dual numbers, and most of what a build takes time for.
+    /// As [`outlined`](Real::outlined) if this is a dual number, else in line: parts of a crane that are short for plain numbers
+    /// and lanes are long for dual ones, and a function that holds several of them takes far longer to compile.
     #[inline(always)]
     fn outlined_if_dual<O>(mut f: impl FnMut() -> O) -> O {
         f()
