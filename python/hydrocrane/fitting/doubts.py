@@ -36,7 +36,7 @@ def doubts(
     """All of them, the most important first."""
     return (
         *_search(task, found),
-        *_columns(differences),
+        *doubtful_columns(differences),
         *_quality(quality),
         *_misfit(quality),
         *(f"the logs do not tell {text}: its prior decides; add logs in which they act apart" for text in known.untold),
@@ -67,7 +67,7 @@ def _search(task: Task, found: Found) -> Iterator[str]:
         yield f"{apart} of {len(found.costs)} starts ended elsewhere, with larger residuals; the best is given"
 
 
-def _columns(differences: Mapping[tuple[str, str], Difference]) -> Iterator[str]:
+def doubtful_columns(differences: Mapping[tuple[str, str], Difference]) -> Iterator[str]:
     """Readings that go against the model, and columns that fit another signal better."""
     for (log, signal), d in differences.items():
         own = _correlation(d.run, d.log)

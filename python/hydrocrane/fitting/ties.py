@@ -100,15 +100,9 @@ def left_behind(before: Machine, after: Machine, keys: Sequence[str], ties: Sequ
         partner = key.replace(".coulomb", ".breakaway")
         if not (key.startswith("friction.") and partner != key) or any(_overlap(partner, name) for name in moved):
             continue
-        pairs = [
-            np.broadcast_to(m.value(path.partition("[")[0]).si, (2,))
-            for m in (before, after)
-            for path in (key, partner)
-        ]
-        side = slice(int(key[-2]), int(key[-2]) + 1) if key.endswith("]") else slice(0, 2)
-        was, now = pairs[1][side] / pairs[0][side], pairs[3][side] / pairs[2][side]
-        if np.any(np.abs(now / was - 1.0) > SHIFT):
+        coulomb = key_value(before, key), key_value(after, key)
+        if abs(coulomb[1] - coulomb[0]) > SHIFT * abs(coulomb[0]):
             yield (
-                f"`{partner}` has stayed while `{key}` moved: break-away is {now[0]:.3g} times Coulomb friction, was "
-                f"{was[0]:.3g}; fit both, or let it move along with ties={{{partner!r}: {key!r}}}"
+                f"`{partner}` has stayed while `{key}` went from {coulomb[0]:.4g} to {coulomb[1]:.4g} N: their "
+                f"proportion is another; fit both, or let it move along with ties={{{partner!r}: {key!r}}}"
             )

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 import hydrocrane as hc
 from hydrocrane.app.cli import app
-from hydrocrane.fitting.doubts import _columns as against_columns
+from hydrocrane.fitting.doubts import doubtful_columns
 from hydrocrane.fitting.ties import left_behind
 from hydrocrane.results.difference import Difference
 
@@ -109,7 +109,7 @@ def test_a_column_that_fits_no_worse_as_it_is_is_not_called_swapped():
     def told(small: np.ndarray, large: np.ndarray) -> list[str]:
         pairs = {names[0]: (other, small), names[1]: (wave, large)}
         known = {("log", n): Difference(n, "N", time, run, log) for n, (run, log) in pairs.items()}
-        return [text for text in against_columns(known) if "swapped" in text]
+        return [text for text in doubtful_columns(known) if "swapped" in text]
 
     assert len(told(wave, other)) == 1
     assert not told(0.3 * wave + 0.1 * other, wave)
