@@ -74,7 +74,10 @@ export type MachineKey =
   | `valve.${string}.damping-ratio`
   | `valve.${string}.overlap`
   | `valve.${string}.leakage`
+  | `valve.${string}.return-area-ratio`
   | `valve.${string}.load-check`
+  | `valve.${string}.compensator`
+  | `valve.${string}.compensator-setting`
   | `valve.${string}.velocity-limit`
   | `valve.${string}.acceleration-limit`
   | `valve.${string}.delay`
@@ -87,6 +90,13 @@ export type MachineKey =
   | `valve.${string}.printed.blend-low`
   | `valve.${string}.printed.blend-high`
   | `valve.${string}.printed.blend-ports`
+  | `counterbalance.${string}.cylinder`
+  | `counterbalance.${string}.side`
+  | `counterbalance.${string}.setting`
+  | `counterbalance.${string}.pilot-ratio`
+  | `counterbalance.${string}.opening-pressure`
+  | `counterbalance.${string}.nominal-flow`
+  | `counterbalance.${string}.nominal-pressure-drop`
   | `friction.${string}.cylinder`
   | `friction.${string}.model`
   | `friction.${string}.coulomb`
@@ -120,6 +130,8 @@ export type MachineKey =
   | `pump.${string}.control-range`
   | `pump.${string}.time-constant`
   | `pump.${string}.torque-limit`
+  | `pump.${string}.ls-margin`
+  | `pump.${string}.ls-time-constant`
   | "mains.volume"
   | "mains.hose-compliance"
   | "mains.relief-pressure"

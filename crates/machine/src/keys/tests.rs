@@ -83,6 +83,9 @@ const SCENARIO_WITH_MORE: &str = r#"
     z = ["0 m"]
     speed = ["0.1 m/s"]
     [controller]
+    [supply]
+    time = ["0 s", "1 s"]
+    pressure = ["140 bar", "120 bar"]
     [phase.late]
     time = "0.5 s"
     controller = { name = "tip", period = "10 ms" }
@@ -109,6 +112,12 @@ const SCENARIO_WITH_A_LOG: &str = r#"
     [command.test]
     column = "up"
     unit = "mm"
+    [supply]
+    log = "drive.csv"
+    column = "feed"
+    unit = "bar"
+    time-column = "clock"
+    interpolation = "linear"
 "#;
 
 #[test]
@@ -121,7 +130,7 @@ fn every_declared_key_is_read() {
     }
     parse(MACHINE_WITH_MORE, "more.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
     parse_scenario(SCENARIO_WITH_MORE, "more.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
-    let log = [("drive.csv".to_string(), "clock,up\n0,0\n".to_string())];
+    let log = [("drive.csv".to_string(), "clock,up,feed\n0,0,100\n".to_string())];
     parse_scenario_with(SCENARIO_WITH_A_LOG, "log.toml", None, &log).unwrap_or_else(|error| panic!("{error}"));
     // `extends` and `include` are read before files are merged.
     let of_the_loader = ["machine file.extends", "machine file.include"];
