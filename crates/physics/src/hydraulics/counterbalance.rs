@@ -12,7 +12,7 @@
 //! | p_o      | rise beyond it that opens the valve fully                          | Pa |
 //! | C, C_e   | flow per root of the pressure drop of this valve, of the edge      | m^3/(s sqrt(Pa)) |
 //!
-//! Both ends of the opening are rounded within a tenth of p_o. Limits of validity: the valve follows at once, its drop is
+//! Source: Handroos, Halme and Vilenius (1993). Both ends of the opening are rounded within a tenth of p_o. Limits of validity: the valve follows at once, its drop is
 //! turbulent, and no pressure stands between it and the edge of a closed spool.
 
 use hydrocrane_num::{smooth, Real};
