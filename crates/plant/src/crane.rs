@@ -10,6 +10,7 @@ use crate::oil;
 use crate::outputs::{self, OutputInfo};
 use crate::plant::Plant;
 use crate::precision::Precision;
+use hydrocrane_machine::model::Cylinder;
 use hydrocrane_machine::Machine;
 use hydrocrane_num::{portable, small};
 use hydrocrane_physics::hydraulics::fluid::OilTables;
@@ -51,7 +52,9 @@ impl<const N: usize> Crane<N> {
             swivels: mains.pump.control.is_some(),
         });
         let measured = machine.supply.measured;
-        if (measured || pump.is_some()) && !cfg!(feature = "chains") {
+        let plain = |c: &Cylinder| c.valve.compensator.is_none() && c.counterbalances.iter().all(Option::is_none);
+        let mobile = measured || pump.is_some() || !machine.cylinders.iter().all(plain);
+        if mobile && !cfg!(feature = "chains") {
             return Err(BuildError::Pump);
         }
         let layout = Layout::new(&units, pump.as_ref(), measured);

@@ -9,9 +9,10 @@ pub enum BuildError {
     /// Unsupported number of joints.
     #[error("the machine has {0} joints; chains of {chains} joints can be simulated", chains = CHAINS)]
     Chain(usize),
-    /// A pump in a program for the smallest chains alone.
+    /// Hydraulics of mobile machines in a program for the smallest chains alone.
     #[error(
-        "the machine has a pump or a measured supply, for which this program has no laws; a supply at constant pressure can be simulated"
+        "the machine has a pump, a measured supply, compensators or counterbalance valves, for which this program has no laws; plain valves \
+         at a constant pressure can be simulated"
     )]
     Pump,
     #[error("machine.tip lies on link `{0}`; it must lie on the last link of the chain, `{1}`")]

@@ -24,12 +24,11 @@ def test_bristles_of_a_foreign_cylinder_come_back():
 
 @pytest.mark.evidence
 def test_intervals_hold_with_a_map_from_the_same_logs():
-    """20 cylinders: at least 36 of 40 intervals of the bristles, and 93 to 97 % of all 280 intervals at 95 %.
+    """Eight cylinders; `docs/validation/dynamic_friction.py` counts twenty. Without the map's covariance 2 of 12 held.
 
-    Right intervals of 40 hold 36 or more in 95 of 100 such studies. Without the covariance of the map 2 of 12 held.
+    Right intervals of 16 hold 13 or more in 99 of 100 such studies, and more than 0.89 of 112 as often.
     """
-    held = [foreign_rig.bristles_held(*foreign_rig.bristles_identified(seed)) for seed in range(20)]
+    held = [foreign_rig.bristles_held(*foreign_rig.bristles_identified(seed)) for seed in range(8)]
     of_bristles = [cylinder[f"friction.test.{name}"] for cylinder in held for name in BRISTLES]
-    assert sum(of_bristles) >= 36, of_bristles
-    share = float(np.mean([hit for cylinder in held for hit in cylinder.values()]))
-    assert 0.92 <= share <= 0.98, share
+    assert sum(of_bristles) >= 13, of_bristles
+    assert np.mean([hit for cylinder in held for hit in cylinder.values()]) > 0.89

@@ -46,6 +46,7 @@ impl<T: Real> Compensator<T> {
     pub fn drop(&self, supply: T, load: T, port: T) -> T {
         let whole = supply - port;
         match *self {
+            _ if !cfg!(feature = "mobile") => whole,
             Compensator::None => whole,
             Compensator::Before(setting) => whole - smooth::rounded_positive_part(whole - setting, ROUNDING),
             Compensator::Behind => whole - smooth::rounded_positive_part(load - port, ROUNDING),

@@ -67,7 +67,7 @@ impl<T: Copy> SpoolValve<T> {
 
     /// Whether a counterbalance valve makes the flow of one port depend on the pressure of the other.
     pub fn couples_ports(&self) -> bool {
-        self.counterbalances.iter().any(Option::is_some)
+        cfg!(feature = "mobile") && self.counterbalances.iter().any(Option::is_some)
     }
 }
 
@@ -103,7 +103,7 @@ impl<T: Real> SpoolValve<T> {
     #[inline(always)]
     pub fn closed(&self, p: &PortPressures<T>) -> EdgeFlows<T> {
         let drop = |port: T| self.compensator.drop(p.supply, p.load, port);
-        let leakage = |port: usize, chamber: T| match &self.counterbalances[port] {
+        let leakage = |port: usize, chamber: T| match self.counterbalance(port) {
             Some(valve) => self.leakage * valve.opening(chamber, p.tank),
             None => self.leakage,
         };
@@ -147,7 +147,7 @@ impl<T: Real> SpoolValve<T> {
     /// that this lets pass.
     #[inline(always)]
     fn held(&self, port: usize, spool: T, opening: T, p: &PortPressures<T>) -> (T, T) {
-        let Some(valve) = &self.counterbalances[port] else { return (opening, self.leakage) };
+        let Some(valve) = self.counterbalance(port) else { return (opening, self.leakage) };
         let (chamber, edge) = if port == 0 { (p.a, &self.edge_a) } else { (p.b, &self.edge_b) };
         // The other port opens the valve while it is fed.
         let fed = self.connection.signal(spool, [p.a, p.b], p.tank);
@@ -157,6 +157,11 @@ impl<T: Real> SpoolValve<T> {
         let held = valve.in_series(open, edge.coefficient * opening) / edge.coefficient;
         // Into the chamber the check valve is open.
         (T::select(chamber.lt(p.tank), opening, held), self.leakage * open)
+    }
+
+    #[inline(always)]
+    fn counterbalance(&self, port: usize) -> Option<&Counterbalance<T>> {
+        self.counterbalances[port].as_ref().filter(|_| cfg!(feature = "mobile"))
     }
 
     /// Losses of the compensator at the edges to port A and to port B, W, with the flows through `edges`.
