@@ -21,12 +21,15 @@ PUMP = """extends = "rottne-f9-lab"
 [machine]
 class = "assumed"
 source = "comparison of supplies"
+[supply]
+pressure = "{pressure}"
 [pump.main]
 type = "{kind}"
 displacement = "{displacement}"
 speed = "1450 rpm"
 volumetric-efficiency = 0.94
 hydromechanical-efficiency = 0.9
+{more}
 [mains]
 volume = "0.4 l"
 hose-compliance = "0.04 ml/bar"
@@ -49,24 +52,6 @@ compensator = "{compensator}"
 return-area-ratio = [0.4, 1]
 """
 SETTING = 'compensator-setting = "8 bar"\n'
-FED = """extends = "rottne-f9-lab"
-[machine]
-class = "assumed"
-source = "comparison of supplies"
-[supply]
-pressure = "180 bar"
-[pump.main]
-type = "{kind}"
-displacement = "18 ml"
-speed = "1450 rpm"
-volumetric-efficiency = 0.94
-hydromechanical-efficiency = 0.9
-{more}
-[mains]
-volume = "0.4 l"
-hose-compliance = "0.04 ml/bar"
-relief-gradient = "4 l/(min bar)"
-"""
 BEFORE, BEHIND, MARGIN = "before-spool", "behind-spool", 'ls-margin = "20 bar"'
 FEEDS = {
     "fixed": ("fixed", "", BEFORE),
@@ -97,7 +82,9 @@ def runs() -> dict[str, hc.Run]:
             machine: str | Path = "rottne-f9-lab"
             if pump is not None:
                 machine = Path(folder) / "machine.toml"
-                machine.write_text(PUMP.format(kind=pump[0], displacement=pump[1]), encoding="utf-8")
+                machine.write_text(
+                    PUMP.format(pressure="140 bar", kind=pump[0], displacement=pump[1], more=""), encoding="utf-8"
+                )
             found[name] = hc.simulate(SCENARIO, machine=machine, rtol=1e-6)
     return found
 
@@ -110,7 +97,8 @@ def runs_on_a_path() -> dict[str, hc.Run]:
             setting = SETTING if compensator == BEFORE else ""
             sections = [SECTION.format(name=c, compensator=compensator) + setting for c in ("lift", "jib", "extension")]
             machine = Path(folder) / "machine.toml"
-            machine.write_text(FED.format(kind=kind, more=more) + "".join(sections), encoding="utf-8")
+            text = PUMP.format(pressure="180 bar", kind=kind, displacement="18 ml", more=more)
+            machine.write_text(text + "".join(sections), encoding="utf-8")
             found[name] = hc.simulate(PATH, machine=machine, rtol=1e-6)
     return found
 
