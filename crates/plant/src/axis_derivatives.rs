@@ -83,9 +83,11 @@ pub struct RateDerivatives<L> {
 /// Derivatives of a cylinder that has its oil from mains of changing pressure.
 #[derive(Debug, Clone, Copy)]
 pub struct SupplyDerivatives<L> {
-    /// Of the flow from the supply, and of what the valve gives to the load-sensing line.
+    /// What the valve gives to the load-sensing line, Pa.
+    pub signal: L,
+    /// Of the flow from the supply, and of that signal.
     pub drawn: Row<L>,
-    pub signal: Row<L>,
+    pub by_signal: Row<L>,
     /// By the pressures of the mains and of the load-sensing line: of p1', p2' and of the flow.
     pub p1: [L; MAX_ACTING],
     pub p2: [L; MAX_ACTING],
@@ -143,7 +145,8 @@ impl<L: Real> Lifted<L> {
         let (inflow_1, inflow_2) = (a.fed - a.drained, b.fed - b.drained);
         SupplyDerivatives {
             drawn: piston.row(&by_states(a.fed + b.fed)),
-            signal: piston.row(&signal),
+            signal: signal.value,
+            by_signal: piston.row(&signal),
             p1: by_pressures(inflow_1).map(|by| stiffness_1 * by),
             p2: by_pressures(inflow_2).map(|by| stiffness_2 * by),
             flow: by_pressures(a.fed + b.fed),

@@ -44,8 +44,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
             group.write_spool_derivatives(x, u, dx, jacobian);
             if let Some(shared) = &mut shared {
                 let by_supply = group.by_supply(&pressures, &local, &piston);
-                group.write_supply_derivatives(&by_supply, shared);
-                group.write_signals(&group.signals(local.spool, &linearised.rates.ports), &mut signals);
+                group.write_supply_derivatives(&by_supply, &mut signals, shared);
                 demand.drawn += group.sum(linearised.rates.edges.supply());
                 for (sum, flow) in by_pressures.iter_mut().zip(by_supply.flow) {
                     *sum += group.sum(flow);
@@ -178,10 +177,14 @@ impl<L: Real> AxisGroup<L> {
         }
     }
 
-    /// Derivatives by the pressures of the supply, and those of what is asked of it.
+    /// Derivatives by the pressures of the supply, and those of what is asked of it; the `signals` to the load-sensing line.
     #[inline(always)]
-    fn write_supply_derivatives<T: Real>(&self, by_supply: &SupplyDerivatives<L>, out: &mut SharedDerivatives<T>)
-    where
+    fn write_supply_derivatives<T: Real, const N: usize>(
+        &self,
+        by_supply: &SupplyDerivatives<L>,
+        signals: &mut [T; N],
+        out: &mut SharedDerivatives<T>,
+    ) where
         L: Pack<T>,
     {
         for lane in 0..L::WIDTH {
@@ -190,19 +193,8 @@ impl<L: Real> AxisGroup<L> {
                 out.on_axes[j][*cylinder] = [by_supply.p1[j].lane(lane), by_supply.p2[j].lane(lane)];
             }
             out.by_axes[DRAWN][*cylinder] = by_supply.drawn.lane(lane);
-            out.by_axes[SIGNAL][*cylinder] = by_supply.signal.lane(lane);
-        }
-    }
-
-    /// What each valve gives to the load-sensing line.
-    #[inline(always)]
-    fn write_signals<T: Real, const N: usize>(&self, of_group: &L, signals: &mut [T; N])
-    where
-        L: Pack<T>,
-    {
-        for lane in 0..L::WIDTH {
-            let Some(Member { cylinder, .. }) = self.member(lane) else { break };
-            signals[*cylinder] = of_group.lane(lane);
+            out.by_axes[SIGNAL][*cylinder] = by_supply.by_signal.lane(lane);
+            signals[*cylinder] = by_supply.signal.lane(lane);
         }
     }
 

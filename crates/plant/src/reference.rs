@@ -214,8 +214,8 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         let (pa, pb) = (p1 - dynamic(a1), p2 - dynamic(a2));
 
         let valve = &c.valve;
+        let c0 = valve.nominal_flow / ((valve.stroke - valve.overlap) * valve.edge_pressure_drop.sqrt());
         let edge = |opening: f64, dp: f64, leaking: f64| {
-            let c0 = valve.nominal_flow / ((valve.stroke - valve.overlap) * valve.edge_pressure_drop.sqrt());
             let p_tr = valve.transition_pressure;
             let root = if dp.abs() < p_tr {
                 dp * (3.0 - dp.abs() / p_tr) / (2.0 * p_tr.sqrt())
@@ -253,7 +253,6 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
                 (part(share) - part(share - 1.0), v.nominal_flow / v.nominal_pressure_drop.sqrt())
             })
         };
-        let c0 = valve.nominal_flow / ((valve.stroke - valve.overlap) * valve.edge_pressure_drop.sqrt());
         let returned = |port: usize, opening: f64, dp: f64| {
             let opening = opening.max(0.0) * valve.return_ratio[port];
             match counterbalance(port) {
