@@ -1,6 +1,7 @@
 //! The controller model: geometry, masses and cylinder parameters with which a controller computes, never a state.
 
 use crate::bristles;
+use crate::pump_limit::PumpModel;
 use crate::signal_chain::SignalChain;
 use hydrocrane_num::{portable, Real};
 use hydrocrane_physics::dynamics::Mechanics;
@@ -41,6 +42,8 @@ pub struct ControllerModel<const N: usize> {
     /// Pa
     pub supply: f64,
     pub tank: f64,
+    /// `None`: the supply gives any flow.
+    pub pump: Option<PumpModel>,
     /// kg at the tip
     pub payload: f64,
     /// rad or m

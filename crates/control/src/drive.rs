@@ -315,6 +315,11 @@ impl Drive {
         self.cylinder.dry_friction(d.speed, self.dry_friction, self.period)
     }
 
+    /// Chamber pressures behind a low-pass, measured or estimated, Pa.
+    pub fn pressures(&self) -> [f64; 2] {
+        self.moment.p
+    }
+
     /// Observed piston position, m.
     pub fn position(&self) -> f64 {
         self.observer.position

@@ -19,6 +19,7 @@ pub mod penalty;
 pub mod pid;
 pub mod plausibility;
 pub mod point_to_point;
+pub mod pump_limit;
 pub mod reach;
 pub mod readings;
 pub mod redundancy;

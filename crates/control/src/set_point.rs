@@ -91,6 +91,8 @@ pub struct Means<const N: usize> {
     pub observed: [f64; N],
     /// Lowest and highest piston speeds to plan with, m/s.
     pub piston: [[f64; 2]; N],
+    /// Chamber pressures, Pa.
+    pub pressures: [[f64; 2]; N],
     /// Of the oil between closed edges, N/m.
     pub stiffness: [f64; N],
     /// How closed valves hold each joint where it is, h of `holding`.
@@ -211,7 +213,9 @@ impl<const N: usize> Reference<N> {
         let leave = model.leave([&self.q, &next], &now.held, now.payload, &now.stiffness, most);
         // It comes back slowly: where only some directions are open, it would jump with every correction of the path.
         self.leave = Leave { share: leave.share.min(self.leave.share + most), ..leave };
-        let (rates, scale) = (rates.map(|rate| rate * self.leave.share), scale * self.leave.share);
+        let pistons = std::array::from_fn(|i| posture.lever_arm[i] * rates[i]);
+        let share = self.leave.share.min(model.pump_share(&pistons, &now.pressures));
+        let (rates, scale) = (rates.map(|rate| rate * share), scale * share);
         for r in 0..2 {
             self.set_point[r] += scale * velocity[r] * self.period;
         }

@@ -426,7 +426,15 @@ impl<const N: usize> State<N> {
             let waiting = (2.0 - 2.0 * lag.norm() / s.lag_limit).clamp(0.0, 1.0);
             let piston = self.drives.map(|drive| drive.range());
             let held = holding.map(|hold| hold.share);
-            let now = Means { observed, piston, stiffness, held, payload: self.payload, slowest_mode: self.slowest };
+            let now = Means {
+                observed,
+                piston,
+                pressures: self.drives.map(|drive| drive.pressures()),
+                stiffness,
+                held,
+                payload: self.payload,
+                slowest_mode: self.slowest,
+            };
             self.reference.advance(model, &s.shape, wish.scaled(waiting), &now);
             self.look_for_standstill(model, s, &wish, &now, waiting);
             self.follow_the_stick_back(model, s, &wish, lag, &now, waiting);

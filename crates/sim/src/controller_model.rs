@@ -1,10 +1,12 @@
 //! The controller model of a crane.
 
 use hydrocrane_control::controller_model::{ControllerModel, CylinderModel};
+use hydrocrane_control::pump_limit::PumpModel;
 use hydrocrane_control::signal_chain::SignalChain;
 use hydrocrane_physics::hydraulics::compensator::Compensator;
 use hydrocrane_physics::hydraulics::spool_valve::SpoolValve;
 use hydrocrane_plant::hydraulic_axis::FrictionLaw;
+use hydrocrane_plant::supply::Supply;
 use hydrocrane_plant::{Crane, Hydraulics, Plant, StateSpace};
 
 /// The crane as a controller models it: exact, but without the damping of bristles and without the ground.
@@ -17,8 +19,18 @@ pub fn controller_model<const N: usize>(crane: &Crane<N>) -> ControllerModel<N> 
         fluid,
         supply: supply_pressures.supply,
         tank: supply_pressures.tank,
+        pump: crane.plant().supply.as_ref().map(pump_model),
         payload: crane.machine().payload.mass,
         joint_limits: crane.limit_pairs(),
+    }
+}
+
+fn pump_model(supply: &Supply<f64>) -> PumpModel {
+    PumpModel {
+        pump: supply.pump,
+        torque_limit: supply.control.as_ref().map_or(f64::INFINITY, |control| control.torque_limit),
+        highest: supply.highest,
+        margin: supply.sensing.as_ref().map(|sensing| sensing.margin),
     }
 }
 

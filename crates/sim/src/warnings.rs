@@ -275,8 +275,8 @@ impl Found {
                     "the pump gives less than the valves ask for: the mains fall {:.0} bar below the pressure that it is set to",
                     bar(value)
                 ),
-                "move fewer functions at once, or more gently, or take a larger `pump.<name>.displacement`; controllers \
-                 reckon with the full supply pressure"
+                "move fewer functions at once, or more gently, or take a larger `pump.<name>.displacement`; `tip` \
+                 slows down for the pump that it knows, other controllers do not"
                     .to_string(),
             ),
         };
