@@ -1,4 +1,4 @@
-"""The command line, run as people run it: in a process of its own."""
+"""The command line: what it answers, writes and refuses."""
 
 import subprocess
 import sys
@@ -6,6 +6,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from command_line import run, run_in_a_process
 
 import hydrocrane as hc
 
@@ -16,25 +17,15 @@ COMMANDS = (
 BAD_FILES = sorted((Path(__file__).parents[2] / "data" / "bad").glob("*.toml"))
 
 
-def hydrocrane(*arguments, folder=None):
-    return subprocess.run(
-        [sys.executable, "-m", "hydrocrane", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        cwd=folder,
-        timeout=300,
-    )
-
-
 def works(*arguments, folder=None):
-    done = hydrocrane(*arguments, folder=folder)
+    done = run(*arguments, folder=folder)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
 
 def fails(*arguments, folder=None):
     """Exit status 2, nothing on stdout, one message and no traceback on stderr."""
-    done = hydrocrane(*arguments, folder=folder)
+    done = run(*arguments, folder=folder)
     assert done.returncode == 2, done.stdout + done.stderr
     assert "Traceback" not in done.stderr
     assert done.stderr.count("error:") == 1
@@ -56,8 +47,11 @@ def test_every_help_shows_an_example(command):
     assert f"hydrocrane {command}" in works(command, "--help")
 
 
-def test_version():
-    assert works("--version").strip() == f"hydrocrane {hc.__version__}"
+def test_it_is_a_program():
+    done = run_in_a_process("--version")
+    assert done.returncode == 0 and done.stdout.strip() == f"hydrocrane {hc.__version__}"
+    done = run_in_a_process("check", "no-such-machine")
+    assert done.returncode == 2 and not done.stdout and done.stderr.startswith("error:")
 
 
 @pytest.mark.evidence
@@ -83,7 +77,7 @@ def test_a_drive_of_another_version_warns(tmp_path):
     )
     for version, warned in (("0.0.1", True), (hc.__version__, False)):
         drive.write_text(drive.read_text(encoding="utf-8").replace("0.0.1", version), encoding="utf-8")
-        done = hydrocrane("simulate", drive, "--film", "none", folder=tmp_path)
+        done = run("simulate", drive, "--film", "none", folder=tmp_path)
         assert done.returncode == 0, done.stderr
         assert ("recorded with version 0.0.1" in done.stderr) is warned
 
@@ -129,7 +123,7 @@ def test_workspace_loadchart_and_modes(tmp_path):
 @pytest.mark.evidence
 def test_modes_with_static_friction_warn(tmp_path):
     static = [word for c in ("lift", "jib", "extension") for word in ("--set", f"friction.{c}.model=static")]
-    done = hydrocrane("modes", "rottne-f9-lab", "--samples", 0, *static, folder=tmp_path)
+    done = run("modes", "rottne-f9-lab", "--samples", 0, *static, folder=tmp_path)
     assert done.returncode == 0 and done.stdout.count("joint.extension.qd") == 1, done.stdout
     assert "smoothed static friction is a damper" in done.stdout
     for words in (

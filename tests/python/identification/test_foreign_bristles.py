@@ -9,6 +9,7 @@ import pytest
 BRISTLES = ("bristle-stiffness", "bristle-damping")
 
 
+@pytest.mark.evidence
 def test_bristles_of_a_foreign_cylinder_come_back():
     """One seed: level to level, ramp and pulses in one call, with a clean bill."""
     found, truth = foreign_rig.bristles_identified(0)

@@ -1,15 +1,9 @@
 """Values that are possible and unlikely: a warning; the command line asks for units."""
 
-import subprocess
-import sys
-
 import pytest
+from command_line import run as command
 
 import hydrocrane as hc
-
-
-def command(*arguments):
-    return subprocess.run([sys.executable, "-m", "hydrocrane", *arguments], capture_output=True, text=True, check=False)
 
 
 def test_bundled_machines_are_plausible():

@@ -12,6 +12,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from command_line import run
 
 import hydrocrane as hc
 
@@ -35,10 +36,7 @@ friction.test.bristle-damping = 3000.0
 
 
 def command(*arguments, folder):
-    return subprocess.run(
-        [sys.executable, "-m", "hydrocrane", "sweep", *map(str, arguments)],
-        capture_output=True, text=True, cwd=folder, timeout=300,
-    )  # fmt: skip
+    return run("sweep", *arguments, folder=folder)
 
 
 @pytest.fixture
