@@ -37,6 +37,7 @@ _HOME = {
     "Machine": "machine.machine",
     "MachineFileError": "errors",
     "Modes": "analysis.linear",
+    "NamedController": "control.named",
     "Observation": "control.controllers",
     "OutOfReachError": "errors",
     "Outcome": "results.outcome",

@@ -13,6 +13,7 @@ from hydrocrane.control.controllers import Controller as Controller
 from hydrocrane.control.controllers import Observation as Observation
 from hydrocrane.control.joystick import Joystick as Joystick
 from hydrocrane.control.joystick import Stick as Stick
+from hydrocrane.control.named import NamedController as NamedController
 from hydrocrane.errors import HydrocraneError as HydrocraneError
 from hydrocrane.errors import InputError as InputError
 from hydrocrane.errors import MachineFileError as MachineFileError

@@ -17,6 +17,7 @@ mod scenario;
 mod sensitivity;
 mod sensors;
 mod simulation;
+mod stepped_controller;
 
 use hydrocrane_machine::scenario::{FORMER_METHODS, METHODS};
 use pyo3::prelude::*;
@@ -29,6 +30,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<machine::Machine>()?;
     m.add_class::<sensitivity::SensitivityExperiment>()?;
     m.add_class::<simulation::Simulator>()?;
+    m.add_class::<stepped_controller::SteppedController>()?;
     m.add_function(wrap_pyfunction!(files::load_machine, m)?)?;
     m.add_function(wrap_pyfunction!(files::load_scenario, m)?)?;
     m.add_function(wrap_pyfunction!(files::bundled_machines, m)?)?;

@@ -1,0 +1,70 @@
+//! A controller by name that a program steps itself, away from any simulation.
+
+use crate::machine::Machine;
+use hydrocrane_sim::controller::{Controller, Measurement, Stick};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+#[pyclass(frozen, module = "hydrocrane._core")]
+pub struct SteppedController {
+    inner: Mutex<Box<dyn Controller>>,
+    cylinders: usize,
+}
+
+impl SteppedController {
+    fn inner(&self) -> MutexGuard<'_, Box<dyn Controller>> {
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[pymethods]
+impl SteppedController {
+    /// The controller `name` that knows `machine`; behind a monitor of the sensors its commands leave `delay` (s) after a sample.
+    #[new]
+    fn new(machine: &Machine, name: &str, monitor: bool, delay: f64) -> PyResult<Self> {
+        let model = &machine.model;
+        let controller = model.controller(name).map_err(PyValueError::new_err)?;
+        let controller = if monitor { model.with_sensor_monitor(controller, delay) } else { controller };
+        Ok(SteppedController { inner: Mutex::new(controller), cylinders: model.machine().cylinders.len() })
+    }
+
+    fn reset(&self, t: f64, q: Vec<f64>, p: Vec<[f64; 2]>) {
+        self.inner().reset(&Measurement { t, q: &q, p: &p });
+    }
+
+    /// Spool commands, and why there are none where there are none; what has happened.
+    fn step(
+        &self,
+        t: f64,
+        q: Vec<f64>,
+        p: Vec<[f64; 2]>,
+        mode: &str,
+        axes: Vec<f64>,
+    ) -> PyResult<(Vec<f64>, Option<String>, Vec<String>)> {
+        let stick = match (mode, axes.as_slice()) {
+            ("tip", &[x, z]) => Stick::Tip([x, z]),
+            ("lever", axes) => Stick::Lever(axes),
+            ("height", axes) => Stick::Height(axes),
+            _ => return Err(PyValueError::new_err(format!("no stick of mode `{mode}` has {} axes", axes.len()))),
+        };
+        let mut command = vec![0.0; self.cylinders];
+        let mut inner = self.inner();
+        let answer = inner.step(&Measurement { t, q: &q, p: &p }, stick, &mut command);
+        let fault = answer.err().map(|fault| fault.to_string());
+        if fault.is_some() {
+            command.fill(0.0);
+        }
+        Ok((command, fault, inner.notices()))
+    }
+
+    #[getter]
+    fn period(&self) -> f64 {
+        self.inner().period()
+    }
+
+    #[getter]
+    fn set_point(&self) -> Option<[f64; 2]> {
+        self.inner().set_point()
+    }
+}

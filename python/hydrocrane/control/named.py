@@ -1,0 +1,141 @@
+"""The controllers that come with the package, stepped by a program of one's own."""
+
+from __future__ import annotations
+
+from hydrocrane import _core
+from hydrocrane.arrays import real_array
+from hydrocrane.control.controllers import NAMES, Observation
+from hydrocrane.control.joystick import Stick
+from hydrocrane.errors import InputError, SimulationError, translated, unknown
+from hydrocrane.machine.machine import Machine, MachineLike, as_machine
+
+
+class NamedController:
+    """A controller by name, sample by sample: beside one's own simulation, in front of a real machine, or inside
+    another controller.
+
+    It has the methods of every controller, `reset` and `step`, so that a scenario takes it as well.
+
+    Parameters
+    ----------
+    name : {"tip", "heinze-pid", "lever"}
+    machine : Machine, str or path, optional
+        What the controller takes the crane to be, with its gains and its period (``control.period``); default is the
+        machine that :meth:`reset` is given.
+    monitor : bool, optional
+        Whether readings are watched, and the spools centred where they are not plausible; default is as in a scenario:
+        not for ``lever``, which measures nothing.
+    delay : float
+        Time from a sample until the command leaves, s, which the monitor reckons with.
+
+    Raises
+    ------
+    InputError
+        An unknown name, or a delay that is no time.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import hydrocrane as hc
+    >>> crane = hc.load_machine("rottne-f9-lab")
+    >>> plant = hc.Simulator(crane, sample_time=0.01)
+    >>> controller = hc.NamedController("tip")
+    >>> obs = plant.reset(q=np.array([np.deg2rad(100), np.deg2rad(100), 0.0]))
+    >>> controller.reset(crane, obs)
+    >>> start = obs.tip
+    >>> for _ in range(100):
+    ...     obs = plant.step(controller.step(obs, hc.Stick("tip", np.array([0.0, 0.2]))))
+    >>> print(f"up by {obs.tip[1] - start[1]:.2f} m")
+    up by 0.05 m
+    """
+
+    def __init__(
+        self, name: str, machine: MachineLike | None = None, *, monitor: bool | None = None, delay: float = 0.0
+    ) -> None:
+        if name not in NAMES:
+            raise unknown("controller", name, NAMES)
+        time = real_array(delay, "delay")
+        if time.ndim or time < 0:
+            raise InputError(f"delay must be one number of zero or more seconds; got {delay!r}")
+        self.name = name
+        self._delay = float(time)
+        self._monitor = name != "lever" if monitor is None else monitor
+        self._known = None if machine is None else as_machine(machine)
+        self._core: _core.SteppedController | None = None
+        self._signals: list[str] = []
+        self._fault: str | None = None
+        self._told: list[str] = []
+
+    @property
+    def period(self) -> float:
+        """Time between samples that the controller reckons with, s."""
+        return self._made().period
+
+    @property
+    def set_point(self) -> tuple[float, float] | None:
+        """Where the controller wants the tip (x, z) after the last step, m, where it has such a place."""
+        place = None if self._core is None else self._core.set_point
+        return None if place is None else (place[0], place[1])
+
+    @property
+    def fault(self) -> str | None:
+        """Why the last step gave no command, so that the spools go to their centres; ``None`` where it gave one."""
+        return self._fault
+
+    @property
+    def notices(self) -> tuple[str, ...]:
+        """What has happened since :meth:`reset` that whoever runs the machine should know."""
+        return tuple(self._told)
+
+    def reset(self, machine: MachineLike, obs: Observation) -> None:
+        """Start anew on a crane from a first observation."""
+        machine = self._known or as_machine(machine)
+        joints = [f"joint.{joint}.q" for joint in machine.joint_names]
+        self._signals = joints + [f"cylinder.{c}.p{side}" for c in machine.cylinder_names for side in (1, 2)]
+        self._joints, self._fault, self._told = len(joints), None, []
+        self._core = self._make(machine)
+        self._core.reset(obs.t, *self._readings(obs))
+
+    def step(self, obs: Observation, command: Stick) -> list[float]:
+        """Spool commands (n_cyl,), m, positive extends, for an observation and the sticks.
+
+        What counts are the sensors' readings, ``obs.measured``; signals that are not among them are taken from
+        ``obs.q`` and ``obs.p``. Where the controller has no command, all are zero and :attr:`fault` says why.
+
+        Raises
+        ------
+        SimulationError
+            Before the first :meth:`reset`.
+        InputError
+            A stick of another shape than its mode has, or an observation of another crane.
+        """
+        if self._core is None:
+            raise SimulationError("call reset(machine, obs) before the first step")
+        axes = [float(axis) for axis in command.axes]
+        with translated():
+            spools, self._fault, told = self._core.step(obs.t, *self._readings(obs), command.mode, axes)
+        self._told += told
+        return spools
+
+    def _readings(self, obs: Observation) -> tuple[list[float], list[list[float]]]:
+        """Joint coordinates and chamber pressures as measured."""
+        true = [*obs.q, *obs.p.ravel()]
+        if len(true) != len(self._signals):
+            joints = "joint" if self._joints == 1 else "joints"
+            raise InputError(
+                f"the controller knows a crane of {self._joints} {joints}; the observation has {len(obs.q)}"
+            )
+        read = [float(obs.measured.get(name, value)) for name, value in zip(self._signals, true, strict=True)]
+        q, p = read[: self._joints], read[self._joints :]
+        return q, [p[i : i + 2] for i in range(0, len(p), 2)]
+
+    def _made(self) -> _core.SteppedController:
+        if self._core is None:
+            if self._known is None:
+                raise SimulationError("the period is that of a machine: give one, or call reset(machine, obs)")
+            return self._make(self._known)
+        return self._core
+
+    def _make(self, machine: Machine) -> _core.SteppedController:
+        with translated():
+            return _core.SteppedController(machine.core, self.name, self._monitor, self._delay)
