@@ -1,7 +1,6 @@
 //! The controller model: geometry, masses and cylinder parameters with which a controller computes, never a state.
 
 use crate::bristles;
-use crate::pump_limit::PumpModel;
 use crate::signal_chain::SignalChain;
 use hydrocrane_num::{portable, Real};
 use hydrocrane_physics::dynamics::Mechanics;
@@ -11,6 +10,7 @@ use hydrocrane_physics::geometry::stroke::Actuation;
 use hydrocrane_physics::hydraulics::chamber::Chambers;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::leakage::Leakage;
+use hydrocrane_physics::hydraulics::pump::Pump;
 use hydrocrane_physics::hydraulics::spool_valve::SpoolValve;
 
 /// One cylinder with its valve.
@@ -30,6 +30,18 @@ pub struct CylinderModel {
     pub delay: f64,
     /// Piston positions between which no end stop acts, m.
     pub free: [f64; 2],
+}
+
+/// What a controller knows of the pump.
+#[derive(Debug, Clone, Copy)]
+pub struct PumpModel {
+    pub pump: Pump<f64>,
+    /// N m; infinite where nothing limits it.
+    pub torque_limit: f64,
+    /// What the pump keeps at most, Pa.
+    pub highest: f64,
+    /// Over the highest load, Pa; `None` where the pressure does not follow the load.
+    pub margin: Option<f64>,
 }
 
 /// A crane of `N` joints, each moved by the cylinder of the same index.

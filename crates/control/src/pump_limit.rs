@@ -11,20 +11,7 @@
 //! All joints slow down by the same share, so that the tip stays on its path. dp is what the pump is set to; with load sensing
 //! the highest pressure of the chambers that are fed, and the margin.
 
-use crate::controller_model::{ControllerModel, CylinderModel};
-use hydrocrane_physics::hydraulics::pump::Pump;
-
-/// What a controller knows of the pump.
-#[derive(Debug, Clone, Copy)]
-pub struct PumpModel {
-    pub pump: Pump<f64>,
-    /// N m; infinite where nothing limits it.
-    pub torque_limit: f64,
-    /// What the pump keeps at most, Pa.
-    pub highest: f64,
-    /// Over the highest load, Pa; `None` where the pressure does not follow the load.
-    pub margin: Option<f64>,
-}
+use crate::controller_model::{ControllerModel, CylinderModel, PumpModel};
 
 /// r: share of the pump's flow that a motion may plan with.
 const PLANNED: f64 = 0.9;
@@ -68,6 +55,7 @@ impl<const N: usize> ControllerModel<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hydrocrane_physics::hydraulics::pump::Pump;
 
     fn pump() -> PumpModel {
         // 20 cm^3 per radian at 100 rad/s: 2 l/s, of which 5 % leak at 200 bar.

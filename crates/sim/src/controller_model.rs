@@ -1,7 +1,6 @@
 //! The controller model of a crane.
 
-use hydrocrane_control::controller_model::{ControllerModel, CylinderModel};
-use hydrocrane_control::pump_limit::PumpModel;
+use hydrocrane_control::controller_model::{ControllerModel, CylinderModel, PumpModel};
 use hydrocrane_control::signal_chain::SignalChain;
 use hydrocrane_physics::hydraulics::compensator::Compensator;
 use hydrocrane_physics::hydraulics::spool_valve::SpoolValve;
