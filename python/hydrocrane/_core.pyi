@@ -36,6 +36,7 @@ __all__ = [
     "PoseFault",
     "SensitivityExperiment",
     "Simulator",
+    "SteppedController",
     "bundled_machines",
     "bundled_scenarios",
     "bundled_text",

@@ -98,10 +98,31 @@ def live(
     ] = [],  # noqa: B006
     port: Annotated[int, typer.Option(help="Port on this computer; 0 takes any free one.", min=0, max=65535)] = 0,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
+    bridge: Annotated[
+        str | None, typer.Option(help="In place of the page, serve programs: udp://127.0.0.1:5005.", metavar="URL")
+    ] = None,
+    controller: Annotated[
+        str | None, typer.Option(help="With --bridge: serve this controller of the machine in place of the crane.")
+    ] = None,
+    period: Annotated[str | None, typer.Option(help="With --bridge: between samples of the crane; 1 ms.")] = None,
+    watchdog: Annotated[
+        str, typer.Option(help="With --bridge: time without a packet after which the inputs go to zero.")
+    ] = "100 ms",
+    sensors: Annotated[str, typer.Option(help="With --bridge: ideal or data-sheet.")] = "ideal",
+    at: Annotated[list[str], typer.Option(help="With --bridge: JOINT=VALUE of the start; else mid-range.")] = [],  # noqa: B006
 ) -> None:
-    """Drive a crane in the browser, with mouse, keyboard or joystick; Ctrl-C ends."""
+    """Drive a crane in the browser, with mouse, keyboard or joystick, or from programs; Ctrl-C ends."""
     from hydrocrane.app.options import overrides
 
+    if bridge is not None:
+        from hydrocrane.app.bridge_command import part_of, serve_bridge
+
+        changed = overrides(settings)
+        part = part_of(target, changed, controller=controller, period=period, sensors=sensors, at=at)
+        serve_bridge(part, bridge, watchdog)
+        return
+    if controller or period or at or sensors != "ideal":
+        raise InputError("--controller, --period, --sensors and --at are for --bridge; the page has its own")
     with cockpit_server(target, overrides(settings), port) as server:
         say(f"the cockpit is at {server.address}  (Ctrl-C ends)")
         serve(server, browser=browser)

@@ -1,0 +1,76 @@
+"""What ``hydrocrane live --bridge`` serves, as its options say."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import hydrocrane as hc
+from hydrocrane.app.bridge import Bridge, address_of, is_local
+from hydrocrane.app.bridge_parts import Control, Driven, Part, Plant
+from hydrocrane.app.console import say, warn
+from hydrocrane.app.options import is_scenario, pose
+from hydrocrane.errors import InputError
+from hydrocrane.units import converted
+
+if TYPE_CHECKING:
+    from hydrocrane.machine.overrides import Override
+
+# Between samples of a crane under spool commands, s.
+PERIOD = 1e-3
+
+
+def part_of(
+    target: str,
+    settings: Mapping[str, Override],
+    *,
+    controller: str | None = None,
+    period: str | None = None,
+    sensors: str = "ideal",
+    at: list[str] | None = None,
+) -> Part:
+    """A machine or an open-loop scenario as a plant, a scenario with its controller, or a controller alone."""
+    scenario = is_scenario(target)
+    if controller is not None:
+        if scenario or at or period is not None or sensors != "ideal":
+            raise InputError(
+                "--controller serves a controller that knows a machine: give a machine, without --at, --period and "
+                "--sensors; its period is the machine's, --set control.period='5 ms'"
+            )
+        return Control(controller, hc.load_machine(target, dict(settings)))
+    seconds = PERIOD if period is None else converted("--period", period, "s")
+    if not scenario:
+        machine = hc.load_machine(target, dict(settings))
+        start, _ = machine.rest(pose(machine, at or []))
+        return Plant(machine, start, seconds, sensors=sensors)
+    plan = hc.load_scenario(target).changed(overrides=dict(settings))
+    if at:
+        raise InputError(f"{target} states where it begins; --at is for machines")
+    if plan.closed_loop:
+        if period is not None or sensors != "ideal":
+            raise InputError(f"{target} states period and sensors of its controller; leave --period and --sensors out")
+        return Driven(plan)
+    machine = plan.load_machine()
+    return Plant(machine, plan.initial_state(machine), seconds, sensors=sensors)
+
+
+def serve_bridge(part: Part, url: str, watchdog: str) -> None:
+    """Serve until Ctrl-C."""
+    host, port = address_of(url)
+    bridge = Bridge(part, (host, port), watchdog=converted("--watchdog", watchdog, "s"))
+    if not is_local(host):
+        warn(
+            f"{bridge.address} answers everyone who reaches this computer; udp://127.0.0.1 is for programs on it alone"
+        )
+    say(
+        f"{part.role} {part.machine.name}: {len(part.inputs)} inputs, {len(part.outputs)} outputs, "
+        f"a sample each {1e3 * part.period:g} ms at {bridge.address}  (Ctrl-C ends)"
+    )
+    try:
+        bridge.serve()
+    except KeyboardInterrupt:
+        record = bridge.record
+        late = f", {record.late} of them late, by {1e3 * record.worst:.1f} ms at most" if part.by_clock else ""
+        say(f"ended after {record.samples} samples{late}; {record.problems} packets refused")
+    finally:
+        bridge.close()
