@@ -37,9 +37,10 @@ def speed() -> str:
     fast, off = ours["times_real_time"], ours["tip_error_m"] * 1e6
     return (
         f'* Speed: `vertical-lift-open-loop` (5 s) with `method="{method}"` runs {fast:.0f} times faster than real '
-        f"time on one core ({processor}), with a tip error of {off:.0f} um. At the same or a smaller error, CVODE's BDF "
-        f"on the same compiled laws takes {ratio('CVODE BDF')} times as long, and CasADi's CVODES on a compiled model "
-        f"takes {ratio('CasADi CVODES')} times as long. [What was compared](docs/validation/speed.md)"
+        f"time on one core ({processor}), with a tip error of {off:.0f} um. At the same or a smaller error, "
+        f"CVODE's BDF on the same compiled laws takes {ratio('CVODE BDF')} times as long, and CasADi's CVODES "
+        f"on a compiled model takes {ratio('CasADi CVODES')} times as long. "
+        "[What was compared](docs/validation/speed.md)"
     )
 
 
@@ -63,8 +64,9 @@ def tip_control() -> str:
 
     return (
         "* Tip control (simulated, machine without faults), largest distance from the path over the cases of the "
-        f"benchmark: {worst('tip', 'ideal', False):.1f} mm with ideal sensors, {worst('tip', 'data-sheet', False):.1f} mm "
-        f"with data-sheet sensors, {worst('tip', 'ideal', True):.0f} mm while it picks up a log of unknown mass. For "
+        f"benchmark: {worst('tip', 'ideal', False):.1f} mm with ideal sensors, "
+        f"{worst('tip', 'data-sheet', False):.1f} mm with data-sheet sensors, "
+        f"{worst('tip', 'ideal', True):.0f} mm while it picks up a log of unknown mass. For "
         f"comparison: {worst('pi', 'ideal', False):.0f} mm with a tuned PI with pressure feedback, "
         f"{worst('heinze-pid', 'ideal', False):.0f} mm with the thesis's controller. "
         "[Details](docs/validation/tip-control.md)"
