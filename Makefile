@@ -9,7 +9,7 @@ CARGO  ?= cargo
 # Everything that goes into the compiled module.
 SOURCES := $(shell find crates machines scenarios -name '*.rs' -o -name '*.toml') Cargo.toml Cargo.lock pyproject.toml
 
-.PHONY: demo test compiled test-rust test-python evidence evidence-python evidence-tools cockpit drives fuzz soak bench docs lint clean
+.PHONY: demo test compiled test-rust test-python evidence evidence-python evidence-tools cockpit drives fuzz soak bench docs site lint clean
 
 demo: $(VENV)/.built
 	$(BIN)/hydrocrane simulate vertical-lift-open-loop --output results
@@ -129,6 +129,25 @@ docs: $(VENV)/.tested
 	$(BIN)/python docs/reference/front_page.py
 	$(BIN)/python docs/reference/sensitivities.py
 	$(BIN)/python docs/pictures/make.py
+
+# The site, to be read without a network: the Markdown files as they stand, with search and mathematics. It needs no compiled module;
+# with one, the notebooks are run. `make cockpit site` puts the cockpit on the first page.
+SITE := results/site
+site: $(VENV)/.documented results/katex/node_modules/.package-lock.json
+	$(BIN)/python -m sphinx -q --fail-on-warning --keep-going --jobs auto --builder html --conf-dir docs/site -d results/site-cache . $(SITE)
+	@echo "the site: $(SITE)/index.html"
+
+$(VENV)/.documented: $(BIN)/python pyproject.toml
+	$(BIN)/python -m uv pip install --quiet --python $(BIN)/python --requirements pyproject.toml --extra docs
+	@touch $@
+
+results/katex/node_modules/.package-lock.json: docs/site/package.json docs/site/package-lock.json
+	@command -v npm >/dev/null || { echo "the site's mathematics come from npm: install Node.js 20 or newer, then run make site again"; exit 1; }
+	@mkdir -p results/katex
+	cp docs/site/package.json docs/site/package-lock.json results/katex
+	cd results/katex && npm ci --silent --ignore-scripts && mkdir -p static/fonts
+	cd results/katex && cp node_modules/katex/dist/katex.min.css static && cp node_modules/katex/dist/fonts/*.woff2 static/fonts
+	@touch $@
 
 # All of docs/validation/speed.md; competitors that cannot be installed here are named as missing.
 bench: $(VENV)/.tested $(VENV)/.built

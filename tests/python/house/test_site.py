@@ -1,0 +1,99 @@
+"""The site: every page stands in a table of contents, and what is built is whole and needs no network."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from collections import Counter
+from html import unescape
+from pathlib import Path
+from urllib.parse import unquote
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
+SITE = ROOT / "docs" / "site"
+TOP = ("README.md", "NOTATION.md", "ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md")
+
+
+def entries(contents: Path) -> list[Path]:
+    """Pages in the order of a table of contents; a pattern takes those that its own table does not name."""
+    found: list[Path] = []
+    for table in re.findall(r"^\.\. toctree::\n((?: {3}.*\n|\n)*)", contents.read_text(encoding="utf-8"), re.MULTILINE):
+        lines = [line.strip() for line in table.splitlines() if line.strip() and not line.strip().startswith(":")]
+        named: list[Path] = []
+        for line in lines:
+            target = re.sub(r".*<(.*)>$", r"\1", line)
+            there = sorted(
+                path.resolve() for ending in (".md", ".rst") for path in contents.parent.glob(target + ending)
+            )
+            assert there, f"{contents.name} names {target}"
+            named += [path for path in there if path not in named]
+        found += named
+    return found
+
+
+def test_every_page_stands_in_one_table_of_contents():
+    listed: Counter[Path] = Counter()
+    todo = [SITE / "contents.rst"]
+    while todo:
+        here = entries(todo.pop())
+        listed.update(here)
+        todo += [page for page in here if page.suffix == ".rst"]
+    assert not [page for page, times in listed.items() if times > 1]
+    pages = {*(ROOT / name for name in TOP), *(ROOT / "docs").rglob("*.md"), *(SITE / "groups").glob("*.rst")}
+    assert not pages - set(listed)
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """The site as `make site` builds it, warnings being errors."""
+    pytest.importorskip("sphinx", reason="the extra `docs` is not installed")
+    if not (ROOT / "results/katex/static").is_dir():
+        pytest.skip("`make site` fetches the mathematics, which are not here")
+    out = tmp_path_factory.mktemp("site")
+    command = [
+        "-q",
+        "-W",
+        "--keep-going",
+        "-b",
+        "html",
+        "-c",
+        str(SITE),
+        "-d",
+        str(out / "cache"),
+        ".",
+        str(out / "html"),
+    ]
+    done = subprocess.run([sys.executable, "-m", "sphinx", *command], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-4000:]
+    return out / "html"
+
+
+@pytest.mark.evidence
+def test_links_and_anchors_of_the_site_lead_somewhere(site):
+    texts = {page: page.read_text(encoding="utf-8") for page in site.rglob("*.html")}
+    anchors = {page: set(re.findall(r'\bid="([^"]+)"', text)) for page, text in texts.items()}
+    assert len(texts) > 500
+    broken = []
+    for page, text in texts.items():
+        for target in re.findall(r'\b(?:href|src)="([^"]*)"', text):
+            address, _, anchor = unquote(unescape(target)).partition("#")
+            if re.match(r"[a-z]+:", address):
+                continue
+            there = (page.parent / address.partition("?")[0]).resolve() if address else page
+            if not there.exists() or (anchor and there in anchors and anchor not in anchors[there]):
+                broken.append(f"{page.relative_to(site)}: {target}")
+    assert not broken, broken[:20]
+
+
+@pytest.mark.evidence
+def test_the_site_fetches_nothing_from_elsewhere(site):
+    """Scripts, styles, fonts and pictures are its own files."""
+    fetched = re.compile(r'<(?:script|img|iframe|link)\b[^>]*\b(?:src|href)="((?:https?:)?//[^"]+)"')
+    for page in site.rglob("*.html"):
+        assert not fetched.findall(page.read_text(encoding="utf-8")), page
+    for style in site.rglob("*.css"):
+        assert not re.findall(r"url\(\s*[\"']?(?:https?:)?//|@import", style.read_text(encoding="utf-8")), style
+    assert list(site.rglob("KaTeX_Main-Regular*.woff2"))
