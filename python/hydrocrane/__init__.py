@@ -31,6 +31,7 @@ _HOME = {
     "Identification": "identification",
     "InputError": "errors",
     "Joystick": "control.joystick",
+    "LinearModel": "linear.model",
     "LiveSimulator": "simulation.live",
     "LoadChart": "analysis.capacity",
     "Log": "logs",
@@ -55,11 +56,13 @@ _HOME = {
     "Study": "studies",
     "SupplyPressure": "scenario.supply",
     "Value": "machine.machine",
+    "bode": "plots.bode",
     "bundled_machines": "machine.machine",
     "bundled_scenarios": "scenario.scenario_file",
     "cite": "results.citation",
     "fit": "fitting",
     "identify_friction": "identification",
+    "linearise": "linear.linearise",
     "load_chart": "analysis.capacity",
     "load_machine": "machine.machine",
     "load_run": "results.run",
@@ -75,7 +78,7 @@ _HOME = {
     "simulate": "simulation.running",
     "sweep": "studies",
 }
-_ROOMS = ("plots", "rig")
+_ROOMS = ("linear", "plots", "rig")
 
 __all__ = sorted([*_HOME, *_ROOMS, "__version__"])
 

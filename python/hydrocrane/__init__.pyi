@@ -1,5 +1,6 @@
 """The public names for type checkers; at run time they are looked up on first use."""
 
+from hydrocrane import linear as linear
 from hydrocrane import plots as plots
 from hydrocrane import rig as rig
 from hydrocrane.analysis.capacity import LoadChart as LoadChart
@@ -24,6 +25,8 @@ from hydrocrane.fitting import Fit as Fit
 from hydrocrane.fitting import fit as fit
 from hydrocrane.identification import Identification as Identification
 from hydrocrane.identification import identify_friction as identify_friction
+from hydrocrane.linear.linearise import linearise as linearise
+from hydrocrane.linear.model import LinearModel as LinearModel
 from hydrocrane.logs import Log as Log
 from hydrocrane.logs import read_log as read_log
 from hydrocrane.machine.machine import Machine as Machine
@@ -31,6 +34,7 @@ from hydrocrane.machine.machine import Value as Value
 from hydrocrane.machine.machine import bundled_machines as bundled_machines
 from hydrocrane.machine.machine import load_machine as load_machine
 from hydrocrane.machine.sensors import SensorFault as SensorFault
+from hydrocrane.plots.bode import bode as bode
 from hydrocrane.results.citation import cite as cite
 from hydrocrane.results.comparison import Comparison as Comparison
 from hydrocrane.results.outcome import Outcome as Outcome

@@ -23,7 +23,6 @@ MOVED = {
     "dataset": ("results.dataset",),
     "fitted_tasks": ("benchmark.fitted_tasks",),
     "joystick": ("control.joystick",),
-    "linear": ("analysis.linear",),
     "metrics": ("benchmark.metrics",),
     "payload": ("scenario.payload",),
     "phases": ("scenario.phases",),

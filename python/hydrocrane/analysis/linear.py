@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -92,35 +93,89 @@ def modes(machine: MachineLike, q: ArrayLike, *, payload: float | None = None, f
         and no bristles, as in motions much larger than that: the natural frequencies of links and oil.
         ``smoothed``: the Jacobian as the simulation has it at rest, the smoothing of static friction included.
     """
-    from scipy.linalg import eig
-
     machine = as_machine(machine)
     q = vectors(q, "q", machine.joint_names)
     if q.ndim != 1:
         raise InputError(f"modes takes one pose of shape ({len(machine.joint_names)},), got shape {q.shape}")
-    if friction not in FRICTION:
-        raise unknown("friction of modes", friction, FRICTION)
+    check_friction(friction)
     state, doubts = machine.rest(q, payload=payload)
     jacobian = machine.jacobian(state, np.zeros(len(machine.cylinder_names)), payload=payload)
-    smoothed = _smoothed(machine)
-    warnings = _smoothing_warning(machine, _friction_slopes(machine, jacobian, state, payload), smoothed, friction)
-    if friction != "smoothed":
-        freed = np.ones_like(smoothed) if friction == "released" else smoothed
-        jacobian = _released(machine, jacobian, state, payload, freed)
-    values, left, right = eig(jacobian, left=True, right=True)
+    warnings = smoothing_warnings(machine, jacobian, state, payload, friction)
+    found = oscillations(with_friction(machine, jacobian, state, payload, friction), machine.state_names)
+    return Modes(
+        q=q,
+        frequency=found.frequency,
+        damping=found.damping,
+        state=found.state,
+        eigenvalues=found.eigenvalues,
+        friction=friction,
+        warnings=(*doubts, *warnings, *_recording_warning(found.frequency)),
+    )
+
+
+@dataclass(frozen=True)
+class Oscillations:
+    """Eigenvalues of a linear system, and its oscillating pairs, slowest first.
+
+    Attributes
+    ----------
+    frequency, damping : (k,) arrays
+        Natural frequency, Hz, and damping ratio of each pair.
+    state : tuple of str
+        The state with the largest participation factor in each pair.
+    eigenvalues : (n,) complex array
+        All of them, 1/s.
+    shapes : (k, n) complex array
+        Right eigenvector of each pair.
+    """
+
+    frequency: Array
+    damping: Array
+    state: tuple[str, ...]
+    eigenvalues: np.ndarray
+    shapes: np.ndarray
+
+
+def oscillations(matrix: Array, names: Sequence[str]) -> Oscillations:
+    """Oscillating pairs of x' = A x, with A (n, n) and the `names` of its states."""
+    from scipy.linalg import eig
+
+    values, left, right = eig(matrix, left=True, right=True)
     # One of each conjugate pair; what is left of rounding in a real eigenvalue is no oscillation.
     swinging = np.flatnonzero(values.imag > 1e-9 * np.abs(values).max())
     swinging = swinging[np.argsort(np.abs(values[swinging]))]
     leading = np.argmax(np.abs(left.conj() * right), axis=0)
     size = np.abs(values[swinging])
-    return Modes(
-        q=q,
+    return Oscillations(
         frequency=size / (2 * np.pi),
         damping=-values.real[swinging] / size,
-        state=tuple(machine.state_names[leading[i]] for i in swinging),
+        state=tuple(names[leading[i]] for i in swinging),
         eigenvalues=values,
-        friction=friction,
-        warnings=(*doubts, *warnings, *_recording_warning(size / (2 * np.pi))),
+        shapes=right.T[swinging],
+    )
+
+
+def check_friction(friction: str) -> None:
+    """An :class:`InputError` where `friction` is none of :data:`FRICTION`."""
+    if friction not in FRICTION:
+        raise unknown("friction of modes", friction, FRICTION)
+
+
+def with_friction(machine: Machine, jacobian: Array, state: Array, payload: float | None, friction: Friction) -> Array:
+    """The Jacobian at rest with the slope of friction that `friction` leaves, as of :func:`modes`."""
+    if friction == "smoothed":
+        return jacobian
+    smoothed = _smoothed(machine)
+    freed = np.ones_like(smoothed) if friction == "released" else smoothed
+    return _released(machine, jacobian, state, payload, freed)
+
+
+def smoothing_warnings(
+    machine: Machine, jacobian: Array, state: Array, payload: float | None, friction: Friction
+) -> tuple[ResultWarning, ...]:
+    """What the smoothing of static friction does to the Jacobian at rest."""
+    return _smoothing_warning(
+        machine, _friction_slopes(machine, jacobian, state, payload), _smoothed(machine), friction
     )
 
 
@@ -145,7 +200,7 @@ def _released(machine: Machine, jacobian: Array, state: Array, payload: float | 
     At rest the rates act on the accelerations through friction and end stops alone, since Coriolis forces are quadratic
     in the rates: M d(qdd)/d(qd) = -J_l^T diag(d) J_l, with d the sum of both slopes.
     """
-    rates, q = _places(machine, "joint", "qd"), state[_places(machine, "joint", "q")]
+    rates, q = places(machine, "joint", "qd"), state[places(machine, "joint", "q")]
     train = machine.stroke_jacobian(q)
     slopes = np.where(freed, _friction_slopes(machine, jacobian, state, payload), 0.0)
     jacobian = jacobian.copy()
@@ -160,7 +215,7 @@ def _released(machine: Machine, jacobian: Array, state: Array, payload: float | 
 
 def _friction_slopes(machine: Machine, jacobian: Array, state: Array, payload: float | None) -> Array:
     """Slope dF/dv (n_cyl,) of the pistons' friction at rest, N s/m, bristles held."""
-    rates, q = _places(machine, "joint", "qd"), state[_places(machine, "joint", "q")]
+    rates, q = places(machine, "joint", "qd"), state[places(machine, "joint", "q")]
     train = machine.stroke_jacobian(q)
     both = -machine.mass_matrix(q, payload=payload) @ jacobian[np.ix_(rates, rates)]
     inverse = np.linalg.pinv(train)
@@ -169,7 +224,7 @@ def _friction_slopes(machine: Machine, jacobian: Array, state: Array, payload: f
 
 def _end_stop_slopes(machine: Machine, state: Array, payload: float | None) -> Array:
     """Slope of the end stops' force by piston velocity (n_cyl,), N s/m, zero or less."""
-    rates, q = _places(machine, "joint", "qd"), state[_places(machine, "joint", "q")]
+    rates, q = places(machine, "joint", "qd"), state[places(machine, "joint", "q")]
     moving = np.linalg.pinv(machine.stroke_jacobian(q)) @ np.full(len(machine.cylinder_names), _SPEED)
     states = np.stack([state, state])
     states[:, rates] = np.stack([moving, -moving])
@@ -189,7 +244,8 @@ def _smoothed(machine: Machine) -> np.ndarray:
     return np.array([smooth(cylinder) for cylinder in machine.cylinder_names])
 
 
-def _places(machine: Machine, kind: str, name: str) -> list[int]:
+def places(machine: Machine, kind: str, name: str) -> list[int]:
+    """Where a state stands in :attr:`Machine.state_names`, for each joint or each cylinder."""
     owners = machine.joint_names if kind == "joint" else machine.cylinder_names
     return [machine.state_names.index(f"{kind}.{owner}.{name}") for owner in owners]
 

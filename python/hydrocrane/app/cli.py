@@ -16,6 +16,7 @@ from hydrocrane.app.console import bar, complain, say, waiting, warn
 from hydrocrane.app.control import control
 from hydrocrane.app.fit import fit
 from hydrocrane.app.identify import identify
+from hydrocrane.app.linear import bode, linearise
 from hydrocrane.app.live import live
 from hydrocrane.app.rig import rig
 from hydrocrane.app.schema import schema
@@ -42,6 +43,8 @@ app.add_typer(rig)
 app.command(epilog="Example:  hydrocrane fit my-scenario.toml drive.csv -p payload.mass -p friction.lift.coulomb[0]")(
     fit
 )
+app.command(epilog="Example:  hydrocrane bode rottne-f9-lab --at boom='100 deg' --to tip.z -o bode.png")(bode)
+app.command(epilog="Example:  hydrocrane linearise rottne-f9-lab --at boom='100 deg' -o crane.mat")(linearise)
 app.command(epilog="Example:  hydrocrane live rottne-f9-lab")(live)
 app.command(epilog="Example:  hydrocrane view results/vertical-lift-open-loop.nc")(view)
 app.command(epilog="Example:  hydrocrane schema machine -o machine.schema.json")(schema)

@@ -63,7 +63,7 @@ def write_matlab(data: xr.Dataset | Columns, path: Path) -> None:
     from scipy.io import savemat
 
     columns = Columns.of(data)
-    names = {_matlab_name(name): name for name in dict.fromkeys([TIME, *columns])}
+    names = {plain_name(name): name for name in dict.fromkeys([TIME, *columns])}
     content: dict[str, object] = {short: columns[name].values for short, name in names.items()}
     content["units"] = {short: str(columns[name].attrs.get("units", "")) for short, name in names.items()}
     content["names"] = dict(names)
@@ -71,8 +71,8 @@ def write_matlab(data: xr.Dataset | Columns, path: Path) -> None:
     savemat(path, content, oned_as="column", long_field_names=True)
 
 
-def _matlab_name(name: str) -> str:
-    """A name MATLAB accepts: letters, digits and underscores, at most 63 of them."""
+def plain_name(name: str) -> str:
+    """A name that MATLAB and python-control accept: letters, digits and underscores, at most 63 of them."""
     return "".join(c if c.isascii() and c.isalnum() else "_" for c in name)[:63]
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, TypeAlias, cast
+from typing import TYPE_CHECKING, Literal, TypeAlias, Unpack, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,6 +30,9 @@ from hydrocrane.result_warning import DoubtfulResult, ResultWarning
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from hydrocrane.linear.linearise import Options
+    from hydrocrane.linear.model import LinearModel
 
 PROVENANCE_CLASSES = ("measured", "fitted", "literature", "assumed", "setting")
 
@@ -448,6 +451,12 @@ class Machine:
     def jacobian(self, state: ArrayLike, spool_command: ArrayLike, *, payload: float | None = None) -> Array:
         """Exact d(state_derivative)/d(state), (..., n_states, n_states)."""
         return self._over(self.core.jacobian, *self._plant(state, spool_command), payload=payload)
+
+    def linearise(self, q: ArrayLike | None = None, **options: Unpack[Options]) -> LinearModel:
+        """Linear model about a pose or a state; see :func:`hydrocrane.linear.linearise`."""
+        from hydrocrane.linear.linearise import linearise
+
+        return linearise(self, q, **options)
 
     def outputs(self, state: ArrayLike, spool_command: ArrayLike, *, payload: float | None = None) -> dict[str, Array]:
         """Everything derived from the state by name: tip, piston, forces, flows, power; each of shape (...)."""

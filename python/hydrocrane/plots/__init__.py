@@ -1,11 +1,13 @@
 """Pictures: each function takes a run or a machine and returns a matplotlib figure; nothing else imports matplotlib."""
 
+from hydrocrane.plots.bode import bode, loop_gains
 from hydrocrane.plots.charts import cylinder_charts, overview
 from hydrocrane.plots.comparison import comparison_charts
 from hydrocrane.plots.flow_law import flow_law
 from hydrocrane.plots.friction_maps import friction_maps
 from hydrocrane.plots.joint_stroke import joint_stroke
 from hydrocrane.plots.loadchart import load_chart
+from hydrocrane.plots.mode_shapes import damping_curves, mode_shapes
 from hydrocrane.plots.modes import mode_map
 from hydrocrane.plots.overlay import overlay
 from hydrocrane.plots.ranking import ranking
@@ -14,13 +16,17 @@ from hydrocrane.plots.tip_path import tip_charts
 from hydrocrane.plots.workspace import workspace
 
 __all__ = [
+    "bode",
     "comparison_charts",
     "cylinder_charts",
+    "damping_curves",
     "flow_law",
     "friction_maps",
     "joint_stroke",
     "load_chart",
+    "loop_gains",
     "mode_map",
+    "mode_shapes",
     "overlay",
     "overview",
     "ranking",

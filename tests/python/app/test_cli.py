@@ -12,7 +12,7 @@ import hydrocrane as hc
 
 COMMANDS = (
     "simulate", "plot", "view", "animate", "workspace", "loadchart", "modes", "machines", "check", "new", "cite",
-    "sweep", "live", "schema",
+    "sweep", "live", "schema", "linearise", "bode",
 )  # fmt: skip
 BAD_FILES = sorted((Path(__file__).parents[2] / "data" / "bad").glob("*.toml"))
 

@@ -49,6 +49,7 @@ ROOMS = {
     "results": BASE | {"files", "logs", "machine", "control", "scenario"},
     "simulation": BASE | {"machine", "control", "scenario", "results"},
     "analysis": BASE | {"machine", "scenario", "results", "simulation"},
+    "linear": BASE | {"files", "machine", "control", "analysis"},
     "benchmark": BASE | {"files", "machine", "control", "scenario", "results", "simulation"},
     "rig": BASE | {"logs", "machine", "scenario", "results", "simulation"},
     "signals": BASE | {"logs", "machine"},
@@ -57,7 +58,8 @@ ROOMS = {
     | {"files", "logs", "machine", "scenario", "results", "simulation", "analysis", "signals", "identification"},
     "studies": BASE | {"files", "machine", "scenario", "results", "simulation"},
     "gym": BASE | {"machine", "simulation"},
-    "plots": BASE | {"files", "machine", "results", "analysis", "benchmark", "signals", "identification", "fitting"},
+    "plots": BASE
+    | {"files", "machine", "results", "analysis", "linear", "benchmark", "signals", "identification", "fitting"},
 }  # fmt: skip
 # The app imports every room and is imported by none.
 APP = {"app", "__main__", "__init__"}
@@ -72,6 +74,8 @@ DRAW = {
     "hydrocrane.identification.result",
     "hydrocrane.fitting.result",
 }
+# What a machine makes of itself when it is asked to, in a room to its right.
+MAKES = {"hydrocrane.machine.machine": "hydrocrane.linear"}
 
 
 def source_files(folder: str, suffix: str) -> list[Path]:
@@ -230,8 +234,9 @@ def package_imports(path: Path) -> set[str]:
 
 
 def drawn(module: str, imports: set[str]) -> set[str]:
-    """The imports of a module without those of the pictures that it draws when asked."""
-    return {name for name in imports if not name.startswith("hydrocrane.plots")} if module in DRAW else imports
+    """The imports of a module without those of the pictures that it draws, and of what it makes, when asked."""
+    aside = "hydrocrane.plots" if module in DRAW else MAKES.get(module)
+    return imports if aside is None else {name for name in imports if not name.startswith(aside)}
 
 
 IMPORTS = {module: drawn(module, package_imports(path)) for module, path in MODULES.items()}
@@ -267,6 +272,12 @@ def test_rooms_import_only_what_stands_left_of_them():
 def test_what_draws_itself_imports_the_plots_only_when_asked(module):
     assert any(name.startswith("hydrocrane.plots") for name in package_imports(MODULES[module]))
     assert not any(name.startswith("hydrocrane.plots") for name in imported_at_top(MODULES[module]))
+
+
+@pytest.mark.parametrize(("module", "room"), MAKES.items())
+def test_what_a_machine_makes_is_imported_only_when_asked(module, room):
+    assert any(name.startswith(room) for name in package_imports(MODULES[module]))
+    assert not any(name.startswith(room) for name in imported_at_top(MODULES[module]))
 
 
 def test_rooms_are_listed_in_the_architecture():

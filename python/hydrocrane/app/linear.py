@@ -1,0 +1,166 @@
+"""``hydrocrane linearise`` and ``hydrocrane bode``: linear models to files and to pictures."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hydrocrane.app.console import say, warn
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from hydrocrane.linear import LinearModel, Loop
+    from hydrocrane.linear.linearise import Options
+
+
+class Side(StrEnum):
+    extend = "extend"
+    retract = "retract"
+
+
+class Friction(StrEnum):
+    smoothed = "smoothed"
+    held = "held"
+    released = "released"
+
+
+class Mode(StrEnum):
+    hold = "hold"
+    steady = "steady"
+
+
+MachineName = Annotated[str, typer.Argument(help="Bundled machine or path of a machine file.", metavar="MACHINE")]
+At = Annotated[list[str], typer.Option(help="Joint of the pose, JOINT=VALUE; others in mid-range.")]
+Inputs = Annotated[list[str], typer.Option("--from", help="Input, such as cylinder.lift.command; all commands.")]
+Outputs = Annotated[list[str], typer.Option("--to", help="Output, such as tip.z; joints and tip by default.")]
+Settings = Annotated[list[str], typer.Option("--set", help="Override a machine key: KEY=VALUE.")]
+Payload = Annotated[float | None, typer.Option(help="Mass at the tip, kg.")]
+SideOf = Annotated[Side, typer.Option(help="Side of closed valves.")]
+FrictionOf = Annotated[Friction, typer.Option(help="smoothed: as simulated; released: none, as in larger motions.")]
+ModeOf = Annotated[Mode, typer.Option(help="Equilibrium: valves closed, or feeding the leakage.")]
+
+
+def linearise(
+    machine: MachineName,
+    output: Annotated[Path, typer.Option("-o", "--output", help="File to write: .mat or .json.")],
+    at: At = [],  # noqa: B006
+    inputs: Inputs = [],  # noqa: B006
+    outputs: Outputs = [],  # noqa: B006
+    mode: ModeOf = Mode.hold,
+    side: SideOf = Side.extend,
+    friction: FrictionOf = Friction.smoothed,
+    payload: Payload = None,
+    settings: Settings = [],  # noqa: B006
+) -> None:
+    """Linearise a machine in a pose; write the matrices with names and units, and print the modes."""
+    from hydrocrane.linear.exports import checked_suffix
+
+    checked_suffix(output)
+    options = _options(inputs, outputs, mode, side, friction, payload)
+    model = _linearised(machine, at, settings, options)
+    say(_modes(model))
+    _warn(model)
+    say(f"written: {model.save(output)}")
+
+
+def bode(
+    machine: MachineName,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Picture to write.")] = None,
+    at: At = [],  # noqa: B006
+    inputs: Inputs = [],  # noqa: B006
+    outputs: Outputs = [],  # noqa: B006
+    loops: Annotated[bool, typer.Option("--loops", help="Draw the loop gains of heinze-pid; print margins.")] = False,
+    mode: ModeOf = Mode.hold,
+    side: SideOf = Side.extend,
+    friction: FrictionOf = Friction.released,
+    payload: Payload = None,
+    settings: Settings = [],  # noqa: B006
+) -> None:
+    """Draw frequency responses of a machine in a pose, by default of the tip's height by every spool command."""
+    import matplotlib as mpl
+
+    from hydrocrane.app.options import checked_machine, overrides, pose
+    from hydrocrane.errors import InputError
+    from hydrocrane.linear import cylinder_loops
+    from hydrocrane.machine.machine import load_machine
+
+    mpl.use("Agg")
+    from hydrocrane import plots
+    from hydrocrane.plots.style import checked_suffix, write
+
+    path = checked_suffix(output or Path(f"{Path(machine).stem}-bode.png"))
+    if loops:
+        if inputs or outputs or mode is not Mode.hold:
+            raise InputError("--loops draws every cylinder's loop at rest; leave --from, --to and --mode out")
+        loaded = load_machine(checked_machine(machine), overrides(settings))
+        found = cylinder_loops(loaded, pose(loaded, at), payload=payload, friction=friction.value, side=side.value)
+        say(margins_table(found))
+        figure = plots.loop_gains(found)
+    else:
+        options = _options(inputs, outputs or ["tip.z"], mode, side, friction, payload)
+        model = _linearised(machine, at, settings, options)
+        _warn(model)
+        figure = plots.bode(model)
+    say(f"written: {write(figure, path)}")
+
+
+def _options(
+    inputs: list[str], outputs: list[str], mode: Mode, side: Side, friction: Friction, payload: float | None
+) -> Options:
+    return {
+        "inputs": inputs or None,
+        "outputs": outputs or None,
+        "mode": mode.value,
+        "side": side.value,
+        "friction": friction.value,
+        "payload": payload,
+    }
+
+
+def _linearised(machine: str, at: list[str], settings: list[str], options: Options) -> LinearModel:
+    from hydrocrane.app.options import checked_machine, overrides, pose
+    from hydrocrane.machine.machine import load_machine
+
+    loaded = load_machine(checked_machine(machine), overrides(settings))
+    return loaded.linearise(pose(loaded, at), **options)
+
+
+def _modes(model: LinearModel) -> Table:
+    """Oscillations of the model, slowest first."""
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for heading in ("frequency, Hz", "damping ratio", "mostly in"):
+        table.add_column(heading, justify="left" if heading == "mostly in" else "right")
+    found = model.oscillations
+    for frequency, damping, state in zip(found.frequency, found.damping, found.state, strict=True):
+        table.add_row(f"{frequency:.3g}", f"{damping:.3g}", state)
+    return table
+
+
+def margins_table(loops: list[Loop]) -> Table:
+    """Margins of each cylinder's loop; none where the loops are not stable together."""
+    import math
+
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for heading in ("cylinder", "gain margin", "gain may fall to", "phase margin, deg", "modulus margin", "all closed"):
+        table.add_column(heading, justify="left" if heading in ("cylinder", "all closed") else "right")
+    for loop in loops:
+        found = loop.margins
+        if loop.stable:
+            values = (found.gain, found.reduction, math.degrees(found.phase), found.modulus)
+            table.add_row(loop.cylinder, *(f"{value:.3g}" for value in values), "stable")
+        else:
+            table.add_row(loop.cylinder, *["-"] * 4, f"unstable, grows e-fold in {1 / loop.growth:.2g} s")
+    return table
+
+
+def _warn(model: LinearModel) -> None:
+    for warning in model.warnings:
+        warn(str(warning))

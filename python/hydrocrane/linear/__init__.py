@@ -1,0 +1,26 @@
+"""Linear models of a crane about a working point: matrices, responses, margins of the cylinders' loops, mode shapes."""
+
+from hydrocrane.analysis.linear import Modes, mode_map, modes, pose_grid
+from hydrocrane.linear.linearise import linearise
+from hydrocrane.linear.loops import Loop, PidGains, cylinder_loops, pid_gains
+from hydrocrane.linear.model import LinearModel
+from hydrocrane.linear.responses import StepResponse
+from hydrocrane.linear.shapes import DampingCurves, ModeShapes, damping_curves, mode_shapes
+
+__all__ = [
+    "DampingCurves",
+    "LinearModel",
+    "Loop",
+    "ModeShapes",
+    "Modes",
+    "PidGains",
+    "StepResponse",
+    "cylinder_loops",
+    "damping_curves",
+    "linearise",
+    "mode_map",
+    "mode_shapes",
+    "modes",
+    "pid_gains",
+    "pose_grid",
+]

@@ -1,0 +1,266 @@
+"""Loop gain and margins of the cylinders' sampled PID loops on a linear model.
+
+The plant is sampled exactly: commands are held over a period and arrive after the delay. The gains are those that the
+controller shows when it is stepped, so that they are what runs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hydrocrane.analysis.linear import Friction
+from hydrocrane.arrays import Array, check_positive, real_array
+from hydrocrane.control.controllers import DEFAULT_PERIOD, Observation
+from hydrocrane.control.joystick import Stick
+from hydrocrane.control.named import NamedController
+from hydrocrane.errors import InputError
+from hydrocrane.linear.linearise import Side, linearise
+from hydrocrane.linear.margins import Margins, margins
+from hydrocrane.linear.model import LinearModel
+from hydrocrane.linear.responses import balanced, sampled, transfer
+from hydrocrane.machine.machine import Machine, MachineLike, as_machine
+
+# Controllers whose loops are linear, and why there is nothing to compute for the others.
+LINEAR = "heinze-pid"
+_NO_LOOP = {
+    "lever": "`lever` sends the sticks to the spools and measures nothing: it has no loop",
+    "tip": "`tip` plans, learns and switches: it has no loop gain; try it in closed loop with hc.simulate",
+}
+# Error that the gains are measured with, rad or m: far below what limits the command.
+_ERROR = 1e-4
+# Of the spectral radius: what rounding and a lossless mode of the oil leave.
+_RADIUS = 1.0 + 1e-9
+
+
+@dataclass(frozen=True)
+class PidGains:
+    """Gains of a PID in velocity form, per sample, m of spool per rad or m of the joint.
+
+    Law (128)-(130) of the thesis: du = kp (e - e1) + ki e + kd (e - 2 e1 + e2).
+    """
+
+    proportional: float
+    integral: float
+    derivative: float
+
+    def at(self, z: np.ndarray) -> np.ndarray:
+        """Its transfer function at complex points z."""
+        kp, ki, kd = self.proportional, self.integral, self.derivative
+        back = 1.0 / z
+        return (kp + ki + kd - (kp + 2 * kd) * back + kd * back**2) / (1.0 - back)
+
+
+@dataclass(frozen=True)
+class Loop:
+    """The loop of one cylinder, opened at its command, the loops of the other cylinders closed.
+
+    Attributes
+    ----------
+    cylinder, joint : str
+    gains : PidGains
+    period, delay : float
+        s.
+    omega : (m,) array
+        rad/s, up to half the sampling frequency.
+    gain : (m,) complex array
+        Loop gain; the loop is closed by subtracting.
+    margins : Margins
+        They mean something where the loops are stable together.
+    stable : bool
+        Whether all loops closed together decay; from the eigenvalues, not from the margins.
+    radius : float
+        Largest magnitude of those eigenvalues, per sample.
+    """
+
+    cylinder: str
+    joint: str
+    gains: PidGains
+    period: float
+    delay: float
+    omega: Array
+    gain: np.ndarray
+    margins: Margins
+    stable: bool
+    radius: float
+
+    @property
+    def growth(self) -> float:
+        """Rate of the slowest decay, negative, or of the fastest growth of all loops together, 1/s."""
+        return float(np.log(self.radius) / self.period)
+
+
+def pid_gains(machine: MachineLike, controller: str = LINEAR) -> dict[str, PidGains]:
+    """Gains of each cylinder's loop as the controller shows them when it is stepped, by the cylinder's name.
+
+    Raises
+    ------
+    InputError
+        A controller without linear loops, or a machine that it cannot control.
+    """
+    machine = as_machine(machine)
+    if controller != LINEAR:
+        why = _NO_LOOP.get(controller, f"`{controller}` is no controller with linear loops")
+        raise InputError(f"{why}; choose {LINEAR}, or hand the gains in with gains=")
+    low, high = machine.joint_limits.T
+    turning = np.array(machine.joint_units) == "rad"
+    pose = np.where(turning, machine.home, np.clip(0.0, low, high))
+    signs = np.sign(np.diagonal(machine.stroke_jacobian(pose)))
+    stepped = NamedController(controller, machine, monitor=False)
+    period = stepped.period
+    stepped.reset(machine, _seen(machine, 0.0, pose))
+    commands = []
+    for sample, q in enumerate([pose, *[pose - _ERROR] * 3]):
+        commands.append(stepped.step(_seen(machine, sample * period, q), Stick("tip", np.zeros(2))))
+        if stepped.fault:
+            raise InputError(f"{controller} has no command for {machine.name}: {stepped.fault}")
+    first, second, third = np.diff(commands, axis=0) * signs / _ERROR
+    derivative = third - second
+    found = np.stack([first - third - derivative, third, derivative], axis=-1)
+    return {c: PidGains(*map(float, row)) for c, row in zip(machine.cylinder_names, found, strict=True)}
+
+
+def cylinder_loops(
+    machine: MachineLike,
+    q: ArrayLike,
+    *,
+    controller: str = LINEAR,
+    gains: dict[str, PidGains] | None = None,
+    period: float | None = None,
+    delay: float = 0.0,
+    command: ArrayLike | None = None,
+    payload: float | None = None,
+    friction: Friction = "released",
+    side: Side = "extend",
+) -> list[Loop]:
+    """Loop gain and margins of every cylinder in pose q (n,).
+
+    Parameters
+    ----------
+    machine : Machine, str or path
+    q : (n,) array_like
+        rad or m.
+    controller : {"heinze-pid"}
+        Whose gains count.
+    gains : dict of PidGains, optional
+        Those of one's own PID, by cylinder; sign and form as of the controller.
+    period : float, optional
+        s; by default the controller's for this machine.
+    delay : float
+        From a sample until its command arrives at the spool, s: computing, signal chain and valve together.
+    command, payload, friction, side
+        As of :func:`~hydrocrane.linear.linearise`; the gain of a closed valve differs between the sides.
+
+    Raises
+    ------
+    InputError
+        A controller without linear loops, or valves in their dead band: the loop gain is zero there.
+    """
+    machine = as_machine(machine)
+    known = pid_gains(machine, controller) if gains is None else gains
+    missing = [c for c in machine.cylinder_names if c not in known]
+    if missing:
+        raise InputError(f"gains lack the cylinder {missing[0]}; give one PidGains for each of the cylinders")
+    if period is None:
+        period = NamedController(controller, machine).period if gains is None else DEFAULT_PERIOD
+    check_positive("period", period)
+    late = float(real_array(delay, "delay"))
+    if late < 0:
+        raise InputError(f"delay must be zero or more seconds, got {delay!r}")
+    outputs = [f"joint.{joint}.q" for joint in machine.joint_names]
+    model = linearise(machine, q, command=command, outputs=outputs, payload=payload, friction=friction, side=side)
+    if dead := [str(warning) for warning in model.warnings if warning.kind == "valve-in-dead-band"]:
+        raise InputError(f"{dead[0]}; there the loop gain is zero")
+    pids = [known[c] for c in machine.cylinder_names]
+    signs = np.sign(np.diagonal(machine.stroke_jacobian(np.asarray(q, dtype=np.float64))))
+    plant = _Sampled(model, float(period), late)
+    radius = plant.closed_radius(pids, signs)
+
+    def loop_gain(omega: Array, cylinder: int) -> np.ndarray:
+        z = np.exp(1j * omega * period)
+        controls = np.stack([sign * pid.at(z) for sign, pid in zip(signs, pids, strict=True)], axis=-1)
+        return _one_open(plant.response(z), controls, cylinder)
+
+    grid = _grid(model, np.pi / period)
+    found = []
+    for i, (cylinder, joint) in enumerate(zip(machine.cylinder_names, machine.joint_names, strict=True)):
+        gain = loop_gain(grid, i)
+        at = margins(grid, gain, lambda omega: loop_gain(omega, i))
+        found.append(
+            Loop(cylinder, joint, pids[i], float(period), late, grid, gain, at, radius < _RADIUS, float(radius))
+        )
+    return found
+
+
+class _Sampled:
+    """The plant from commands to joints at the samples: x+ = F x + G0 u + G1 u_before, with whole samples of delay."""
+
+    def __init__(self, model: LinearModel, period: float, delay: float) -> None:
+        a, b, self.c = balanced(model.A, model.B, model.C)
+        self.whole = int(delay // period)
+        late = delay - self.whole * period
+        self.moved, _ = sampled(a, b, period)
+        rest, self.now = sampled(a, b, period - late)
+        self.before = rest @ sampled(a, b, late)[1]
+
+    def response(self, z: np.ndarray) -> np.ndarray:
+        """Gains (m, n_joints, n_cyl) at points z on the unit circle."""
+        none = np.zeros((len(self.c), self.now.shape[1]))
+        now, before = (transfer(self.moved, g, self.c, none, z) for g in (self.now, self.before))
+        back = (1.0 / z)[:, None, None]
+        return (now + before * back) * back**self.whole
+
+    def closed_radius(self, pids: list[PidGains], signs: Array) -> float:
+        """Largest magnitude of the eigenvalues per sample with every loop closed."""
+        n, inputs = self.now.shape
+        kp, ki, kd = (np.array([getattr(p, k) for p in pids]) for k in ("proportional", "integral", "derivative"))
+        # States: plant, last two errors, the last commands, newest first.
+        kept = self.whole + 1
+        size = n + 2 * inputs + kept * inputs
+        first, last = n + 2 * inputs, np.eye(inputs)
+        error = np.zeros((inputs, size))
+        error[:, :n] = -signs[:, None] * self.c
+        command = (kp + ki + kd)[:, None] * error
+        command[:, n : n + inputs] -= np.diag(kp + 2 * kd)
+        command[:, n + inputs : first] += np.diag(kd)
+        command[:, first : first + inputs] += last
+        history = [command] + [
+            np.hstack([np.zeros((inputs, first + k * inputs)), last, np.zeros((inputs, (kept - 1 - k) * inputs))])
+            for k in range(kept)
+        ]
+        step = np.zeros((size, size))
+        step[:n, :n] = self.moved
+        step[:n] += self.now @ history[self.whole] + self.before @ history[self.whole + 1]
+        step[n : n + inputs] = error
+        step[n + inputs : first, n : n + inputs] = last
+        step[first:] = np.vstack(history[:kept])
+        return float(np.abs(np.linalg.eigvals(step)).max())
+
+
+def _one_open(plant: np.ndarray, controls: np.ndarray, cylinder: int) -> np.ndarray:
+    """Loop gain (m,) at one command, from plant (m, n, n) and controllers (m, n), all others closed."""
+    others = [k for k in range(controls.shape[1]) if k != cylinder]
+    own = plant[:, cylinder, cylinder]
+    if others:
+        crossed = controls[:, others, None] * plant[:, others][:, :, others]
+        back = np.linalg.solve(
+            np.eye(len(others)) + crossed, controls[:, others, None] * plant[:, others][:, :, [cylinder]]
+        )
+        own = own - (plant[:, [cylinder]][:, :, others] @ back)[:, 0, 0]
+    return controls[:, cylinder] * own
+
+
+def _grid(model: LinearModel, highest: float) -> Array:
+    """Angular frequencies, dense around the resonances, below the highest one."""
+    near = np.geomspace(1e-6, 0.3, 200)
+    peaks = 2 * np.pi * model.oscillations.frequency
+    close = [peak * (1 + side * near) for peak in peaks for side in (-1.0, 1.0)]
+    every = np.concatenate([np.geomspace(1e-2, 0.999 * highest, 1500), *close])
+    return np.unique(every[(every > 0) & (every < highest)])
+
+
+def _seen(machine: Machine, t: float, q: Array) -> Observation:
+    n = len(machine.joint_names)
+    return Observation(t, q, np.zeros(n), np.zeros((len(machine.cylinder_names), 2)), machine.tip(q), {})

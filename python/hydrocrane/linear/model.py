@@ -1,0 +1,171 @@
+"""A linear model: its matrices with the names and units of everything in them, and what can be done with it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from html import escape
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hydrocrane.analysis.linear import Oscillations, oscillations
+from hydrocrane.arrays import real_array
+from hydrocrane.errors import InputError, unknown
+from hydrocrane.linear import responses
+from hydrocrane.linear.matrices import Matrices
+from hydrocrane.linear.responses import StepResponse
+
+if TYPE_CHECKING:
+    import control
+
+# Points of a step response, and how many periods of the slowest oscillation it lasts by itself.
+_POINTS, _PERIODS = 1001, 10
+# Relative rounding of a time grid that still counts as even.
+_EVEN = 1e-6
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class LinearModel(Matrices):
+    """x' = A x + B u, y = C x + D u, for small deviations of states, inputs and outputs from a working point.
+
+    Made by :func:`hydrocrane.linear.linearise`, also as ``crane.linearise(...)``.
+
+    Attributes
+    ----------
+    A, B, C, D : arrays
+        (n, n), (n, n_inputs), (n_outputs, n), (n_outputs, n_inputs); SI.
+    state_names, state_units, input_names, input_units, output_names, output_units : tuple of str
+    x, u, y : arrays
+        The working point: state, inputs and outputs.
+    drift : (n,) array
+        d(state)/dt at the working point. Where it is not zero, the deviations are those from the motion that starts
+        there.
+    output_error : (n_outputs,) array
+        Estimated error of each row of [C D], relative to its largest entry in the units of the states' scales. Zero
+        where the row is exact.
+    machine : str
+        Name of the machine.
+    payload : float
+        At the tip, kg.
+    friction, side : str
+        As of :func:`~hydrocrane.linear.linearise`.
+    warnings : tuple of ResultWarning
+        What the matrices do not show.
+    """
+
+    def __repr__(self) -> str:
+        sizes = f"{len(self.A)} states, {len(self.input_names)} inputs, {len(self.output_names)} outputs"
+        return f"<LinearModel of {self.machine}: {sizes}>"
+
+    @cached_property
+    def oscillations(self) -> Oscillations:
+        """Frequency, damping ratio, leading state and shape of each oscillating pair of poles."""
+        return oscillations(self.A, self.state_names)
+
+    def poles(self) -> np.ndarray:
+        """(n,) complex eigenvalues of A, 1/s."""
+        return self.oscillations.eigenvalues
+
+    def select(
+        self, inputs: str | Sequence[str] | None = None, outputs: str | Sequence[str] | None = None
+    ) -> LinearModel:
+        """The same model with these inputs and outputs alone, in this order."""
+        columns = chosen("input", inputs, self.input_names)
+        rows = chosen("output", outputs, self.output_names)
+        return replace(
+            self,
+            B=self.B[:, columns],
+            C=self.C[rows],
+            D=self.D[np.ix_(rows, columns)],
+            input_names=tuple(self.input_names[i] for i in columns),
+            input_units=tuple(self.input_units[i] for i in columns),
+            output_names=tuple(self.output_names[i] for i in rows),
+            output_units=tuple(self.output_units[i] for i in rows),
+            u=self.u[columns],
+            y=self.y[rows],
+            output_error=self.output_error[rows],
+        )
+
+    def step(self, times: ArrayLike | None = None, *, size: ArrayLike = 1.0) -> StepResponse:
+        """Outputs after a step of each input alone, exact at the given times.
+
+        Parameters
+        ----------
+        times : (m,) array_like, optional
+            Evenly spaced from 0 on, s; by default ten periods of the slowest oscillation.
+        size : float or (n_inputs,) array_like
+            Height of the steps, in the unit of each input.
+        """
+        slowest = self.oscillations.frequency
+        end = _PERIODS / slowest[0] if slowest.size else 1.0
+        grid = np.linspace(0.0, end, _POINTS) if times is None else real_array(times, "times")
+        if grid.ndim != 1 or grid.size < 2 or grid[0] != 0 or grid[1] <= 0:
+            raise InputError("times of a step response are a row of at least two numbers that begins with 0 and grows")
+        if np.abs(np.diff(grid) - grid[1]).max() > _EVEN * grid[1]:
+            raise InputError("times of a step response must be evenly spaced; take numpy.linspace(0, end, points)")
+        height = np.broadcast_to(real_array(size, "size"), (len(self.input_names),))
+        y = responses.step_outputs(self.A, self.B, self.C, self.D, float(grid[-1] / (grid.size - 1)), grid.size)
+        return StepResponse(grid, y * height, height, self.output_names, self.input_names)
+
+    def frequency_response(self, omega: ArrayLike) -> np.ndarray:
+        """Complex gains (..., n_outputs, n_inputs) at angular frequencies `omega` (...), rad/s."""
+        omega = real_array(omega, "omega")
+        found = responses.transfer(self.A, self.B, self.C, self.D, 1j * omega.ravel())
+        return found.reshape(*omega.shape, *self.D.shape)
+
+    def to_control(self) -> control.StateSpace:
+        """The model as a ``StateSpace`` of python-control, with underscores for the dots in names.
+
+        Raises
+        ------
+        InputError
+            Where python-control is not installed.
+        """
+        from hydrocrane.linear.exports import state_space
+
+        return state_space(self)
+
+    def save(self, path: str | PathLike[str]) -> Path:
+        """Write the model; the suffix decides: ``.mat`` (MATLAB) or ``.json``. Returns the path."""
+        from hydrocrane.linear.exports import save
+
+        return save(self, Path(path))
+
+    def _repr_html_(self) -> str:
+        """For notebooks: the working point, the oscillations, inputs, outputs and warnings."""
+        modes = self.oscillations
+        rows = "".join(
+            f"<tr><td>{frequency:.4g}</td><td>{damping:.3g}</td><td>{escape(state)}</td></tr>"
+            for frequency, damping, state in zip(modes.frequency, modes.damping, modes.state, strict=True)
+        )
+        signals = "".join(
+            f"<p>{kind}: {escape(', '.join(f'{n} [{u}]' for n, u in zip(names, units, strict=True)))}</p>"
+            for kind, names, units in (
+                ("inputs", self.input_names, self.input_units),
+                ("outputs", self.output_names, self.output_units),
+            )
+        )
+        doubts = "".join(f"<p>warning: {escape(str(warning))}</p>" for warning in self.warnings)
+        head = f"<b>Linear model of {escape(self.machine)}</b>, {len(self.A)} states, payload {self.payload:g} kg"
+        table = f"<table><tr><th>frequency, Hz</th><th>damping ratio</th><th>mostly in</th></tr>{rows}</table>"
+        return f"<div>{head}{signals}{table}{doubts}</div>"
+
+
+def chosen(what: str, names: str | Sequence[str] | None, known: Sequence[str]) -> list[int]:
+    """Places of `names` among the `known` ones; all where none are named."""
+    if names is None:
+        return list(range(len(known)))
+    wanted = [names] if isinstance(names, str) else list(names)
+    for name in wanted:
+        if name not in known:
+            raise unknown(what, name, known)
+        if wanted.count(name) > 1:
+            raise InputError(f"{what} `{name}` is named twice; name it once")
+    if not wanted:
+        raise InputError(f"a linear model needs at least one {what}; choose from {', '.join(known)}")
+    return [list(known).index(name) for name in wanted]
