@@ -40,13 +40,14 @@ extensions = [
     "first_page",
 ]
 
-# --- pages -------------------------------------------------------------------------------------------------------------
+# --- pages ------------------------------------------------------------------------------------------------------------
 root_doc = "docs/site/contents"
 include_patterns = [
     "docs/*.md",
     "docs/**/*.md",
     "docs/site/*.rst",
     "docs/site/groups/*.rst",
+    "docs/site/python/*.rst",
     "README.md",
     "NOTATION.md",
     "ARCHITECTURE.md",
@@ -70,13 +71,13 @@ exclude_patterns = [
 ]
 source_suffix = {".rst": "restructuredtext", ".md": "markdown"}
 
-# --- Markdown, as code hosts read it -----------------------------------------------------------------------------------
+# --- Markdown, as code hosts read it ----------------------------------------------------------------------------------
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_fence_as_directive = ["math"]
 # Deep enough for every heading; anchors are spelt as code hosts spell them.
 myst_heading_anchors = 6
 
-# --- docstrings --------------------------------------------------------------------------------------------------------
+# --- docstrings -------------------------------------------------------------------------------------------------------
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True, "undoc-members": False}
@@ -87,12 +88,12 @@ add_module_names = False
 python_use_unqualified_type_names = True
 nitpicky = True
 
-# --- mathematics: KaTeX out of a folder of npm, nothing from another host -------------------------------------------
+# --- mathematics: KaTeX out of a folder of npm, nothing from another host ------------------------------------------
 KATEX = ROOT / "results" / "katex" / "static"
 katex_css_path = "katex.min.css"
 katex_options = "throwOnError: true"
 
-# --- looks -------------------------------------------------------------------------------------------------------------
+# --- looks ------------------------------------------------------------------------------------------------------------
 html_theme = "furo"
 templates_path = ["templates"]
 html_static_path = ["static", os.path.relpath(KATEX, SITE)]
