@@ -18,6 +18,7 @@ sys.path[:0] = [str(ROOT / "python"), str(SITE / "extensions")]
 
 # Modules are imported for their docstrings alone: the site needs no compiled core.
 import core_stand_in  # noqa: E402
+import notebooks  # noqa: E402
 
 core_stand_in.install()
 
@@ -30,7 +31,7 @@ html_title = f"{project} {version}"
 html_show_sphinx = False
 
 extensions = [
-    "myst_parser",
+    "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
     "numpydoc",
@@ -38,6 +39,7 @@ extensions = [
     "sphinx_copybutton",
     "source_views",
     "first_page",
+    "notebooks",
 ]
 
 # --- pages ------------------------------------------------------------------------------------------------------------
@@ -69,13 +71,15 @@ exclude_patterns = [
     "shared",
     "benches/solvers",
 ]
-source_suffix = {".rst": "restructuredtext", ".md": "markdown"}
+source_suffix = {".rst": "restructuredtext", ".md": "myst-nb"}
 
 # --- Markdown, as code hosts read it ----------------------------------------------------------------------------------
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_fence_as_directive = ["math"]
 # Deep enough for every heading; anchors are spelt as code hosts spell them.
 myst_heading_anchors = 6
+
+globals().update(notebooks.settings(ROOT))
 
 # --- docstrings -------------------------------------------------------------------------------------------------------
 autodoc_typehints = "none"
