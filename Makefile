@@ -34,7 +34,7 @@ evidence: evidence-python evidence-tools
 
 # The browser has the machine to itself: the page's clock is the wall's. The cockpit is tested where its page can be built and a
 # browser can be had; elsewhere those tests are skipped.
-evidence-python: $(VENV)/.tested
+evidence-python: $(VENV)/.tested $(VENV)/.documented results/katex/node_modules/.package-lock.json
 	@$(MAKE) --no-print-directory cockpit || echo "the cockpit's page could not be built here: the tests that need it are skipped"
 	@sh tests/browser.sh $(BIN)/python
 	$(PYTEST) -m "evidence and not browser"

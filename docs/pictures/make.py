@@ -20,7 +20,7 @@ import drive_the_tip  # noqa: E402
 import hydrocrane as hc  # noqa: E402
 
 FOLDER = Path(__file__).parent
-TUTORIAL = FOLDER.parent / "tutorials" / "friction.md"
+PAGES = (FOLDER.parent / "tutorials" / "friction.md", FOLDER.parent / "gallery.md")
 
 
 def front_page() -> None:
@@ -30,17 +30,18 @@ def front_page() -> None:
 
 
 def of_page(page: Path) -> None:
-    """Run the Python of a page in an empty folder and keep the pictures that the page shows."""
+    """Run the Python of a page in an empty folder and keep the pictures that it draws and shows."""
     text = page.read_text(encoding="utf-8")
     code = "\n".join(re.findall(r"^```python\n(.*?)^```$", text, re.DOTALL | re.MULTILINE))
-    shown = re.findall(r"\]\(\.\./pictures/([\w-]+\.png)\)", text)
+    shown = re.findall(r"\]\((?:\.\./)?pictures/([\w-]+\.png)\)", text)
     here = Path.cwd()
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         try:
             exec(compile(code, page.name, "exec"), {"__name__": "page"})
             for name in shown:
-                shutil.copy(name, FOLDER / name)
+                if Path(name).exists():
+                    shutil.copy(name, FOLDER / name)
         finally:
             os.chdir(here)
 
@@ -48,4 +49,5 @@ def of_page(page: Path) -> None:
 if __name__ == "__main__":
     front_page()
     drive_the_tip.draw_all(FOLDER)
-    of_page(TUTORIAL)
+    for page in PAGES:
+        of_page(page)

@@ -18,6 +18,7 @@ sys.path[:0] = [str(ROOT / "python"), str(SITE / "extensions")]
 
 # Modules are imported for their docstrings alone: the site needs no compiled core.
 import core_stand_in  # noqa: E402
+import notebooks  # noqa: E402
 
 core_stand_in.install()
 
@@ -30,7 +31,7 @@ html_title = f"{project} {version}"
 html_show_sphinx = False
 
 extensions = [
-    "myst_parser",
+    "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
     "numpydoc",
@@ -38,15 +39,17 @@ extensions = [
     "sphinx_copybutton",
     "source_views",
     "first_page",
+    "notebooks",
 ]
 
-# --- pages -------------------------------------------------------------------------------------------------------------
+# --- pages ------------------------------------------------------------------------------------------------------------
 root_doc = "docs/site/contents"
 include_patterns = [
     "docs/*.md",
     "docs/**/*.md",
     "docs/site/*.rst",
     "docs/site/groups/*.rst",
+    "docs/site/python/*.rst",
     "README.md",
     "NOTATION.md",
     "ARCHITECTURE.md",
@@ -68,15 +71,17 @@ exclude_patterns = [
     "shared",
     "benches/solvers",
 ]
-source_suffix = {".rst": "restructuredtext", ".md": "markdown"}
+source_suffix = {".rst": "restructuredtext", ".md": "myst-nb"}
 
-# --- Markdown, as code hosts read it -----------------------------------------------------------------------------------
+# --- Markdown, as code hosts read it ----------------------------------------------------------------------------------
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_fence_as_directive = ["math"]
 # Deep enough for every heading; anchors are spelt as code hosts spell them.
 myst_heading_anchors = 6
 
-# --- docstrings --------------------------------------------------------------------------------------------------------
+globals().update(notebooks.settings(ROOT))
+
+# --- docstrings -------------------------------------------------------------------------------------------------------
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True, "undoc-members": False}
@@ -87,12 +92,12 @@ add_module_names = False
 python_use_unqualified_type_names = True
 nitpicky = True
 
-# --- mathematics: KaTeX out of a folder of npm, nothing from another host -------------------------------------------
+# --- mathematics: KaTeX out of a folder of npm, nothing from another host ------------------------------------------
 KATEX = ROOT / "results" / "katex" / "static"
 katex_css_path = "katex.min.css"
 katex_options = "throwOnError: true"
 
-# --- looks -------------------------------------------------------------------------------------------------------------
+# --- looks ------------------------------------------------------------------------------------------------------------
 html_theme = "furo"
 templates_path = ["templates"]
 html_static_path = ["static", os.path.relpath(KATEX, SITE)]

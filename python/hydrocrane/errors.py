@@ -19,26 +19,71 @@ LONGEST_MESSAGE = 2000
 
 
 class HydrocraneError(ValueError):
-    """Base of all errors raised by this package; the middle of very long messages is left out."""
+    """Base of all errors raised by this package; the middle of very long messages is left out.
+
+    Examples
+    --------
+    >>> try:
+    ...     hc.simulate("vertical-lift-open-loop", payload=-1.0)
+    ... except hc.HydrocraneError as error:
+    ...     print(type(error).__name__)
+    InputError
+    """
 
     def __init__(self, message: str = "") -> None:
         super().__init__(shortened(message))
 
 
 class InputError(HydrocraneError):
-    """An argument has the wrong shape, is not finite, or names something that does not exist."""
+    """An argument has the wrong shape, is not finite, or names something that does not exist.
+
+    Examples
+    --------
+    >>> try:
+    ...     hc.load_machine("rottne-f9-lab").tip([0.0, 0.0])
+    ... except hc.InputError as error:
+    ...     print(error)
+    q must have shape (3,) or (..., 3), one value each of boom, jib, extension; got shape (2,)
+    """
 
 
 class OutOfReachError(HydrocraneError):
-    """A pose or stroke that the machine cannot take."""
+    """A pose or stroke that the machine cannot take.
+
+    Examples
+    --------
+    >>> try:
+    ...     hc.load_machine("rottne-f9-lab").joints_from_strokes([9.0, 0.0, 0.0])
+    ... except hc.OutOfReachError as error:
+    ...     print("no such stroke")
+    no such stroke
+    """
 
 
 class SimulationError(HydrocraneError):
-    """A simulation cannot go on from where it is."""
+    """A simulation cannot go on from where it is.
+
+    Examples
+    --------
+    >>> try:
+    ...     hc.Simulator("rottne-f9-lab").step([0.0, 0.0, 0.0])
+    ... except hc.SimulationError as error:
+    ...     print(error)
+    call reset(q=...) or reset(state=...) before the first step
+    """
 
 
 class ResultFileError(HydrocraneError):
-    """A file of results cannot be read or written."""
+    """A file of results cannot be read or written.
+
+    Examples
+    --------
+    >>> try:
+    ...     hc.load_run("nowhere.nc")
+    ... except hc.ResultFileError as error:
+    ...     print("nothing there")
+    nothing there
+    """
 
 
 class MachineFileError(HydrocraneError):
@@ -52,6 +97,14 @@ class MachineFileError(HydrocraneError):
         Where it is; ``file`` is ``None`` for an override.
     line, column : int or None
         Place in the file, counted from 1.
+
+    Examples
+    --------
+    >>> try:
+    ...     hc.load_machine("rottne-f9-lab", {"supply.presure": "100 bar"})
+    ... except hc.MachineFileError as error:
+    ...     print(error.slug, error.key)
+    unknown-key supply.presure
     """
 
     def __init__(

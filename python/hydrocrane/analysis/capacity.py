@@ -42,6 +42,13 @@ class LoadChart:
         Index of the cylinder that gives out first; -1 where none does up to the ceiling.
     supply_pressure : float
         Pa.
+
+    Examples
+    --------
+    >>> chart = hc.load_chart("rottne-f9-lab", samples=5)
+    >>> reach, payload = chart.against_reach()
+    >>> print(chart.payload.shape, reach.shape == payload.shape)
+    (5, 5, 3) True
     """
 
     q: Array
@@ -216,6 +223,12 @@ def load_chart(machine: MachineLike, *, samples: int = 50, ceiling: float = 1e5)
         Poses per turning joint of the map; curves against reach find their own.
     ceiling : float
         Payload, kg, at which the search ends where no cylinder is the limit (next to a vertical boom).
+
+    Examples
+    --------
+    >>> chart = hc.load_chart("rottne-f9-lab", samples=5)
+    >>> print(chart.payload.shape, int(chart.supply_pressure / 1e5), "bar")
+    (5, 5, 3) 140 bar
     """
     machine = as_machine(machine)
     if not (np.isfinite(ceiling) and ceiling > 0):

@@ -45,9 +45,9 @@ class Modes:
     q : (n,) array
         The pose.
     frequency : (k,) array
-        Natural frequency |lambda| / (2 pi) of each oscillating pair, Hz.
+        Natural frequency ``|lambda| / (2 pi)`` of each oscillating pair, Hz.
     damping : (k,) array
-        Damping ratio -Re(lambda) / |lambda|; negative where the motion grows.
+        Damping ratio ``-Re(lambda) / |lambda|``; negative where the motion grows.
     state : tuple of str
         The state that takes most part in each mode.
     eigenvalues : (n_states,) complex array
@@ -56,6 +56,12 @@ class Modes:
         What friction does, as of :func:`modes`.
     warnings : tuple of ResultWarning
         What the numbers do not show.
+
+    Examples
+    --------
+    >>> found = hc.modes("rottne-f9-lab", np.deg2rad([100.0, 100.0, 0.0]))
+    >>> print(found.frequency[:2].round(1), found.state[0], bool((found.damping > 0).all()))
+    [11.1 26.3] joint.boom.qd True
     """
 
     q: Array
@@ -92,6 +98,13 @@ def modes(machine: MachineLike, q: ArrayLike, *, payload: float | None = None, f
         static friction, which has no slope at rest but that of its smoothing, is released. ``released``: no friction
         and no bristles, as in motions much larger than that: the natural frequencies of links and oil.
         ``smoothed``: the Jacobian as the simulation has it at rest, the smoothing of static friction included.
+
+    Examples
+    --------
+    >>> held = hc.modes("rottne-f9-lab", np.deg2rad([100.0, 100.0, 0.0]), payload=100.0)
+    >>> free = hc.modes("rottne-f9-lab", np.deg2rad([100.0, 100.0, 0.0]), payload=100.0, friction="released")
+    >>> print(held.frequency[0].round(1), free.frequency[0].round(1))
+    5.3 5.3
     """
     machine = as_machine(machine)
     q = vectors(q, "q", machine.joint_names)
@@ -323,7 +336,13 @@ def mode_map(
     """Slowest mode that is not a spool's own, over a grid of poses clear of the end stops.
 
     Poses that need more than supply pressure to hold are left out: no valve brings the crane to rest there.
-    Parameters as of :func:`modes` and :func:`pose_grid`.
+    Parameters as of :func:`modes`; `samples` is the number of poses per turning joint.
+
+    Examples
+    --------
+    >>> found = hc.mode_map("single-cylinder", samples=3)
+    >>> print(found.frequency.shape)
+    (3,)
     """
     machine = as_machine(machine)
     poses = pose_grid(machine, samples, inset=_END_STOPS)

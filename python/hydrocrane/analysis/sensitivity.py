@@ -203,6 +203,13 @@ class Sensitivities:
         and ``long_name``; coordinates ``parameter_value`` and ``parameter_unit``.
     relative : bool
         Slopes are times the parameter's value: the change of the signal per whole of the parameter.
+
+    Examples
+    --------
+    >>> keys = ["supply.pressure", "friction.lift.coulomb[0]"]
+    >>> by = hc.sensitivities("vertical-lift-open-loop", keys, relative=True, duration=1.0)
+    >>> print(by.data["tip.z"].dims, by.data["tip.z"].attrs["units"])
+    ('time', 'parameter') m
     """
 
     def __init__(self, experiment: Experiment, raw: SensitivityRecord, wall: float, relative: bool) -> None:
@@ -277,7 +284,8 @@ def sensitivities(
     relative : bool
         Multiply each slope by its parameter's value, so that slopes by different keys can be compared.
     resolve_slopes : bool
-        As of :class:`Experiment`.
+        Choose step sizes so that the slopes keep the tolerance too. Without it the states are, to the last bit, those
+        of :func:`hydrocrane.simulate` by the same method, and the slopes rough wherever a law has a kink.
     progress : callable, optional
         Called now and then with (time reached, duration), s.
     **changes
@@ -287,6 +295,13 @@ def sensitivities(
     -------
     Sensitivities
         Also where the run ends early: then up to there.
+
+    Examples
+    --------
+    >>> by = hc.sensitivities("vertical-lift-open-loop", "supply.pressure", duration=1.0)
+    >>> slope = float(by.data["tip.z"].isel(time=-1, parameter=0))
+    >>> print(f"{slope * 1e5 * 1e3:.1f} mm per bar")
+    0.2 mm per bar
     """
     experiment = Experiment(scenario, keys, resolve_slopes=resolve_slopes, **changes)
     if relative:

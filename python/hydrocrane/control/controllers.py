@@ -40,6 +40,13 @@ class Observation:
         x, z in the inertial frame at q, m.
     measured : dict
         What the sensors read, by signal.
+
+    Examples
+    --------
+    >>> crane = hc.Simulator("rottne-f9-lab", sample_time=0.01)
+    >>> obs = crane.reset(q=crane.machine.home)
+    >>> print(obs.t, obs.q.shape, obs.p.shape, obs.tip.round(2))
+    0.0 (3,) (3, 2) [ 2.05 -1.01]
     """
 
     t: float
@@ -55,6 +62,18 @@ class Controller(Protocol):
     """A controller of one's own: an object with these two methods, or a function like `step`.
 
     It may also have an attribute ``set_point``, (x, z) of the tip in m, which is then recorded.
+
+    Examples
+    --------
+    >>> class Proportional:
+    ...     def reset(self, machine, obs):
+    ...         self.machine, self.goal = machine, machine.strokes(obs.q)
+    ...     def step(self, obs, command):
+    ...         return 0.1 * (self.goal - self.machine.strokes(obs.q))
+    >>> start = {"boom": 1.745, "jib": 1.745, "extension": 0.0}
+    >>> run = hc.simulate(hc.Scenario(joints=start, controller=Proportional(), duration=1.0))
+    >>> print(run.outcome.kind)
+    completed
     """
 
     def reset(self, machine: Machine, obs: Observation, /) -> None:

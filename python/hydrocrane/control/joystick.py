@@ -36,6 +36,16 @@ class Stick:
         Deflections in -1 to 1: x (forward) and z (up), or one per cylinder.
     full_speed : float or None
         Speed of the tip that a full deflection asks for, m/s, where the joystick says so.
+
+    Examples
+    --------
+    >>> stick = hc.Stick("tip", np.array([0.0, 0.2]))
+    >>> crane = hc.load_machine("rottne-f9-lab")
+    >>> plant, controller = hc.Simulator(crane), hc.NamedController("tip")
+    >>> obs = plant.reset(q=np.deg2rad([100.0, 100.0, 0.0]))
+    >>> controller.reset(crane, obs)
+    >>> print(len(controller.step(obs, stick)), "spool commands")
+    3 spool commands
     """
 
     mode: str
@@ -84,6 +94,15 @@ class Joystick:
         Time that a stick takes from its centre to its end, s.
     precision : (k,) array_like
         Share of the full speed that counts at each time, 0 to 1, for precise work; empty: all of it.
+
+    Examples
+    --------
+    >>> up = hc.Joystick([0.5, 2.0], {"z": [1.0, 0.0]}, full_speed=0.1, ramp=0.2)
+    >>> start = {"boom": 1.745, "jib": 1.745, "extension": 0.0}
+    >>> run = hc.simulate(hc.Scenario(joints=start, joystick=up, duration=3.0))
+    >>> z = run.columns["tip.z"].values
+    >>> print(f"up by {z[-1] - z[0]:.2f} m")
+    up by 0.15 m
     """
 
     time: Array

@@ -46,6 +46,13 @@ class Fit:
         What was noticed in the logs.
     ties : tuple of Tie
         Keys that moved in proportion to fitted ones.
+
+    Examples
+    --------
+    >>> log = hc.simulate("single-cylinder-step", overrides={"supply.pressure": "95 bar"}).data
+    >>> found = hc.fit("single-cylinder-step", log, ["supply.pressure"], signals=["cylinder.test.x"])
+    >>> print(f"{found.value('supply.pressure') / 1e5:.0f} bar, by {found.quality[0].signal}")
+    95 bar, by cylinder.test.x
     """
 
     scenario: Scenario

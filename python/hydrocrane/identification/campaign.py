@@ -83,7 +83,7 @@ def identify_friction(
     rod_mass : float
         What moves on the cylinder's side of the load cell, kg.
     exponents : {"chosen", "fixed", "free"} or dict
-        As for :func:`~hydrocrane.identification.fit_static`. Exponents that are held, are held at the values of the
+        As for ``hydrocrane.identification.fit_static``. Exponents that are held, are held at the values of the
         rig's file.
     progress : callable, optional
         Called with what is being done.
@@ -97,6 +97,15 @@ def identify_friction(
     ------
     HydrocraneError
         Where a file cannot be read or an argument cannot be right. What is wrong with the readings fails a stage.
+
+    Examples
+    --------
+    >>> from hydrocrane import rig
+    >>> log = rig.run("constant-velocity", seed=3, calibration=1.0)
+    >>> found = hc.identify_friction([log], "rig-rottne")
+    >>> low, high = found.static.fit.intervals(0.95)["coulomb.extending"]
+    >>> print(f"Coulomb friction, extending: {low:.0f} to {high:.0f} N")
+    Coulomb friction, extending: 160 to 164 N
     """
     machine = as_machine(rig)
     RigParameters.of(machine, payload=payload)

@@ -73,6 +73,14 @@ class Identification:
         Bristle stiffness and damping.
     warnings : list of str
         What a reader must know before trusting the numbers.
+
+    Examples
+    --------
+    >>> from hydrocrane import rig
+    >>> log = rig.run("constant-velocity", seed=3, calibration=1.0)
+    >>> found = hc.identify_friction([log], "rig-rottne")
+    >>> print(found.static is not None, found.dynamic is not None, found.records[0].role)
+    True False steady
     """
 
     rig: Machine

@@ -38,6 +38,13 @@ class Log:
         What the checks found, fatal ones first.
     source : str
         Where it came from.
+
+    Examples
+    --------
+    >>> t = np.linspace(0.0, 1.0, 101)
+    >>> log = hc.Log.of({"time": t, "x": 0.1 * t, "p1": np.full(101, 50e5)}, source="by hand")
+    >>> print(list(log.data), log.data["p1"].attrs["units"], log.flags)
+    ['x', 'p1'] Pa ()
     """
 
     data: xr.Dataset
@@ -150,6 +157,13 @@ def read_log(path: str | PathLike[str], mapping: MappingLike = None) -> Log:
         Where the file cannot be read.
     InputError
         Where a column or unit is not what the mapping says.
+
+    Examples
+    --------
+    >>> path = hc.simulate("vertical-lift-open-loop", duration=1.0).save("drive.csv")
+    >>> log = hc.read_log("drive.csv")
+    >>> print("cylinder.lift.p1" in log.data, log.data.sizes["time"])
+    True 101
     """
     return _log(read_table(Path(path)), log_mapping(mapping), str(path))
 

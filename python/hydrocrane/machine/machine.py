@@ -52,6 +52,12 @@ def load_machine(source: str | PathLike[str], overrides: Overrides | None = None
     ------
     MachineFileError
         With file, line, column, key and cure.
+
+    Examples
+    --------
+    >>> crane = hc.load_machine("rottne-f9-lab", {"supply.pressure": "100 bar"})
+    >>> print(crane.name, crane.supply_pressure)
+    rottne-f9-lab 10000000.0
     """
     given = {} if overrides is None else plain_overrides(overrides)
     with translated():
@@ -77,7 +83,13 @@ def as_machine(machine: MachineLike) -> Machine:
 
 
 def bundled_machines() -> tuple[str, ...]:
-    """Names of the machines that come with the package."""
+    """Names of the machines that come with the package.
+
+    Examples
+    --------
+    >>> "rottne-f9-lab" in hc.bundled_machines()
+    True
+    """
     return tuple(_core.bundled_machines())
 
 
@@ -95,6 +107,12 @@ class Value:
         SI unit; empty for a plain number.
     provenance, source : str
         Class and source, as in :attr:`Machine.provenance`.
+
+    Examples
+    --------
+    >>> value = hc.load_machine("rottne-f9-lab").value("supply.pressure")
+    >>> print(value.si, value.unit, value.provenance)
+    14000000.0 Pa setting
     """
 
     key: str
@@ -110,7 +128,18 @@ MachineLike: TypeAlias = "Machine | str | PathLike[str]"
 
 
 class Machine:
-    """A loaded machine; made by :func:`load_machine`, never changed afterwards."""
+    """A loaded machine; made by :func:`load_machine`, never changed afterwards.
+
+    Examples
+    --------
+    >>> crane = hc.load_machine("rottne-f9-lab")
+    >>> q = np.deg2rad([100.0, 100.0, 0.0])
+    >>> print(crane.joint_names, crane.tip(q).round(3))
+    ('boom', 'jib', 'extension') [ 2.825 -0.199]
+    >>> many = crane.tip(np.tile(q, (5, 1)))
+    >>> print(many.shape, crane.static_cylinder_force(q).round(-2))
+    (5, 2) [7900. -900. -100.]
+    """
 
     def __init__(self, core: _core.Machine, source: str, overrides: dict[str, Override]) -> None:
         self.core = core
@@ -472,7 +501,7 @@ class Machine:
         chamber at the machine's back pressure; ``steady`` also opens the spools so that the pressures stay constant.
 
         A piston that the supply cannot press so far into its end stop rests on the stop instead: the state then has
-        another joint coordinate than `q`, and a :class:`~hydrocrane.result_warning.DoubtfulResult` says so.
+        another joint coordinate than `q`, and a ``DoubtfulResult`` says so.
 
         Raises
         ------

@@ -17,6 +17,14 @@ class SensorFault:
     """A sensor that fails at `time` (s) and, where `until` (s) is given, works again from then on.
 
     ``freeze``: the reading stays; ``jump``: it is off by `size` (SI); ``drop-out``: there is none (NaN).
+
+    Examples
+    --------
+    >>> crane = hc.load_machine("rottne-f9-lab")
+    >>> signal = list(crane.sensors)[0]
+    >>> frozen = hc.SensorFault(signal, "freeze", 1.0)
+    >>> print(frozen.kind, frozen.time)
+    freeze 1.0
     """
 
     signal: str

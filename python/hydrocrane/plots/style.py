@@ -88,7 +88,11 @@ def styled(make: Callable[P, Figure]) -> Callable[P, Figure]:
     @wraps(make)
     def in_style(*args: P.args, **kwargs: P.kwargs) -> Figure:
         with mpl.rc_context(RC):
-            return make(*args, **kwargs)
+            made = make(*args, **kwargs)
+            shows_at_once = mpl.is_interactive()
+        # The first figure loads the backend, and that of notebooks then switches this on: the context must not undo it.
+        mpl.interactive(shows_at_once)
+        return made
 
     return in_style
 

@@ -85,6 +85,11 @@ def cite(subject: MachineLike | Record) -> str:
     ----------
     subject : Machine, str, path or Run
         A run adds its integration method. Sources that a machine file names in words come as comments.
+
+    Examples
+    --------
+    >>> print(hc.cite("rottne-f9-lab").splitlines()[0])
+    @software{hydrocrane,
     """
     from hydrocrane.machine.machine import as_machine
     from hydrocrane.results.record import Record

@@ -23,7 +23,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Differences by quantity; a mapping name -> :class:`Difference` with shortcuts."""
+    """Differences by quantity; a mapping name -> ``Difference`` with shortcuts.
+
+    Examples
+    --------
+    >>> run = hc.simulate("vertical-lift-open-loop", duration=1.0)
+    >>> heavier = hc.simulate("vertical-lift-open-loop", duration=1.0, payload=20.0)
+    >>> apart = run.compare({"time": heavier.columns.time, "tip.z": heavier.columns["tip.z"].values})
+    >>> print(list(apart), apart["tip.z"].unit, apart.rms["tip.z"] < 0.01)
+    ['tip.z'] m True
+    """
 
     differences: dict[str, Difference]
 

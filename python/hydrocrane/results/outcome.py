@@ -19,6 +19,12 @@ class Outcome:
         s.
     message : str
         What happened and what helps; empty for a completed run.
+
+    Examples
+    --------
+    >>> run = hc.simulate("vertical-lift-open-loop", duration=1.0)
+    >>> print(run.outcome.kind, run.outcome.time, run.outcome.completed)
+    completed 1.0 True
     """
 
     kind: str

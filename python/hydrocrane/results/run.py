@@ -32,6 +32,15 @@ class Run(Record):
     columns : Columns
         The same as plain arrays by name, ``run.columns["tip.x"].values``: a program that leaves `data` alone need not
         wait for the import of xarray and pandas.
+
+    Examples
+    --------
+    >>> run = hc.simulate("vertical-lift-open-loop", duration=1.0)
+    >>> print(run.columns["tip.z"].values[-1].round(3), run.data["tip.z"].attrs["units"])
+    -0.145 m
+    >>> path = run.save("lift.csv")
+    >>> print(run.summary().splitlines()[0])
+    vertical-lift-open-loop on rottne-f9-lab: completed at 1 s
     """
 
     @classmethod
@@ -87,12 +96,19 @@ class Run(Record):
         return animation.write(self, Path(path), fps=fps, speed=speed, progress=progress)
 
     def compare(self, log: LogLike, columns: Mapping[str, str] | None = None, *, shift: float = 0.0) -> Comparison:
-        """Lay a measured log over this run; see :func:`hydrocrane.results.comparison.compare`."""
+        """Lay a measured log over this run; see ``hydrocrane.results.comparison.compare``."""
         from hydrocrane.results.comparison import compare
 
         return compare(self, log, columns, shift=shift)
 
 
 def load_run(path: str | PathLike[str]) -> Run:
-    """Read a run saved as NetCDF."""
+    """Read a run saved as NetCDF.
+
+    Examples
+    --------
+    >>> path = hc.simulate("vertical-lift-open-loop", duration=1.0).save("lift.nc")
+    >>> print(hc.load_run("lift.nc").outcome.kind)
+    completed
+    """
     return Run.load(path)

@@ -59,7 +59,7 @@ def bristle_damping(
     """Bristle damping from a damping ratio at rest and a margin of passivity in motion.
 
     At rest the mass swings on the bristles, m x'' + sigma_1 x' + sigma_0 x = 0 (127): sigma_1 = 2 zeta sqrt(sigma_0 m).
-    In motion friction keeps the bound of :func:`most_damping` with `margin`: v_d is made small enough for it, and not
+    In motion friction keeps the bound of ``most_damping`` with `margin`: v_d is made small enough for it, and not
     larger than `fastest`, beyond which nothing is known of bristles. Without fading, sigma_1 itself is bounded so that
     it holds up to `fastest`.
 

@@ -46,6 +46,13 @@ class Command:
     interpolation : {"hold", "linear"}
         ``hold`` keeps each value until the next time and is zero before the first; ``linear`` joins the points and
         keeps the end values.
+
+    Examples
+    --------
+    >>> lift = hc.Command([0.0, 1.0], [2e-3, 0.0])
+    >>> run = hc.simulate("vertical-lift-open-loop", commands={"lift": lift}, duration=1.5)
+    >>> print(run.outcome.kind)
+    completed
     """
 
     time: Array
@@ -137,6 +144,8 @@ def read_commands(
 
     Examples
     --------
+    >>> from pathlib import Path
+    >>> _ = Path("drive.csv").write_text("time,u_lift\\n0,2\\n1,0\\n")
     >>> commands = hc.read_commands("drive.csv", "rottne-f9-lab", columns={"lift": "u_lift"}, units={"lift": "mm"})
     >>> run = hc.simulate("vertical-lift-open-loop", commands=commands)
     """

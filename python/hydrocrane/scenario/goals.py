@@ -27,6 +27,13 @@ class Goal:
         On the way, m/s; default is the speed at full stick.
     until : float, optional
         When the goal is dropped, s, if the tip is not there before: it comes to rest where it is.
+
+    Examples
+    --------
+    >>> start = {"boom": 1.745, "jib": 1.745, "extension": 0.0}
+    >>> run = hc.simulate(hc.Scenario(joints=start, goals=[hc.Goal(0.5, 2.7, 0.2, speed=0.3)], duration=5.0))
+    >>> print(run.columns["tip.x"].values[-1].round(2), run.columns["tip.z"].values[-1].round(2))
+    2.7 0.2
     """
 
     time: float

@@ -26,6 +26,13 @@ class PayloadChange:
         Of the tip, m/s. A load that is picked up lies still and brakes the tip at once; letting one go changes nothing.
     loss : float
         Kinetic energy that the impact turned into heat, J.
+
+    Examples
+    --------
+    >>> run = hc.simulate("vertical-lift-open-loop", payload_changes={1.0: 50.0}, duration=1.5)
+    >>> change = run.payload_changes[0]
+    >>> print(change.time, change.before, change.after, change.loss > 0.0)
+    1.0 0.0 50.0 True
     """
 
     time: float

@@ -51,6 +51,15 @@ class Phase:
     joystick : Joystick, optional
         By default the sticks go on as they were; where the controller takes sticks of the other mode, they are centred.
         A joystick of the other mode alone calls for the controller of its mode.
+
+    Examples
+    --------
+    >>> start = {"boom": 1.745, "jib": 1.745, "extension": 0.0}
+    >>> up = hc.Joystick([0.5], {"z": [1.0]}, full_speed=0.1)
+    >>> less = hc.Phase(1.0, overrides={"supply.pressure": "100 bar"})
+    >>> run = hc.simulate(hc.Scenario(joints=start, joystick=up, phases=[less], duration=2.0))
+    >>> print(run.outcome.kind)
+    completed
     """
 
     time: float

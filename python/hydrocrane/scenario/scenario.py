@@ -103,6 +103,14 @@ class Scenario:
         Version of hydrocrane whose cockpit recorded it; empty where it is no drive.
     warnings : sequence of ResultWarning
         Unusual values of the file it was read from; its runs carry them on.
+
+    Examples
+    --------
+    >>> start = {"boom": 1.745, "jib": 1.745, "extension": 0.0}
+    >>> plan = hc.Scenario(machine="rottne-f9-lab", joints=start, commands={"lift": 1e-3}, duration=1.0)
+    >>> run = hc.simulate(plan.changed(payload=50.0))
+    >>> print(run.outcome.kind, run.columns["payload"].values[0])
+    completed 50.0
     """
 
     machine: str = "rottne-f9-lab"
@@ -294,7 +302,7 @@ class Scenario:
         Raises
         ------
         InputError
-            Where the record would take more than :data:`hydrocrane.scenario.record_size.MOST_BYTES`.
+            Where the record would take more than ``hydrocrane.scenario.record_size.MOST_BYTES``.
         """
         count = row_count(self.duration, self.record_interval)
         check_size("the record of this run", count, NUMBERS_PER_ROW, "a longer record_interval or a shorter duration")

@@ -23,7 +23,13 @@ from hydrocrane.scenario.supply import SupplyPressure
 
 
 def bundled_scenarios() -> tuple[str, ...]:
-    """Names of the scenarios that come with the package."""
+    """Names of the scenarios that come with the package.
+
+    Examples
+    --------
+    >>> "vertical-lift-open-loop" in hc.bundled_scenarios()
+    True
+    """
     return tuple(_core.bundled_scenarios())
 
 
@@ -31,6 +37,12 @@ def load_scenario(source: str | PathLike[str], overrides: Overrides | None = Non
     """Load a scenario by bundled name or path; `overrides` set keys of the scenario file itself.
 
     A machine named by a path is looked for beside the scenario file.
+
+    Examples
+    --------
+    >>> plan = hc.load_scenario("vertical-lift-open-loop")
+    >>> print(plan.duration, plan.load_machine().name)
+    5.0 rottne-f9-lab
     """
     with translated():
         raw = _core.load_scenario(str(source), list(plain_overrides(overrides or {}).items()))

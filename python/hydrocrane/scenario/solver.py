@@ -30,6 +30,13 @@ class Solver:
     `step` (s) between changes of a command, for real time: a step is cut only where its error is gross, into at most
     256 parts. `atol` scales the absolute tolerances of all states together; ``None`` leaves them in their fixed
     proportion to `rtol`.
+
+    Examples
+    --------
+    >>> fine = hc.Solver(rtol=1e-6)
+    >>> run = hc.simulate("vertical-lift-open-loop", solver=fine, duration=1.0)
+    >>> print(run.data.attrs["solver_method"])
+    hc-exponential-4
     """
 
     method: str = AUTO

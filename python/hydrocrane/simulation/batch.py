@@ -34,6 +34,13 @@ class BatchObservation:
         Chamber pressures p1, p2, Pa gauge.
     tip : (n, 2) array
         x, z in the inertial frame, m.
+
+    Examples
+    --------
+    >>> cranes = hc.BatchSimulator("rottne-f9-lab", 3)
+    >>> obs = cranes.reset(q=hc.load_machine("rottne-f9-lab").home)
+    >>> obs.q.shape, obs.p.shape, obs.tip.shape
+    ((3, 3), (3, 3, 2), (3, 2))
     """
 
     t: Array
@@ -44,7 +51,7 @@ class BatchObservation:
 
 
 class BatchSimulator:
-    """n cranes of one machine that advance by one sample per :meth:`step`, each with spool commands of its own.
+    """n cranes of one machine that advance together, each with spool commands of its own, sample by sample.
 
     Each crane takes steps of its own size (GRK4T, order four), as short as `tolerance` asks. What becomes of it depends
     on its own start, commands and payload alone, bit for bit: not on its place, on n, on the number of threads or on
@@ -70,6 +77,16 @@ class BatchSimulator:
         Default is the number of cores.
     instruction_set : {"sse2", "avx2", "avx512"}, optional
         A narrower set of vector instructions than the processor's widest, for measurements.
+
+    Examples
+    --------
+    >>> crane = hc.load_machine("rottne-f9-lab")
+    >>> cranes = hc.BatchSimulator(crane, 100, payload=np.linspace(0.0, 200.0, 100))
+    >>> obs = cranes.reset(q=crane.home)
+    >>> for _ in range(50):
+    ...     obs = cranes.step([2e-3, 0.0, 0.0])
+    >>> print(obs.tip.shape, cranes.alive.sum())
+    (100, 2) 100
     """
 
     @renamed_keyword("crane", "machine")

@@ -60,6 +60,13 @@ def simulate(
     -------
     Run
         Ctrl-C ends the run early with outcome ``interrupted``; what was computed is there.
+
+    Examples
+    --------
+    >>> run = hc.simulate("vertical-lift-open-loop", overrides={"supply.pressure": "120 bar"}, duration=2.0)
+    >>> z = run.columns["tip.z"].values
+    >>> print(run.outcome.kind, f"up by {z[-1] - z[0]:.2f} m")
+    completed up by 0.19 m
     """
     if on_error not in ON_ERROR:
         raise unknown("choice of on_error", on_error, ON_ERROR)

@@ -23,7 +23,7 @@ from hydrocrane.scenario.solver import AUTO, Solver
 
 
 class Simulator:
-    """A crane that advances by one sample per :meth:`step`, its spool commands held in between.
+    """A crane that advances by one sample per :meth:`Simulator.step`, its spool commands held in between.
 
     Parameters
     ----------
@@ -39,6 +39,16 @@ class Simulator:
     seed : int
         Draws the sensors' errors and noise.
     sensor_faults : sequence of SensorFault
+
+    Examples
+    --------
+    >>> plant = hc.Simulator("rottne-f9-lab", sample_time=0.01)
+    >>> obs = plant.reset(q=np.deg2rad([100.0, 100.0, 0.0]))
+    >>> start = obs.tip
+    >>> for _ in range(100):
+    ...     obs = plant.step([20e-3, 0.0, 0.0])
+    >>> print(f"{obs.t:.2f} s, up by {obs.tip[1] - start[1]:.2f} m")
+    1.00 s, up by 0.07 m
     """
 
     @renamed_keyword("crane", "machine")

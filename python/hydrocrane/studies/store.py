@@ -185,6 +185,13 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     -----
     UserWarning
         Where the store has no checksums, since an earlier version wrote it: damage cannot be found then.
+
+    Examples
+    --------
+    >>> loads = {"payload.mass": [0.0, 50.0]}
+    >>> _ = hc.sweep("vertical-lift-open-loop", loads, measures=["max(tip.z)"], store="loads", duration=1.0)
+    >>> print(dict(hc.open_study("loads").sizes))
+    {'payload.mass': 2}
     """
     folder = Path(path)
     if not folder.exists():

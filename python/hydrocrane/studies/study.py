@@ -63,7 +63,7 @@ class Study:
     seed : int
         Of the draws.
     measures : sequence of str or callable, or mapping of name to callable
-        Figures to keep, see :mod:`hydrocrane.studies.measures`.
+        Figures to keep, see ``hydrocrane.studies.measures``.
     signals : sequence of str
         Signals to keep, on one time grid for all cases; NaN from where a run ended.
     resample : float or str, optional
@@ -74,6 +74,13 @@ class Study:
         In place of the scenario's.
     changes : mapping
         Fields of the scenario or its solver to change in all cases, as in :func:`hydrocrane.simulate`.
+
+    Examples
+    --------
+    >>> loads = {"payload.mass": ["0 kg", "50 kg", "100 kg"]}
+    >>> study = hc.Study("vertical-lift-open-loop", loads, measures=["max(tip.z)"], changes={"duration": 1.0})
+    >>> print(study.cases.count)
+    3
     """
 
     scenario: str | PathLike[str] | Scenario
@@ -268,6 +275,13 @@ def sweep(
     ------
     StudyInterrupted
         After Ctrl-C; what is done is in the store.
+
+    Examples
+    --------
+    >>> loads = {"payload.mass": [0.0, 50.0, 100.0]}
+    >>> found = hc.sweep("vertical-lift-open-loop", loads, measures=["max(tip.z)"], duration=2.0)
+    >>> print(found["max(tip.z)"].dims, found["max(tip.z)"].values.round(3))
+    ('payload.mass',) [ 0.002 -0.005 -0.013]
     """
     study = Study(
         scenario, keys, method, n, seed, measures, tuple([signals] if isinstance(signals, str) else signals),

@@ -43,6 +43,19 @@ def load_study(path: str | PathLike[str]) -> StudyFile:
     ------
     InputError
         With the file and the key.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> _ = Path("loads.toml").write_text('''
+    ... [study]
+    ... scenario = "vertical-lift-open-loop"
+    ... measures = ["max(tip.z)"]
+    ... [keys]
+    ... "payload.mass" = ["0 kg", "50 kg"]
+    ... ''')
+    >>> print(hc.load_study("loads.toml").study.cases.count)
+    2
     """
     file = Path(path)
     content = read_toml(file, "study file")

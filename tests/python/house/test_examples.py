@@ -1,0 +1,48 @@
+"""The reference of the Python interface: every public name has an example, and every example gives what it says."""
+
+from __future__ import annotations
+
+import doctest
+import inspect
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hydrocrane as hc
+
+ROOT = Path(__file__).resolve().parents[3]
+PUBLIC = sorted(hc._HOME)
+
+
+def examples(name: str) -> doctest.DocTest:
+    """Those of a public name; as on the site, `hc` and `np` are imported."""
+    public = getattr(hc, name)
+    file = sys.modules[public.__module__].__file__
+    return doctest.DocTestParser().get_doctest(inspect.getdoc(public), {"hc": hc, "np": np}, f"hc.{name}", file, 0)
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_every_public_name_has_an_example(name):
+    shown = examples(name).examples
+    assert shown, f"hc.{name} has no example in its docstring"
+    assert "Examples\n--------\n" in inspect.getdoc(getattr(hc, name))
+    assert any(name in example.source for example in shown) or any(example.want for example in shown)
+
+
+def test_the_reference_shows_every_public_name():
+    pages = "".join(page.read_text(encoding="utf-8") for page in (ROOT / "docs/site/python").glob("*.rst"))
+    shown = re.findall(r"^\.\. auto(?:class|function|exception):: hydrocrane\.(\w+)$", pages, re.MULTILINE)
+    assert sorted(shown) == PUBLIC
+
+
+@pytest.mark.evidence
+@pytest.mark.parametrize("name", PUBLIC)
+def test_examples_of_a_public_name_run(name, tmp_path, monkeypatch):
+    """In an empty folder, as a reader would."""
+    monkeypatch.chdir(tmp_path)
+    failures: list[str] = []
+    doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(examples(name), out=failures.append)
+    assert not failures, "\n".join(failures)
