@@ -93,7 +93,7 @@ def simulate(
     rtol: Annotated[float | None, typer.Option(help="Relative tolerance.")] = None,
     step: Annotated[float | None, typer.Option(help="Fixed steps of this size, s.")] = None,
     verify: Annotated[bool, typer.Option("--verify", help="Run again, tighter, and report the difference.")] = False,
-    also: Annotated[list[str], typer.Option(help="Also write the data as mat, csv or parquet.")] = [],  # noqa: B006
+    also: Annotated[list[str], typer.Option(help="Also write mat, csv, parquet, xlsx, mf4 or mcap.")] = [],  # noqa: B006
     film: Annotated[str, typer.Option(help="Animation: gif, mp4 or none.")] = "gif",
 ) -> None:
     """Run a scenario; write its data, charts and animation, and print a summary."""

@@ -141,7 +141,7 @@ def _tendon(tendons: Element, name: str, first: str, last: str, radius: float) -
 
 
 def _motor(actuators: Element, cylinder: Cylinder, where: dict[str, str], force: tuple[float, float]) -> None:
-    SubElement(actuators, "motor", name=cylinder.name, ctrlrange=numbers(force), **where)
+    SubElement(actuators, "motor", {"name": cylinder.name, "ctrlrange": numbers(force), **where})
 
 
 def _close(
