@@ -60,6 +60,8 @@ _HOME = {
     "bundled_machines": "machine.machine",
     "bundled_scenarios": "scenario.scenario_file",
     "cite": "results.citation",
+    "export_mjcf": "export.mjcf",
+    "export_urdf": "export.urdf",
     "fit": "fitting",
     "identify_friction": "identification",
     "linearise": "linear.linearise",

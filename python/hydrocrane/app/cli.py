@@ -14,6 +14,7 @@ import typer
 
 from hydrocrane.app.console import bar, complain, say, waiting, warn
 from hydrocrane.app.control import control
+from hydrocrane.app.export import export
 from hydrocrane.app.fit import fit
 from hydrocrane.app.identify import identify
 from hydrocrane.app.linear import bode, linearise
@@ -38,6 +39,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.add_typer(control)
+app.add_typer(export)
 app.add_typer(identify)
 app.add_typer(rig)
 app.command(epilog="Example:  hydrocrane fit my-scenario.toml drive.csv -p payload.mass -p friction.lift.coulomb[0]")(
@@ -91,7 +93,7 @@ def simulate(
     rtol: Annotated[float | None, typer.Option(help="Relative tolerance.")] = None,
     step: Annotated[float | None, typer.Option(help="Fixed steps of this size, s.")] = None,
     verify: Annotated[bool, typer.Option("--verify", help="Run again, tighter, and report the difference.")] = False,
-    also: Annotated[list[str], typer.Option(help="Also write the data as mat, csv or parquet.")] = [],  # noqa: B006
+    also: Annotated[list[str], typer.Option(help="Also write mat, csv, parquet, xlsx, mf4 or mcap.")] = [],  # noqa: B006
     film: Annotated[str, typer.Option(help="Animation: gif, mp4 or none.")] = "gif",
 ) -> None:
     """Run a scenario; write its data, charts and animation, and print a summary."""

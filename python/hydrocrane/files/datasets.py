@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING
 
 from hydrocrane.errors import ResultFileError, nearest
 from hydrocrane.files.columns import TIME, Columns
+from hydrocrane.files.excel import titled, write_excel
+from hydrocrane.files.mcap_file import write_mcap
+from hydrocrane.files.mdf import write_mdf
 from hydrocrane.files.netcdf import write_netcdf
 from hydrocrane.files.whole_file import written_whole
 
@@ -29,9 +32,15 @@ def checked_suffix(path: Path) -> str:
     suffix = path.suffix.lower()
     if suffix not in _WRITERS:
         raise ResultFileError(f"cannot write `{path.name}`: unknown suffix `{suffix}`{nearest(suffix, _WRITERS)}")
-    if suffix == ".parquet" and importlib.util.find_spec("pyarrow") is None:
-        raise ResultFileError("Parquet files need the package pyarrow; install hydrocrane[parquet]")
+    require_library(suffix)
     return suffix
+
+
+def require_library(suffix: str) -> None:
+    """An error with its cure where files of this suffix need a package that is not installed."""
+    what, package, extra = _NEEDS.get(suffix, ("", "", ""))
+    if package and importlib.util.find_spec(package) is None:
+        raise ResultFileError(f"{what} files need the package {package}; install hydrocrane[{extra}]")
 
 
 def load_netcdf(path: Path) -> xr.Dataset:
@@ -77,11 +86,29 @@ def plain_name(name: str) -> str:
 
 
 def _csv(data: xr.Dataset | Columns, path: Path) -> None:
-    frame(data).to_csv(path, index=False)
+    """A row of names with units, ``tip.z [m]``, then numbers that read back as the same doubles."""
+    columns = Columns.of(data)
+    table = frame(data)
+    table.to_csv(path, index=False, header=[titled(columns, str(name)) for name in table.columns])
 
 
 def _parquet(data: xr.Dataset | Columns, path: Path) -> None:
     frame(data).to_parquet(path, index=False)
 
 
-_WRITERS = {".nc": write_netcdf, ".mat": write_matlab, ".csv": _csv, ".parquet": _parquet}
+_WRITERS = {
+    ".nc": write_netcdf,
+    ".mat": write_matlab,
+    ".csv": _csv,
+    ".parquet": _parquet,
+    ".xlsx": write_excel,
+    ".mf4": write_mdf,
+    ".mcap": write_mcap,
+}
+# Kind of file, package and extra of those that come with an optional package.
+_NEEDS = {
+    ".parquet": ("Parquet", "pyarrow", "parquet"),
+    ".xlsx": ("Excel", "openpyxl", "excel"),
+    ".mf4": ("MDF", "asammdf", "mdf"),
+    ".mcap": ("MCAP", "mcap", "mcap"),
+}

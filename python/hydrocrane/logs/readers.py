@@ -10,6 +10,7 @@ import h5py
 import numpy as np
 
 from hydrocrane.errors import ResultFileError, nearest
+from hydrocrane.files.mdf import mdf_class
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.table import NO_NUMBERS, Table, check_width, plain_facts
 from hydrocrane.logs.units import tidy_unit
@@ -95,9 +96,9 @@ def _netcdf(path: Path) -> Table:
 
 def _mdf(path: Path) -> Table:
     """Measurement data format 4 (ASAM); channels of other rates are interpolated at the times of the fastest one."""
-    mdf_class = mdf_reader()
+    reader = mdf_class()
     try:
-        with mdf_class(path) as stored:
+        with reader(path) as stored:
             about = _header_facts(stored.header.description)
             signals = list(stored.iter_channels())
     except Exception as error:  # The library raises its own and many built-in exceptions for damaged files.
@@ -134,16 +135,6 @@ def _header_facts(text: str) -> dict[str, str | float | int]:
     except ValueError:
         return {}
     return plain_facts(facts) if isinstance(facts, dict) else {}
-
-
-def mdf_reader() -> type:
-    """The class that reads and writes MDF files; it comes with an extra of its own."""
-    try:
-        from asammdf import MDF
-    except ImportError:
-        raise ResultFileError("MDF files need the package asammdf; install hydrocrane[mdf]") from None
-    found: type = MDF
-    return found
 
 
 _READERS = {

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 import h5py
 
 from hydrocrane.errors import ResultFileError, nearest
-from hydrocrane.files.datasets import frame, write_matlab
+from hydrocrane.files.datasets import frame, require_library, write_matlab
+from hydrocrane.files.mdf import write_mdf
 from hydrocrane.files.netcdf import write_netcdf
 from hydrocrane.files.whole_file import written_whole
-from hydrocrane.logs.readers import mdf_reader
 from hydrocrane.logs.table import plain_facts
 
 if TYPE_CHECKING:
@@ -35,8 +35,7 @@ def checked_suffix(path: Path) -> str:
     suffix = path.suffix.lower()
     if suffix not in _WRITERS:
         raise ResultFileError(f"cannot write `{path.name}`: unknown suffix `{suffix}`{nearest(suffix, _WRITERS)}")
-    if suffix == ".mf4":
-        mdf_reader()
+    require_library(suffix)
     return suffix
 
 
@@ -67,27 +66,10 @@ def _hdf5(data: xr.Dataset, path: Path) -> None:
     path.write_bytes(content.getbuffer())
 
 
-def _mdf(data: xr.Dataset, path: Path) -> None:
-    """Signals as channels; what is known of the log stands as JSON in the text of the header."""
-    mdf_class = mdf_reader()
-    from asammdf import Signal
-
-    time = data["time"].values
-    with mdf_class(version="4.10") as stored:
-        stored.header.description = json.dumps(data.attrs)
-        stored.append(
-            [
-                Signal(data[name].values, time, unit=str(data[name].attrs.get("units", "")), name=str(name))
-                for name in data.data_vars
-            ]
-        )
-        stored.save(path, overwrite=True)
-
-
 _WRITERS: dict[str, Callable[[xr.Dataset, Path], None]] = {
     ".csv": _csv,
     ".mat": write_matlab,
     ".nc": write_netcdf,
     ".h5": _hdf5,
-    ".mf4": _mdf,
+    ".mf4": write_mdf,
 }

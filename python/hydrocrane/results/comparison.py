@@ -14,6 +14,7 @@ from hydrocrane.errors import InputError, nearest
 from hydrocrane.files.columns import TIME, Columns
 from hydrocrane.logs import TIME_NAMES, columns_of, time_of
 from hydrocrane.logs.columns import LogLike
+from hydrocrane.logs.table import split_name
 from hydrocrane.results.difference import Difference
 from hydrocrane.results.record import Record
 
@@ -77,7 +78,8 @@ def compare(run: Record, log: LogLike, columns: Mapping[str, str] | None = None,
     log : xarray.Dataset, pandas.DataFrame, mapping, Run, or path of a CSV or NetCDF file
         With a time column (``time`` or ``t``, s); values in SI like the run.
     columns : mapping, optional
-        Log column -> name in ``run.data``; by default columns of the same name are compared.
+        Log column -> name in ``run.data``; by default columns of the same name, perhaps with a unit behind it, are
+        compared.
     shift : float
         Added to the log's time, s.
     """
@@ -107,7 +109,9 @@ def _pairs(ours: Columns, table: dict[str, Array], columns: Mapping[str, str] | 
     """Log column -> run variable, every name and length checked."""
     names = [name for name in ours if name != TIME]
     if columns is None:
-        pairs = {name: name for name in table if name in names}
+        # `tip.z [m]` is the run's `tip.z`.
+        plain = {column: split_name(column)[0] for column in table}
+        pairs = {column: name for column, name in plain.items() if name in names}
         if not pairs:
             given = ", ".join(n for n in table if n.lower() not in TIME_NAMES)
             raise InputError(f"no column of the log ({given}) is a name of the run; say which is which with columns=")

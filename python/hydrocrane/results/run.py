@@ -53,7 +53,11 @@ class Run(Record):
         return text(self)
 
     def save(self, path: str | PathLike[str]) -> Path:
-        """Write the data; the suffix decides: ``.nc``, ``.mat``, ``.csv`` or ``.parquet``."""
+        """Write the data; the suffix decides: ``.nc``, ``.mat``, ``.csv``, ``.parquet``, ``.xlsx``,
+        ``.mf4`` or ``.mcap``.
+
+        The last four need an optional package, which the error names where it is missing.
+        """
         return save(self._held, Path(path))
 
     def plot(self, cylinder: str | None = None, *, path: str | PathLike[str] | None = None) -> Figure:

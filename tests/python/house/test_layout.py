@@ -45,6 +45,7 @@ ROOMS = {
     "logs": BASE | {"files"},
     "machine": BASE,
     "control": BASE | {"logs", "machine"},
+    "export": BASE | {"files", "machine"},
     "scenario": BASE | {"files", "machine", "control"},
     "results": BASE | {"files", "logs", "machine", "control", "scenario"},
     "simulation": BASE | {"machine", "control", "scenario", "results"},

@@ -75,6 +75,7 @@ def test_poles_and_loop_gains_are_those_of_python_control(crane, gains, delay):
         np.testing.assert_allclose(loop.gain[some], expected, rtol=1e-3, atol=1e-6 * np.abs(expected).max())
 
 
+@pytest.mark.evidence
 def test_margins_are_where_the_loop_becomes_unstable(crane):
     """Scaling one controller by its gain margin, from just below to just above it, ends stability."""
     gains, q = weak(crane), crane.home

@@ -53,7 +53,9 @@ def test_simulate_on_a_full_disk_leaves_nothing_broken(tmp_path):
 
 
 @posix
-@pytest.mark.parametrize("name", ["run.nc", "run.mat", "run.csv", "run.parquet", "run.png", "run.gif"])
+@pytest.mark.parametrize(
+    "name", ["run.nc", "run.mat", "run.csv", "run.parquet", "run.xlsx", "run.mcap", "run.png", "run.gif"]
+)
 def test_no_writer_of_runs_leaves_half_a_file(run, name, tmp_path):
     run.save(tmp_path / "whole.nc")
     how = {".png": "plot(path=%r)", ".gif": "animate(%r, fps=5)"}.get(Path(name).suffix, "save(%r)") % name
@@ -124,8 +126,8 @@ def test_a_film_that_cannot_be_written_is_told_before_the_run(tmp_path, monkeypa
     monkeypatch.setattr(hc, "simulate", None)
     for options, words in (
         (["--film", "mp4"], "ffmpeg"),
-        (["--also", "xlsx"], ".csv"),
-        (["--also", "nc,xlsx"], "unknown suffix `.xlsx`"),
+        (["--also", "csvv"], ".csv"),
+        (["--also", "nc,xls"], "unknown suffix `.xls`"),
     ):
         with pytest.raises(SystemExit) as ended:
             main(["simulate", "vertical-lift-open-loop", *options])

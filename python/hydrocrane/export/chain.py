@@ -1,0 +1,191 @@
+"""The open chain of a machine in space, as programs for multibody systems want it.
+
+The plane of the crane is x forward, z up, and y to the left. Angles count from x towards z, which is a turn about -y.
+Frames are those of the machine file: a link's frame sits at the joint that moves it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrocrane.errors import InputError
+from hydrocrane.machine.description import Record, described, pairs
+from hydrocrane.machine.machine import Machine
+
+Place = tuple[float, float]
+# Poses in which levers and speeds are looked at for the limits of effort and speed.
+_POSES = 25
+
+
+@dataclass(frozen=True)
+class Link:
+    """A link: its mass (kg), centre of gravity (m) and moment of inertia about it (kg m^2), and its outline, m."""
+
+    name: str
+    mass: float
+    centre: Place
+    inertia: float
+    outline: tuple[Place, ...]
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint from link `index` to link `index + 1`.
+
+    Attributes
+    ----------
+    at : (x, z)
+        Origin of the child's frame on the parent where the coordinate is zero, m.
+    angle : float
+        Of the child's frame in the parent's where the coordinate is zero, rad from x towards z.
+    axis : (x, y, z)
+        Of the motion, in the child's frame.
+    effort, speed : float
+        Largest generalised force (N m or N) at supply pressure and largest rate (rad/s or m/s) over the range; rough.
+    """
+
+    name: str
+    revolute: bool
+    at: Place
+    angle: float
+    axis: tuple[float, float, float]
+    limits: tuple[float, float]
+    effort: float
+    speed: float
+
+    def angle_at(self, q: float) -> float:
+        """Angle of the child's frame in the parent's at a coordinate, rad from x towards z."""
+        return self.angle - self.axis[1] * q
+
+    def place_at(self, q: float) -> Place:
+        """Origin of the child's frame on the parent at a coordinate, m."""
+        return self.at if self.revolute else (self.at[0] + self.axis[0] * q, self.at[1] + self.axis[2] * q)
+
+
+@dataclass(frozen=True)
+class Pin:
+    """A point (x, z) fixed in a link, m."""
+
+    link: int
+    at: Place
+
+
+@dataclass(frozen=True)
+class FourBar:
+    """Torque linkage: a rocker on the parent, a coupler to the child, joined in the pin that the rod moves."""
+
+    rocker: Pin
+    coupler: Pin
+    rocker_length: float
+    coupler_length: float
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """A cylinder from its barrel's pin to its rod's: a point of a link, or the common pin of a linkage."""
+
+    name: str
+    barrel: Pin
+    rod: Pin | FourBar
+    mid_length: float
+    force: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Chain:
+    """A machine without its hydraulics. `links[0]` stands still."""
+
+    name: str
+    gravity: float
+    links: tuple[Link, ...]
+    joints: tuple[Joint, ...]
+    cylinders: tuple[Cylinder, ...]
+    tip: Pin
+    payload: float
+
+
+def open_chain(machine: Machine, payload: float | None) -> Chain:
+    """The chain of a machine with a mass at its tip.
+
+    Raises
+    ------
+    InputError
+        A machine that no other program can represent, and why.
+    """
+    if not machine.errata["gravity-sign"]:
+        raise InputError(
+            f"{machine.name} runs with the sign of gravity as printed in the thesis, which no other program has; set "
+            'errata.gravity-sign = "corrected" to export it'
+        )
+    about = described(machine.core)
+    links = tuple(_link(record, machine.errata["inertia-about"]) for record in about.records("links"))
+    return Chain(
+        name=machine.name,
+        gravity=about.number("gravity"),
+        links=links,
+        joints=tuple(_joint(machine, about, i) for i in range(len(machine.joint_names))),
+        cylinders=tuple(_cylinder(machine, record, i) for i, record in enumerate(about.records("cylinders"))),
+        tip=_pin(about.record("tip")),
+        payload=machine.payload(payload),
+    )
+
+
+def _link(record: Record, about_frame_counts: bool) -> Link:
+    mass, (x, z) = record.number("mass"), record.place("centre_of_gravity")
+    about_frame = record.record("inertia_about").kind == "Frame" and about_frame_counts
+    inertia = record.number("inertia") - (mass * (x * x + z * z) if about_frame else 0.0)
+    return Link(record.text("name"), mass, (x, z), inertia, tuple(pairs(record.fields["outline"])))
+
+
+def _joint(machine: Machine, about: Record, index: int) -> Joint:
+    record, (parent, child) = about.records("joints")[index], about.records("links")[index : index + 2]
+    kind, sense, zero = record.record("kind"), record.number("sense"), record.number("zero")
+    x, z = record.place("at")
+    revolute = kind.kind == "Revolute"
+    if revolute:
+        included = kind.record("0").kind == "Included"
+        angle = parent.number("axis") - child.number("axis") - sense * (zero + (math.pi if included else 0.0))
+        axis = (0.0, -sense, 0.0)
+    else:
+        angle, direction = 0.0, kind.number("direction")
+        axis = (sense * math.cos(direction), 0.0, sense * math.sin(direction))
+        x, z = x - zero * axis[0], z - zero * axis[2]
+    low, high = (float(limit) for limit in machine.joint_limits[index])
+    effort, speed = _effort_and_speed(machine, index)
+    return Joint(machine.joint_names[index], revolute, (x, z), angle, axis, (low, high), effort, speed)
+
+
+def _effort_and_speed(machine: Machine, index: int) -> tuple[float, float]:
+    """Over the range of one joint, the others in mid-range: at supply pressure, and at full stroke under the load."""
+    low, high = machine.joint_limits[index]
+    poses = np.tile(machine.home, (_POSES, 1))
+    poses[:, index] = np.linspace(low, high, _POSES + 2)[1:-1]
+    levers = np.abs(machine.stroke_jacobian(poses)[:, index, index])
+    speeds = np.abs(machine.piston_speeds(poses)[:, index]).max(axis=-1)
+    effort = machine.supply_pressure * machine.piston_areas[index, 0] * levers.max()
+    return float(effort), float((speeds / levers).max())
+
+
+def _cylinder(machine: Machine, record: Record, index: int) -> Cylinder:
+    rod = record.record("rod_pin")
+    inside = rod.record("0")
+    end: Pin | FourBar = (
+        _pin(inside)
+        if rod.kind == "Point"
+        else FourBar(
+            _pin(inside.record("rocker_pivot")),
+            _pin(inside.record("coupler_pivot")),
+            inside.number("rocker_length"),
+            inside.number("coupler_length"),
+        )
+    )
+    piston, annulus = (float(area) for area in machine.piston_areas[index])
+    force = (-machine.supply_pressure * annulus, machine.supply_pressure * piston)
+    return Cylinder(record.text("name"), _pin(record.record("barrel_pin")), end, record.number("mid_length"), force)
+
+
+def _pin(record: Record) -> Pin:
+    return Pin(int(record.number("link")), record.place("position"))

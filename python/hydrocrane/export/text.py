@@ -1,0 +1,40 @@
+"""Numbers and elements as both formats write them: with all their digits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from xml.etree import ElementTree
+
+from hydrocrane.export.chain import Chain, Place
+
+# Of what is drawn: radius of a link, of a barrel and of a rod, as a share of the longest outline.
+THICKNESS = 0.02
+
+
+def numbers(values: Iterable[float]) -> str:
+    """Numbers with spaces between them; reading gives the same bits. Zeros have no sign."""
+    return " ".join(repr(float(value) + 0.0) for value in values)
+
+
+def in_space(place: Place) -> str:
+    """A place of the plane."""
+    return numbers((place[0], 0.0, place[1]))
+
+
+def written(root: ElementTree.Element, head: str) -> str:
+    """The document as text, with a comment at its head."""
+    ElementTree.indent(root, "  ")
+    body = ElementTree.tostring(root, encoding="unicode")
+    return f'<?xml version="1.0" encoding="utf-8"?>\n<!-- {head.replace("--", "- -")} -->\n{body}\n'
+
+
+def thickness(chain: Chain) -> float:
+    """Radius of what is drawn, m."""
+    longest = max((math.dist(a, b) for link in chain.links for a, b in segments(link.outline)), default=1.0)
+    return THICKNESS * longest
+
+
+def segments(outline: tuple[Place, ...]) -> list[tuple[Place, Place]]:
+    """Stretches of an outline that have a length."""
+    return [(a, b) for a, b in zip(outline, outline[1:], strict=False) if math.dist(a, b) > 0]

@@ -1,0 +1,51 @@
+"""Workbooks of Excel: a sheet with the data, and one that says what they are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hydrocrane.errors import ResultFileError
+from hydrocrane.files.columns import TIME, Columns
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# What a sheet takes, the row of names among them, and what a cell takes.
+MOST_ROWS, MOST_COLUMNS, LONGEST = 1_048_576, 16_384, 32_767
+
+
+def write_excel(data: xr.Dataset | Columns, path: Path) -> None:
+    """Sheet ``data``: ``name [unit]`` over each column, missing values empty. Sheet ``about``: what they are."""
+    from openpyxl import Workbook
+
+    columns = Columns.of(data)
+    names = [TIME, *(name for name in columns if name != TIME)]
+    if columns.rows >= MOST_ROWS or len(names) > MOST_COLUMNS:
+        raise ResultFileError(
+            f"a sheet of Excel has {MOST_ROWS - 1} rows of numbers and {MOST_COLUMNS} columns, and these are "
+            f"{columns.rows} and {len(names)}; record less often, or save .nc or .parquet"
+        )
+    book = Workbook(write_only=True)
+    sheet = book.create_sheet("data")
+    sheet.freeze_panes = "B2"
+    sheet.append([titled(columns, name) for name in names])
+    for row in np.stack([columns[name].values for name in names], axis=-1).tolist():
+        sheet.append([value if np.isfinite(value) else None for value in row])
+    about = book.create_sheet("about")
+    about.append(["name", "unit", "meaning"])
+    for name in names:
+        told = columns[name].attrs
+        about.append([name, str(told.get("units", "")), str(told.get("long_name", ""))])
+    about.append([])
+    for key, value in columns.attrs.items():
+        about.append([key, value if isinstance(value, float) else str(value)[:LONGEST]])
+    book.save(path)
+
+
+def titled(columns: Columns, name: str) -> str:
+    """The name of a variable with its unit: ``tip.z [m]``; plain numbers have none."""
+    unit = str(columns[name].attrs.get("units", ""))
+    return f"{name} [{unit}]" if unit not in ("", "1") else name

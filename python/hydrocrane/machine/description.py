@@ -1,0 +1,113 @@
+"""The machine as the core has resolved it: links, joints, cylinders and points with their places.
+
+The core gives all of it as one text in the notation in which Rust prints structures: ``Link { name: "boom" }``,
+``Some(1.0)``, ``[0.0, 1.0]``. Numbers are printed such that reading gives the same bits.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from hydrocrane import _core
+
+Part: TypeAlias = "Record | list[Part] | str | float | bool | None"
+_TOKEN = re.compile(r'\s*("(?:[^"\\]|\\.)*"|[A-Za-z_]\w*|-?(?:inf|NaN|[\d.]+(?:e-?\d+)?)|[{}()\[\],:])')
+_WORDS: dict[str, Part] = {"true": True, "false": False, "None": None, "inf": float("inf"), "NaN": float("nan")}
+
+
+@dataclass(frozen=True)
+class Record:
+    """A structure, or a variant: its name, and its fields; those without names are called 0, 1, and so on."""
+
+    kind: str
+    fields: dict[str, Part]
+
+    def record(self, name: str) -> Record:
+        """A field that is a structure."""
+        found = self.fields[name]
+        assert isinstance(found, Record), f"{self.kind}.{name}"
+        return found
+
+    def records(self, name: str) -> list[Record]:
+        """A field that is a list of structures."""
+        found = self.fields[name]
+        assert isinstance(found, list), f"{self.kind}.{name}"
+        return [part for part in found if isinstance(part, Record)]
+
+    def number(self, name: str) -> float:
+        """A field that is a number."""
+        found = self.fields[name]
+        assert isinstance(found, float), f"{self.kind}.{name}"
+        return found
+
+    def text(self, name: str) -> str:
+        """A field that is a text."""
+        found = self.fields[name]
+        assert isinstance(found, str), f"{self.kind}.{name}"
+        return found
+
+    def place(self, name: str) -> tuple[float, float]:
+        """A field that is a place (x, z), m."""
+        (pair,) = pairs([self.fields[name]])
+        return pair
+
+
+def pairs(values: Part) -> list[tuple[float, float]]:
+    """A list of places (x, z), m."""
+    assert isinstance(values, list)
+    found = []
+    for value in values:
+        assert isinstance(value, list) and len(value) == 2
+        x, z = value
+        assert isinstance(x, float) and isinstance(z, float)
+        found.append((x, z))
+    return found
+
+
+def described(core: _core.Machine) -> Record:
+    """The whole machine: `crates/machine/src/model.rs` says what its fields are."""
+    tokens = _TOKEN.findall(core.resolved)
+    found, end = _part(tokens, 0)
+    assert isinstance(found, Record) and end == len(tokens)
+    return found
+
+
+def _part(tokens: list[str], at: int) -> tuple[Part, int]:
+    """The part that begins at a token, and where the next one begins."""
+    word = tokens[at]
+    if word[0] == '"':
+        return json.loads(word), at + 1
+    if word == "[":
+        return _items(tokens, at + 1, "]")
+    if word in _WORDS:
+        return _WORDS[word], at + 1
+    if word[0] in "-0123456789":
+        return float(word), at + 1
+    if word == "Some":
+        inside, end = _items(tokens, at + 2, ")")
+        return inside[0], end
+    if at + 1 < len(tokens) and tokens[at + 1] == "(":
+        items, end = _items(tokens, at + 2, ")")
+        return Record(word, {str(i): item for i, item in enumerate(items)}), end
+    if at + 1 < len(tokens) and tokens[at + 1] == "{":
+        fields: dict[str, Part] = {}
+        at += 2
+        while tokens[at] != "}":
+            name = tokens[at]
+            fields[name], at = _part(tokens, at + 2)
+            at += tokens[at] == ","
+        return Record(word, fields), at + 1
+    return Record(word, {}), at + 1
+
+
+def _items(tokens: list[str], at: int, close: str) -> tuple[list[Part], int]:
+    """Parts up to the bracket that closes."""
+    items = []
+    while tokens[at] != close:
+        item, at = _part(tokens, at)
+        items.append(item)
+        at += tokens[at] == ","
+    return items, at + 1
