@@ -1,7 +1,9 @@
 """Pictures: each function takes a run or a machine and returns a matplotlib figure; nothing else imports matplotlib."""
 
 from hydrocrane.plots.charts import cylinder_charts, overview
+from hydrocrane.plots.circuit import circuit
 from hydrocrane.plots.comparison import comparison_charts
+from hydrocrane.plots.energy import energy_chart
 from hydrocrane.plots.flow_law import flow_law
 from hydrocrane.plots.friction_maps import friction_maps
 from hydrocrane.plots.joint_stroke import joint_stroke
@@ -9,13 +11,16 @@ from hydrocrane.plots.loadchart import load_chart
 from hydrocrane.plots.modes import mode_map
 from hydrocrane.plots.overlay import overlay
 from hydrocrane.plots.ranking import ranking
+from hydrocrane.plots.supply import supply_charts
 from hydrocrane.plots.sweep import sweep
 from hydrocrane.plots.tip_path import tip_charts
 from hydrocrane.plots.workspace import workspace
 
 __all__ = [
+    "circuit",
     "comparison_charts",
     "cylinder_charts",
+    "energy_chart",
     "flow_law",
     "friction_maps",
     "joint_stroke",
@@ -24,6 +29,7 @@ __all__ = [
     "overlay",
     "overview",
     "ranking",
+    "supply_charts",
     "sweep",
     "tip_charts",
     "workspace",
