@@ -18,6 +18,7 @@ matplotlib.use("Agg")
 import drive_the_tip  # noqa: E402
 
 import hydrocrane as hc  # noqa: E402
+from hydrocrane.plots.style import write  # noqa: E402
 
 FOLDER = Path(__file__).parent
 PAGES = (FOLDER.parent / "tutorials" / "friction.md", FOLDER.parent / "gallery.md")
@@ -27,6 +28,10 @@ def front_page() -> None:
     run = hc.simulate("vertical-lift-open-loop")
     run.animate(FOLDER / "lift.gif", fps=10, speed=1.5)
     run.plot("lift", path=FOLDER / "lift.png")
+
+
+def of_how_to() -> None:
+    write(hc.plots.circuit(hc.load_machine("rottne-f9-mobile")), FOLDER / "circuit.png")
 
 
 def of_page(page: Path) -> None:
@@ -48,6 +53,7 @@ def of_page(page: Path) -> None:
 
 if __name__ == "__main__":
     front_page()
+    of_how_to()
     drive_the_tip.draw_all(FOLDER)
     for page in PAGES:
         of_page(page)

@@ -47,7 +47,10 @@ impl<'a> Field<'a> {
 
     pub fn text(&self) -> Result<&'a str> {
         match self.value {
-            Scalar::Text(text) => Ok(text),
+            Scalar::Text(text) => {
+                self.log.word(&self.path, text);
+                Ok(text)
+            }
             _ => Err(self.wrong_type("a text in quotes")),
         }
     }
@@ -79,6 +82,7 @@ impl<'a> Field<'a> {
     fn present_name(&self, text: &'a str) -> &'a str {
         let Some((_, present)) = self.key.formerly.iter().find(|(former, _)| *former == text) else { return text };
         self.warn(format!("`{text}` is the former name of `{present}`"), format!("write `{present}`"));
+        self.log.word(&self.path, present);
         present
     }
 

@@ -22,6 +22,7 @@ pub struct Log {
     demands_class: bool,
     seen: RefCell<HashMap<String, Provenance>>,
     unusual: RefCell<Vec<Unusual>>,
+    words: RefCell<Vec<(String, String)>>,
     /// What numbers are differentiated by, in the order of their derivatives.
     variables: Vec<Variable>,
 }
@@ -30,7 +31,7 @@ impl Log {
     pub fn new(demands_class: bool) -> Self {
         // A large machine has some three hundred values.
         let seen = RefCell::new(HashMap::with_capacity(if demands_class { 512 } else { 0 }));
-        Self { demands_class, seen, unusual: RefCell::default(), variables: Vec::new() }
+        Self { demands_class, seen, unusual: RefCell::default(), words: RefCell::default(), variables: Vec::new() }
     }
 
     /// The same log for numbers with derivatives by `variables`.
@@ -83,6 +84,23 @@ impl Log {
     /// The values outside their usual ranges.
     pub fn unusual(&self) -> Vec<Unusual> {
         self.unusual.borrow().clone()
+    }
+
+    /// Notes the name or choice that was read at `key`; the last one counts.
+    pub fn word(&self, key: &str, word: &str) {
+        if !self.demands_class {
+            return;
+        }
+        let mut words = self.words.borrow_mut();
+        match words.iter_mut().rev().find(|(known, _)| known == key) {
+            Some((_, old)) => word.clone_into(old),
+            None => words.push((key.into(), word.into())),
+        }
+    }
+
+    /// The names and choices that were read, in this order.
+    pub fn words(&self) -> Vec<(String, String)> {
+        self.words.borrow().clone()
     }
 
     /// Keeps what was read at `key`.

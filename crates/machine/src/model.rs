@@ -34,6 +34,8 @@ pub struct Machine<T = f64> {
     pub control: Control,
     /// One entry per value of the file, in file order.
     pub provenance: Vec<Provenance>,
+    /// Names and choices of the file with the dotted paths of their keys, in the order in which they are read.
+    pub words: Vec<(String, String)>,
     /// Values that are allowed and unusual, in the order in which they are read.
     pub warnings: Vec<Unusual>,
 }

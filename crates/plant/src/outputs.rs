@@ -4,8 +4,10 @@ use crate::hydraulic_axis::{FrictionLaw, LocalState};
 use crate::plant::Plant;
 use crate::rhs::Evaluated;
 use crate::supply::{Demand, SupplyRates};
+use hydrocrane_machine::model::Mains;
 use hydrocrane_machine::Machine;
 use hydrocrane_num::Real;
+use hydrocrane_physics::hydraulics::compensator::Compensator;
 
 /// Name, unit and meaning of one output.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -53,6 +55,20 @@ const OF_MAINS: [(&str, &str, &str); 3] = [
     ("mains.shaft_power", "W", "power of the pump's shaft"),
 ];
 
+/// Further outputs if a pump follows its pressure or the load.
+const OF_CONTROL: [(&str, &str, &str); 2] = [
+    ("mains.setting", "Pa", "pressure that the pump keeps without flow, or at which it is unloaded"),
+    ("mains.shortfall", "Pa", "pressure that the mains lack; above zero while the pump cannot give what is asked for"),
+];
+
+/// Further output of each cylinder whose valve has a pressure compensator.
+const COMPENSATOR_DROP: (&str, &str, &str) =
+    ("compensator_drop", "Pa", "drop that the compensator takes before the port that is fed");
+
+fn compensated(machine: &Machine) -> impl Iterator<Item = &str> {
+    machine.cylinders.iter().filter(|c| !c.valve.compensator.is_none()).map(|c| c.name.as_str())
+}
+
 /// Range of the stored energies among the outputs.
 pub fn energies(machine: &Machine) -> std::ops::Range<usize> {
     4..GLOBAL.len() + usize::from(machine.ground.is_some())
@@ -63,13 +79,17 @@ pub fn info(machine: &Machine) -> Vec<OutputInfo> {
     let owned = |name: String, unit, long_name: String| OutputInfo { name, unit, long_name };
     let of_ground = if machine.ground.is_some() { &OF_GROUND[..] } else { &[] };
     let of_mains = if machine.supply.mains.is_some() { &OF_MAINS[..] } else { &[] };
-    let global = GLOBAL.iter().chain(of_ground).chain(of_mains);
+    let controlled = |mains: &Mains| mains.pump.control.is_some() || mains.load_sensing.is_some();
+    let of_control = if machine.supply.mains.as_ref().is_some_and(controlled) { &OF_CONTROL[..] } else { &[] };
+    let global = GLOBAL.iter().chain(of_ground).chain(of_mains).chain(of_control);
     let mut all: Vec<OutputInfo> = global.map(|(n, u, l)| owned((*n).to_string(), *u, (*l).to_string())).collect();
     for c in &machine.cylinders {
         for (name, unit, long_name) in PER_CYLINDER {
             all.push(owned(format!("cylinder.{}.{name}", c.name), unit, format!("{} {long_name}", c.name)));
         }
     }
+    let (name, unit, long_name) = COMPENSATOR_DROP;
+    all.extend(compensated(machine).map(|c| owned(format!("cylinder.{c}.{name}"), unit, format!("{c} {long_name}"))));
     all
 }
 
@@ -128,8 +148,21 @@ pub fn write<T: Real, const N: usize>(
         let rise = pressures.supply - pressures.tank;
         of_mains.copy_from_slice(&[pump_flow, relief_flow, unit.pump.shaft_power(e, rise)]);
         rest = others;
+        if unit.is_controlled() {
+            let (setting, shortfall) = unit.setting_and_shortfall(&pressures, e);
+            let (of_control, others) = rest.split_at_mut(OF_CONTROL.len());
+            of_control.copy_from_slice(&[setting, shortfall]);
+            rest = others;
+        }
     }
-    for ((s, r), row) in local.iter().zip(rates).zip(rest.chunks_exact_mut(PER_CYLINDER.len())) {
+    let (of_cylinders, drops) = rest.split_at_mut(N * PER_CYLINDER.len());
+    for ((s, r), row) in local.iter().zip(rates).zip(of_cylinders.chunks_exact_mut(PER_CYLINDER.len())) {
         row.copy_from_slice(&[s.x, s.v, r.force, r.friction, r.edges.port_a(), r.edges.port_b()]);
+    }
+    let with_compensator = plant.cylinders.iter().zip(&local).zip(rates);
+    let with_compensator =
+        with_compensator.filter(|((unit, _), _)| !matches!(unit.valve.compensator, Compensator::None));
+    for (((unit, s), r), drop) in with_compensator.zip(drops) {
+        *drop = unit.valve.compensator_drop(s.spool, &r.ports);
     }
 }

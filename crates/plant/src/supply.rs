@@ -88,6 +88,27 @@ impl<T: Real> Supply<T> {
         self.sensing.as_ref().map_or(self.highest, |sensing| sensing.setting(self.highest, load))
     }
 
+    /// Whether anything but the relief valve keeps the pressure of the mains.
+    pub fn is_controlled(&self) -> bool {
+        self.control.is_some() || self.sensing.is_some()
+    }
+
+    /// What the pump keeps at zero displacement, or a fixed one is unloaded at, and what the mains lack of it at the share `e` of
+    /// the displacement, Pa. Above zero the pump gives all it can and cannot keep the pressure, or has yet to swivel out.
+    pub fn setting_and_shortfall(&self, pressures: &SupplyPressures<T>, e: T) -> (T, T) {
+        let SupplyPressures { supply, load, .. } = *pressures;
+        match &self.control {
+            Some(control) => {
+                let set = self.setting(load);
+                (set, set - e * control.range - supply)
+            }
+            None => {
+                let set = self.relief(load).pressure;
+                (set, set - supply)
+            }
+        }
+    }
+
     /// The relief valve; that of a fixed pump opens where the load asks for no more.
     #[inline(always)]
     fn relief(&self, load: T) -> ReliefValve<T> {

@@ -153,7 +153,7 @@ impl Machine {
     #[getter]
     fn resolved(&self) -> String {
         let mut machine = self.model.machine().clone();
-        (machine.title, machine.description, machine.provenance) = Default::default();
+        (machine.title, machine.description, machine.provenance, machine.words) = Default::default();
         format!("{machine:?}")
     }
     #[getter]
@@ -219,6 +219,16 @@ impl Machine {
                 (p.key.as_str(), p.value.si.as_slice(), p.value.units[0].as_str(), class(p.class), p.source.as_str())
             })
             .collect()
+    }
+    /// Names and choices of the machine file, each with its key.
+    #[getter]
+    fn words(&self) -> Vec<(&str, &str)> {
+        self.model.machine().words.iter().map(|(key, word)| (key.as_str(), word.as_str())).collect()
+    }
+    /// Pressure at which the main relief valve opens, Pa; none without a pump.
+    #[getter]
+    fn relief_pressure(&self) -> Option<f64> {
+        self.model.machine().supply.mains.as_ref().map(|mains| mains.relief_pressure)
     }
     /// Values outside their usual ranges.
     #[getter]

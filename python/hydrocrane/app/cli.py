@@ -6,7 +6,6 @@ Heavy imports happen inside the commands, so that ``--help`` answers at once.
 from __future__ import annotations
 
 import sys
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn, cast
 
@@ -19,15 +18,23 @@ from hydrocrane.app.fit import fit
 from hydrocrane.app.identify import identify
 from hydrocrane.app.linear import bode, linearise
 from hydrocrane.app.live import live
+from hydrocrane.app.pictures import (
+    Output,
+    RunName,
+    Settings,
+    headless,
+    named_machine,
+    named_run,
+    picture_path,
+    write_figure,
+)
+from hydrocrane.app.plot import plot
 from hydrocrane.app.rig import rig
 from hydrocrane.app.schema import schema
 from hydrocrane.app.sweep import sweep
 from hydrocrane.app.view import view
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from hydrocrane.machine.machine import Machine
     from hydrocrane.results.run import Run
     from hydrocrane.scenario.changes import RunChanges
 
@@ -48,28 +55,14 @@ app.command(epilog="Example:  hydrocrane fit my-scenario.toml drive.csv -p paylo
 app.command(epilog="Example:  hydrocrane bode rottne-f9-lab --at boom='100 deg' --to tip.z -o bode.png")(bode)
 app.command(epilog="Example:  hydrocrane linearise rottne-f9-lab --at boom='100 deg' -o crane.mat")(linearise)
 app.command(epilog="Example:  hydrocrane live rottne-f9-lab")(live)
+app.command(epilog="Example:  hydrocrane plot before.nc after.nc --signal tip.z --signal cylinder.lift.p1")(plot)
 app.command(epilog="Example:  hydrocrane view results/vertical-lift-open-loop.nc")(view)
 app.command(epilog="Example:  hydrocrane schema machine -o machine.schema.json")(schema)
 app.command(epilog="Example:  hydrocrane sweep study.toml --store results/study.zarr --picture study.png")(sweep)
 
 
-class Chart(StrEnum):
-    cylinders = "cylinders"
-    tip = "tip"
-    joint_stroke = "joint-stroke"
-    flow_law = "flow-law"
-    friction = "friction"
-
-
 MachineName = Annotated[str, typer.Argument(help="Bundled machine or path of a machine file.", metavar="MACHINE")]
-RunName = Annotated[str, typer.Argument(help="Saved run (.nc), bundled scenario or scenario file.", metavar="RUN")]
-Settings = Annotated[
-    list[str], typer.Option("--set", help='Override a machine key: KEY=VALUE, e.g. supply.pressure="100 bar".')
-]
 Payload = Annotated[float | None, typer.Option(help="Mass at the tip, kg.")]
-Output = Annotated[
-    Path | None, typer.Option("-o", "--output", help="File to write; by default named after the target, here.")
-]
 
 
 @app.command(epilog="Example:  hydrocrane simulate vertical-lift-open-loop --set supply.pressure='100 bar' -o results")
@@ -151,7 +144,7 @@ def _write_run(run: Run, folder: Path, suffixes: list[str], film: str) -> list[P
     paths = [run.save(folder / f"{name}{suffix}") for suffix in suffixes]
     if not run.columns.rows:
         return paths
-    _headless()
+    headless()
     with waiting("drawing charts"):
         for cylinder in run.cylinder_names:
             paths.append(folder / f"{name}-{cylinder}.png")
@@ -161,41 +154,6 @@ def _write_run(run: Run, folder: Path, suffixes: list[str], film: str) -> list[P
             paths.append(folder / f"{name}.{film}")
             run.animate(paths[-1], progress=progress)
     return paths
-
-
-@app.command(epilog="Example:  hydrocrane plot results/vertical-lift-open-loop.nc --cylinder lift -o lift.png")
-def plot(
-    target: Annotated[str, typer.Argument(help="Saved run, scenario, or (other charts) machine.")],
-    chart: Annotated[Chart, typer.Option(help="What to draw; the last three take a machine.")] = Chart.cylinders,
-    cylinder: Annotated[str | None, typer.Option(help="Only this cylinder.")] = None,
-    output: Output = None,
-    settings: Settings = [],  # noqa: B006
-) -> None:
-    """Draw charts of a run, or of a machine's linkage, valve or friction."""
-    _headless()
-    path = _picture_path(output, f"{Path(target).stem}-{chart.value}.png")
-    if chart is Chart.cylinders:
-        figure = _run(target, settings).plot(cylinder)
-    elif chart is Chart.tip:
-        from hydrocrane import plots
-
-        figure = plots.tip_charts(_run(target, settings))
-    else:
-        figure = _machine_chart(_machine(target, settings), chart, cylinder)
-    _write_figure(figure, path)
-
-
-def _machine_chart(machine: Machine, chart: Chart, cylinder: str | None) -> Figure:
-    from hydrocrane import plots
-    from hydrocrane.errors import unknown
-
-    if cylinder is not None and cylinder not in machine.cylinder_names:
-        raise unknown("cylinder", cylinder, machine.cylinder_names)
-    if chart is Chart.flow_law:
-        return plots.flow_law(machine, cylinder)
-    if chart is Chart.friction:
-        return plots.friction_maps(machine, cylinder)
-    return plots.joint_stroke(machine, cylinder and machine.joint_names[machine.cylinder_names.index(cylinder)])
 
 
 @app.command(epilog="Example:  hydrocrane animate results/vertical-lift-open-loop.nc -o lift.gif --speed 2")
@@ -209,10 +167,10 @@ def animate(
     """Write a film of the moving crane: .gif, or .mp4 where ffmpeg is found."""
     from hydrocrane.plots.animation import checked_suffix
 
-    _headless()
+    headless()
     path = output or Path(f"{Path(run).stem}.gif")
     checked_suffix(path)
-    record = _run(run, settings)
+    record = named_run(run, settings)
     with bar("drawing the animation") as progress:
         record.animate(path, fps=fps, speed=speed, progress=progress)
     say(f"written: {path}")
@@ -227,10 +185,25 @@ def workspace(
     """Draw the working area of the crane tip."""
     from hydrocrane import plots
 
-    _headless()
-    loaded = _machine(machine, settings)
-    path = _picture_path(output, f"{loaded.name}-workspace.png")
-    _write_figure(plots.workspace(loaded), path)
+    headless()
+    loaded = named_machine(machine, settings)
+    path = picture_path(output, f"{loaded.name}-workspace.png")
+    write_figure(plots.workspace(loaded), path)
+
+
+@app.command(epilog="Example:  hydrocrane circuit rottne-f9-mobile -o circuit.svg")
+def circuit(
+    machine: MachineName,
+    output: Output = None,
+    settings: Settings = [],  # noqa: B006
+) -> None:
+    """Draw the hydraulic circuit of a machine: pump, valves and cylinders with their values."""
+    from hydrocrane import plots
+
+    headless()
+    loaded = named_machine(machine, settings)
+    path = picture_path(output, f"{loaded.name}-circuit.svg")
+    write_figure(plots.circuit(loaded), path)
 
 
 @app.command(epilog="Example:  hydrocrane loadchart rottne-f9-lab --height '1.5 m' --set supply.pressure='180 bar'")
@@ -250,15 +223,15 @@ def loadchart(
     from hydrocrane.app.options import tip_height
     from hydrocrane.app.report import load_table
 
-    _headless()
+    headless()
     wanted = tip_height(height)
-    loaded = _machine(machine, settings)
-    path = _picture_path(output, f"{loaded.name}-loadchart.png")
+    loaded = named_machine(machine, settings)
+    path = picture_path(output, f"{loaded.name}-loadchart.png")
     with waiting("going over the workspace"):
         chart = capacity.load_chart(loaded, samples=samples)
         table, figure = load_table(chart, wanted), plots.load_chart(loaded, chart, height=wanted)
     say(table)
-    _write_figure(figure, path)
+    write_figure(figure, path)
 
 
 @app.command(epilog="Example:  hydrocrane modes rottne-f9-lab --at boom='100 deg' --at jib='100 deg'")
@@ -276,9 +249,9 @@ def modes(
     from hydrocrane.app.options import pose
     from hydrocrane.app.report import modes_table
 
-    _headless()
-    loaded = _machine(machine, settings)
-    path = _picture_path(output, f"{loaded.name}-modes.png")
+    headless()
+    loaded = named_machine(machine, settings)
+    path = picture_path(output, f"{loaded.name}-modes.png")
     if samples:
         # A grid that is none is told before anything is printed.
         linear.pose_grid(loaded, samples)
@@ -289,7 +262,7 @@ def modes(
     if samples:
         with waiting("going over the workspace"):
             drawn = linear.mode_map(loaded, samples=samples, payload=payload)
-        _write_figure(plots.mode_map(loaded, drawn), path)
+        write_figure(plots.mode_map(loaded, drawn), path)
 
 
 @app.command(epilog="Example:  hydrocrane machines")
@@ -319,7 +292,7 @@ def check(
         say(*scenario_report(plan, machine))
         unusual = (*machine.warnings, *plan.warnings)
     else:
-        machine = _machine(file, settings)
+        machine = named_machine(file, settings)
         say(*machine_report(machine))
         unusual = machine.warnings
     say(*findings(unusual))
@@ -364,48 +337,6 @@ def _root(
     ] = False,
 ) -> None:
     pass
-
-
-def _machine(source: str, settings: list[str]) -> Machine:
-    from hydrocrane.app.options import checked_machine, overrides
-    from hydrocrane.machine.machine import load_machine
-
-    return load_machine(checked_machine(source), overrides(settings))
-
-
-def _run(source: str, settings: list[str]) -> Run:
-    """A saved run, or a scenario run now."""
-    import hydrocrane as hc
-    from hydrocrane.app.options import checked_scenario, overrides
-    from hydrocrane.errors import InputError
-
-    if source.endswith(".nc"):
-        if settings:
-            raise InputError("--set changes a simulation; a saved run stays as it is")
-        return hc.load_run(source)
-    with waiting("simulating"):
-        return hc.simulate(checked_scenario(source), overrides=overrides(settings))
-
-
-def _headless() -> None:
-    """Pictures go to files: ask matplotlib for no windows."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-
-
-def _picture_path(output: Path | None, default: str) -> Path:
-    """Where a picture goes; a suffix that cannot be written is an error before anything is computed."""
-    from hydrocrane.plots.style import checked_suffix
-
-    return checked_suffix(output or Path(default))
-
-
-def _write_figure(figure: Figure, path: Path) -> None:
-    from hydrocrane.plots.style import write
-
-    write(figure, path)
-    say(f"written: {path}")
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:

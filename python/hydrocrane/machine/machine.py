@@ -283,6 +283,11 @@ class Machine:
         return tuple(ResultWarning(*entry) for entry in self.core.warnings)
 
     @property
+    def words(self) -> dict[str, str]:
+        """Names and choices that the file or an override states, by key, for example ``valve.lift.type``."""
+        return dict(self.core.words)
+
+    @property
     def sensors(self) -> dict[str, str]:
         """Sensors of the file: the signal that each measures, by its name."""
         return dict(self.core.sensors)

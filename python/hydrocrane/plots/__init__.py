@@ -2,7 +2,9 @@
 
 from hydrocrane.plots.bode import bode, loop_gains
 from hydrocrane.plots.charts import cylinder_charts, overview
+from hydrocrane.plots.circuit import circuit
 from hydrocrane.plots.comparison import comparison_charts
+from hydrocrane.plots.energy import energy_chart
 from hydrocrane.plots.flow_law import flow_law
 from hydrocrane.plots.friction_maps import friction_maps
 from hydrocrane.plots.joint_stroke import joint_stroke
@@ -11,15 +13,18 @@ from hydrocrane.plots.mode_shapes import damping_curves, mode_shapes
 from hydrocrane.plots.modes import mode_map
 from hydrocrane.plots.overlay import overlay
 from hydrocrane.plots.ranking import ranking
+from hydrocrane.plots.supply import supply_charts
 from hydrocrane.plots.sweep import sweep
 from hydrocrane.plots.tip_path import tip_charts
 from hydrocrane.plots.workspace import workspace
 
 __all__ = [
     "bode",
+    "circuit",
     "comparison_charts",
     "cylinder_charts",
     "damping_curves",
+    "energy_chart",
     "flow_law",
     "friction_maps",
     "joint_stroke",
@@ -30,6 +35,7 @@ __all__ = [
     "overlay",
     "overview",
     "ranking",
+    "supply_charts",
     "sweep",
     "tip_charts",
     "workspace",

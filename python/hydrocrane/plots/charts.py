@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
-from hydrocrane.plots.style import COLOURS, MUTED, RC, figure, shown, styled, title, write
+from hydrocrane.plots.style import COLOURS, INK, MUTED, RC, figure, shown, styled, title, write
 from hydrocrane.plots.tip_path import mark_payload_changes
 
 if TYPE_CHECKING:
@@ -22,63 +22,83 @@ LARGE = 1e6
 __all__ = ["cylinder_charts", "overview", "write"]
 
 
-def _quantities(run: Record, cylinder: str) -> list[tuple[str, str]]:
-    """The six variables of a cylinder's charts, with their headings."""
-    joint = run.joint_names[run.cylinder_names.index(cylinder)]
+class Quantity(NamedTuple):
+    """A chart of a cylinder: a signal, and perhaps a second one as a dark thin line."""
+
+    name: str
+    heading: str
+    axis: str
+    thin: str = ""
+
+
+def _quantities(run: Record, cylinder: str) -> list[Quantity]:
+    """The charts of a cylinder."""
+    number = run.cylinder_names.index(cylinder)
+    joint, name = run.joint_names[number], f"cylinder.{cylinder}"
+    turns = run.columns[f"joint.{joint}.q"].attrs.get("units") == "rad"
+    of_joint = ("angle", "angular velocity") if turns else ("position", "velocity")
     return [
-        (f"joint.{joint}.q", f"joint {joint}"),
-        (f"joint.{joint}.qd", f"rate of joint {joint}"),
-        (f"cylinder.{cylinder}.p1", "pressure p1, piston side"),
-        (f"cylinder.{cylinder}.p2", "pressure p2, rod side"),
-        (f"cylinder.{cylinder}.x", "piston position"),
-        (f"cylinder.{cylinder}.v", "piston velocity"),
+        Quantity(f"joint.{joint}.q", f"joint {joint}", of_joint[0]),
+        Quantity(f"joint.{joint}.qd", f"rate of joint {joint}", of_joint[1]),
+        Quantity(f"{name}.p1", "pressure p1, piston side", "pressure"),
+        Quantity(f"{name}.p2", "pressure p2, rod side", "pressure"),
+        Quantity(f"{name}.x", "piston position", "position"),
+        Quantity(f"{name}.v", "piston velocity", "velocity"),
+        Quantity(f"{name}.xs", "spool; command thin", "position", f"{name}.command"),
+        Quantity(f"{name}.force", "net force on the rod; friction thin", "force", f"{name}.friction"),
     ]
 
 
 @styled
 def cylinder_charts(run: Record, cylinder: str) -> Figure:
-    """Joint coordinate and rate, both pressures, piston position and velocity of one cylinder against time."""
+    """Joint, pressures, piston, spool with its command, force with friction of one cylinder against time."""
     if cylinder not in run.cylinder_names:
         raise unknown("cylinder", cylinder, run.cylinder_names)
-    _check_recorded(run)
-    fig, axes = figure(9.5, 7.5, nrows=3, ncols=2, sharex=True)
+    check_recorded(run)
+    fig, axes = figure(9.5, 9.6, nrows=4, ncols=2, sharex=True)
     colour = COLOURS[run.cylinder_names.index(cylinder) % len(COLOURS)]
-    for panel, (name, heading) in zip(axes.flat, _quantities(run, cylinder), strict=True):
-        _curve(panel, run, name, colour, heading)
+    for panel, quantity in zip(axes.flat, _quantities(run, cylinder), strict=True):
+        _curve(panel, run, quantity, colour, quantity.heading)
     for panel in axes[-1]:
         panel.set_xlabel("time [s]")
-    title(fig, f"Cylinder {cylinder}", _subject(run))
+    title(fig, f"Cylinder {cylinder}", subject(run))
     return fig
 
 
 @styled
 def overview(run: Record) -> Figure:
     """The charts of all cylinders, one column each."""
-    _check_recorded(run)
+    check_recorded(run)
     cylinders = run.cylinder_names
-    fig, axes = figure(4.2 * max(len(cylinders), 1.6), 11.5, nrows=6, ncols=len(cylinders), sharex=True, squeeze=False)
+    fig, axes = figure(4.2 * max(len(cylinders), 1.6), 15.0, nrows=8, ncols=len(cylinders), sharex=True, squeeze=False)
     for column, cylinder in enumerate(cylinders):
-        for row, (name, heading) in enumerate(_quantities(run, cylinder)):
-            heading = f"{cylinder}: {heading}" if row > 1 else heading
-            _curve(axes[row, column], run, name, COLOURS[column % len(COLOURS)], heading, size=9.5)
+        for row, quantity in enumerate(_quantities(run, cylinder)):
+            heading = f"{cylinder}: {quantity.heading}" if row > 1 else quantity.heading
+            _curve(axes[row, column], run, quantity, COLOURS[column % len(COLOURS)], heading, size=9.5)
         axes[-1, column].set_xlabel("time [s]")
-    title(fig, "Cylinders", _subject(run))
+    title(fig, "Cylinders", subject(run))
     return fig
 
 
-def _check_recorded(run: Record) -> None:
+def check_recorded(run: Record) -> None:
     if not run.columns.rows:
         raise InputError(f"this run recorded nothing to draw: {run.outcome.kind}, {run.outcome.message}")
 
 
-def _curve(axes: Axes, run: Record, name: str, colour: str, heading: str, size: float = RC["axes.titlesize"]) -> None:
-    variable = run.columns[name]
+def _curve(
+    axes: Axes, run: Record, quantity: Quantity, colour: str, heading: str, size: float = RC["axes.titlesize"]
+) -> None:
+    variable = run.columns[quantity.name]
     unit, factor = shown(str(variable.attrs.get("units", "")))
     values = variable.values * factor
     axes.plot(run.columns.time, values, color=colour)
+    if quantity.thin:
+        thin = run.columns[quantity.thin].values * factor
+        axes.plot(run.columns.time, thin, color=INK, lw=0.8)
+        values = np.concatenate([values, thin])
     # Above an axis with a power of ten a heading must make way; to find out costs a fifth of the picture.
     axes.set_title(heading, fontsize=size, y=1.0 if np.abs(values).max() < LARGE else None)
-    axes.set_ylabel(f"[{unit}]")
+    axes.set_ylabel(f"{quantity.axis} [{unit}]")
     axes.margins(x=0)
     mark_payload_changes(axes, run)
     _keep_flat(axes, values)
@@ -94,6 +114,6 @@ def _keep_flat(axes: Axes, values: Array) -> None:
         axes.set_ylim(middle - least, middle + least)
 
 
-def _subject(run: Record) -> str:
+def subject(run: Record) -> str:
     about = run.columns.attrs
     return f"{about['scenario']} on {about['machine']}"

@@ -55,8 +55,12 @@ def overlay(
     for panel, name in zip(axes[:, 0], names, strict=True):
         for label, data in records.items():
             _line(panel, data, base, name, against, {"label": label, **looks[label]})
-        heading = name if relative_to is None else f"{name} less that of {relative_to}"
-        panel.set(title=heading, ylabel=f"[{_scale(first, name)[0]}]")
+        meaning = str(first[name].attrs.get("long_name", ""))
+        heading = f"{name}: {meaning}" if meaning else name
+        panel.set(
+            title=heading if relative_to is None else f"{heading}, less that of {relative_to}",
+            ylabel=f"[{_scale(first, name)[0]}]",
+        )
         panel.margins(x=0.01)
     fig.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=min(len(records), 5))
     axes[-1, 0].set_xlabel(f"{against} [{_scale(first, against)[0]}]")

@@ -60,16 +60,29 @@ class Run(Record):
         """
         return save(self._held, Path(path))
 
-    def plot(self, cylinder: str | None = None, *, path: str | PathLike[str] | None = None) -> Figure:
-        """Charts as Figures 86-88 of the thesis: six for one cylinder, or those of all cylinders side by side.
+    def plot(self, chart: str | None = None, *, path: str | PathLike[str] | None = None) -> Figure:
+        """Charts of the run; with `path` the picture is also written.
 
-        With `path` the picture is also written.
+        Parameters
+        ----------
+        chart : str, optional
+            Name of a cylinder: its joint, pressures, piston, spool and force, Figures 86-88 of the thesis and more;
+            ``tip``: the path of the tip; ``energy``: where the energy went; ``supply``: pump and load sensing. By
+            default the charts of all cylinders, side by side.
+        path : path, optional
+            The suffix decides: ``.png``, ``.svg``, ``.pdf``.
+
+        Raises
+        ------
+        InputError
+            Where there is no such chart, or nothing was recorded for it.
         """
-        from hydrocrane.plots import charts
+        from hydrocrane.plots.run_charts import of_run
+        from hydrocrane.plots.style import write
 
-        figure = charts.overview(self) if cylinder is None else charts.cylinder_charts(self, cylinder)
+        figure = of_run(self, chart)
         if path is not None:
-            charts.write(figure, Path(path))
+            write(figure, Path(path))
         return figure
 
     def animate(

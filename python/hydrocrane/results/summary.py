@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 
 import numpy as np
 
 from hydrocrane.files.columns import Columns
+from hydrocrane.results.energy import energy_balance
 from hydrocrane.results.record import Record
 from hydrocrane.scenario.solver import named
 
@@ -114,66 +114,3 @@ def _energy(run: Record) -> list[str]:
         f" lost {sum(balance.lost.values()):.0f} J" + (f" ({where})" if where else ""),
         f"             the ledger closes to {balance.residual:.1e} J",
     ]
-
-
-@dataclass(frozen=True)
-class EnergyBalance:
-    """Energy of a run from start to end, J.
-
-    Attributes
-    ----------
-    pump : float
-        Work of the pump, with the elastic energy that its oil carries.
-    loads : float
-        Energy that loads brought that are picked up, minus the energy of loads that are let go.
-    stored : float
-        Gain of kinetic, potential and elastic energy.
-    lost : dict
-        By place: metering edges, leakage, seal friction, ...
-    residual : float
-        Largest gap, at any time, between what came in and what was stored or lost.
-    """
-
-    pump: float
-    loads: float
-    stored: float
-    lost: dict[str, float]
-    residual: float
-
-
-def energy_balance(run: Record) -> EnergyBalance:
-    """Sum the ledger of a run over its cylinders and loads."""
-    columns = run.columns
-    stored = np.sum([v.values for name, v in columns.items() if name.startswith("energy.")], axis=0)
-    gained = np.zeros(columns.rows)
-    lost: dict[str, float] = {}
-    pump = loads = 0.0
-    for name, entry in columns.items():
-        if not name.startswith("ledger."):
-            continue
-        sign, end = float(entry.attrs["sign"]), float(entry.values[-1])
-        gained = gained + sign * entry.values
-        if name == "ledger.payload.load":
-            loads = end
-        elif sign > 0:
-            pump += end
-        elif sign < 0:
-            place = _place(name)
-            lost[place] = lost.get(place, 0.0) + end
-    gap = stored - stored[0] - gained
-    return EnergyBalance(pump, loads, float(stored[-1] - stored[0]), lost, float(np.abs(gap).max()))
-
-
-def _place(name: str) -> str:
-    term = name.rsplit(".", 1)[1]
-    if term.startswith("edge_"):
-        return "metering edges"
-    if term.endswith("_leakage"):
-        return "leakage"
-    places = {
-        "friction": "seal friction",
-        "tank": "into the tank",
-        "impact": "impacts of loads",
-        "contact": "contact with the ground",
-    }
-    return places.get(term, term.replace("_", " "))

@@ -11,8 +11,8 @@ from command_line import run, run_in_a_process
 import hydrocrane as hc
 
 COMMANDS = (
-    "simulate", "plot", "view", "animate", "workspace", "loadchart", "modes", "machines", "check", "new", "cite",
-    "sweep", "live", "schema", "linearise", "bode",
+    "simulate", "plot", "view", "animate", "workspace", "circuit", "loadchart", "modes", "machines", "check", "new",
+    "cite", "sweep", "live", "schema", "linearise", "bode",
 )  # fmt: skip
 BAD_FILES = sorted((Path(__file__).parents[2] / "data" / "bad").glob("*.toml"))
 

@@ -36,25 +36,30 @@ def panels(figure):
     return [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
 
 
-def test_six_charts_of_a_cylinder_in_degrees_bar_and_millimetres(run):
+def test_eight_charts_of_a_cylinder_in_degrees_bar_and_millimetres(run):
     figure = run.plot("lift")
-    assert len(panels(figure)) == 6
+    assert len(panels(figure)) == 8
     expected = {
-        "[deg]": np.degrees(run.data["joint.boom.q"]),
-        "[deg/s]": np.degrees(run.data["joint.boom.qd"]),
-        "[mm]": 1e3 * run.data["cylinder.lift.x"],
-        "[mm/s]": 1e3 * run.data["cylinder.lift.v"],
+        ("joint boom", "angle [deg]"): [np.degrees(run.data["joint.boom.q"])],
+        ("rate of joint boom", "angular velocity [deg/s]"): [np.degrees(run.data["joint.boom.qd"])],
+        ("piston position", "position [mm]"): [1e3 * run.data["cylinder.lift.x"]],
+        ("piston velocity", "velocity [mm/s]"): [1e3 * run.data["cylinder.lift.v"]],
+        ("spool; command thin", "position [mm]"): [1e3 * run.data[f"cylinder.lift.{s}"] for s in ("xs", "command")],
+        ("net force on the rod; friction thin", "force [kN]"): [
+            1e-3 * run.data[f"cylinder.lift.{s}"] for s in ("force", "friction")
+        ],
     }
-    by_unit = {axes.get_ylabel(): axes for axes in panels(figure)}
-    for unit, values in expected.items():
-        np.testing.assert_allclose(by_unit[unit].lines[0].get_ydata(), values, rtol=1e-12, err_msg=unit)
-    bars = [axes.lines[0].get_ydata() for axes in panels(figure) if axes.get_ylabel() == "[bar]"]
+    by_name = {(axes.get_title(loc="left"), axes.get_ylabel()): axes for axes in panels(figure)}
+    for name, curves in expected.items():
+        for line, values in zip(by_name[name].lines, curves, strict=False):
+            np.testing.assert_allclose(line.get_ydata(), values, rtol=1e-12, err_msg=name)
+    bars = [axes.lines[0].get_ydata() for axes in panels(figure) if axes.get_ylabel() == "pressure [bar]"]
     np.testing.assert_allclose(bars, [1e-5 * run.data[f"cylinder.lift.p{s}"] for s in (1, 2)], rtol=1e-12)
 
 
 def test_all_cylinders_side_by_side(run, tmp_path):
     figure = run.plot(path=tmp_path / "new" / "all.png")
-    assert len(panels(figure)) == 18
+    assert len(panels(figure)) == 24
     with Image.open(tmp_path / "new" / "all.png") as picture:
         assert picture.size[0] > 1000
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydrocrane as hc
-from hydrocrane.results.summary import energy_balance
+from hydrocrane.results.energy import energy_balance
 
 FLOOR = -1.21
 GROUND = {"ground.height": "-1.21 m", "payload.hang": "0.32 m", "payload.hang-growth": "0.044 m/kg^0.5"}

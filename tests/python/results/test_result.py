@@ -14,7 +14,7 @@ import xarray as xr
 
 import hydrocrane as hc
 from hydrocrane.files.netcdf import write_netcdf
-from hydrocrane.results.summary import energy_balance
+from hydrocrane.results.energy import energy_balance
 
 LAB = "rottne-f9-lab"
 

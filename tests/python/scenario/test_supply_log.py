@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 import hydrocrane as hc
 from hydrocrane.app.cli import app
 from hydrocrane.app.live import drive_request
-from hydrocrane.results.summary import energy_balance
+from hydrocrane.results.energy import energy_balance
 
 POSE = {"boom": 1.7, "jib": 1.7, "extension": 0.2}
 MOVES = {"lift": ([0.0, 0.4, 1.5], [0.0, 0.03, 0.02]), "jib": ([0.0, 0.2, 1.5], [0.0, -0.02, 0.015])}

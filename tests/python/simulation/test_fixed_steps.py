@@ -7,7 +7,7 @@ import pytest
 
 import hydrocrane as hc
 from hydrocrane.errors import MachineFileError
-from hydrocrane.results.summary import energy_balance
+from hydrocrane.results.energy import energy_balance
 
 # Accepted and rejected steps of bundled runs, with the room that rounding needs to move a step size.
 EFFORT = {

@@ -7,7 +7,7 @@ import pytest
 
 import hydrocrane as hc
 from hydrocrane import plots
-from hydrocrane.results.summary import energy_balance
+from hydrocrane.results.energy import energy_balance
 
 POSE = {"boom": np.deg2rad(100), "jib": np.deg2rad(100), "extension": 0.0}
 CRANE = hc.load_machine("rottne-f9-lab")

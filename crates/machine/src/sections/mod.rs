@@ -60,11 +60,13 @@ pub fn machine<T: Number>(tree: &Node, variables: &[Variable]) -> Result<Machine
         joints,
         cylinders,
         provenance: Vec::new(),
+        words: Vec::new(),
         warnings: Vec::new(),
     };
     errata::check_printed_viscosity(&root, &machine)?;
     supply::check(&root, &machine)?;
     machine.warnings = log.unusual();
+    machine.words = log.words();
     machine.provenance = log.in_order_of(tree);
     Ok(machine)
 }

@@ -171,6 +171,13 @@ impl<T: Real> SpoolValve<T> {
         [taken(p.a) * edges.supply_to_a, taken(p.b) * edges.supply_to_b]
     }
 
+    /// What the compensator takes of the drop from the supply to the port that the spool feeds, Pa; zero where it feeds none, and where
+    /// the compensator is fully open.
+    pub fn compensator_drop(&self, spool: T, p: &PortPressures<T>) -> T {
+        let taken = |port: T| p.supply - port - self.compensator.drop(p.supply, p.load, port);
+        self.connection.signal(spool, [taken(p.a), taken(p.b)], T::c(0.0))
+    }
+
     /// A flow from the supply behind the check valve, if there is one.
     #[inline(always)]
     fn checked(&self, flow: T) -> T {
@@ -306,7 +313,10 @@ mod tests {
             let [lost, none] = compensated.compensator_losses(&p, &flows);
             assert!(((P.supply - a - 8e5) * wanted / lost - 1.0).abs() < 1e-9);
             assert_eq!(none, 0.0);
+            assert!((compensated.compensator_drop(0.01, &p) - (P.supply - a - 8e5)).abs() < 1e-6);
         }
+        // In the middle no port is fed; without a compensator nothing is taken.
+        assert_eq!((compensated.compensator_drop(0.0, &P), plain.compensator_drop(0.01, &P)), (0.0, 0.0));
     }
 
     #[test]

@@ -1,0 +1,66 @@
+"""What commands that draw share: the names that they take, and the files that they write."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hydrocrane.app.console import say, waiting
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from hydrocrane.machine.machine import Machine
+    from hydrocrane.results.run import Run
+
+RunName = Annotated[str, typer.Argument(help="Saved run (.nc), bundled scenario or scenario file.", metavar="RUN")]
+Settings = Annotated[
+    list[str], typer.Option("--set", help='Override a machine key: KEY=VALUE, e.g. supply.pressure="100 bar".')
+]
+Output = Annotated[
+    Path | None, typer.Option("-o", "--output", help="File to write; by default named after the target, here.")
+]
+
+
+def named_machine(source: str, settings: list[str]) -> Machine:
+    from hydrocrane.app.options import checked_machine, overrides
+    from hydrocrane.machine.machine import load_machine
+
+    return load_machine(checked_machine(source), overrides(settings))
+
+
+def named_run(source: str, settings: list[str]) -> Run:
+    """A saved run, or a scenario run now."""
+    import hydrocrane as hc
+    from hydrocrane.app.options import checked_scenario, overrides
+    from hydrocrane.errors import InputError
+
+    if source.endswith(".nc"):
+        if settings:
+            raise InputError("--set changes a simulation; a saved run stays as it is")
+        return hc.load_run(source)
+    with waiting("simulating"):
+        return hc.simulate(checked_scenario(source), overrides=overrides(settings))
+
+
+def headless() -> None:
+    """Pictures go to files: ask matplotlib for no windows."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+
+
+def picture_path(output: Path | None, default: str) -> Path:
+    """Where a picture goes; a suffix that cannot be written is an error before anything is computed."""
+    from hydrocrane.plots.style import checked_suffix
+
+    return checked_suffix(output or Path(default))
+
+
+def write_figure(figure: Figure, path: Path) -> None:
+    from hydrocrane.plots.style import write
+
+    write(figure, path)
+    say(f"written: {path}")

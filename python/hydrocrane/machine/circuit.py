@@ -1,0 +1,147 @@
+"""The hydraulic circuit of a machine as its file states it: the supply, and a section for each cylinder."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrocrane.machine.machine import Machine
+
+# Tables that stand on a line between a valve and a chamber, in their order from the valve to the cylinder. Each names
+# its `cylinder` and its `side`.
+ON_LINES = ("counterbalance",)
+SIDES = ("piston-side", "rod-side")
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of a machine file as it was read.
+
+    Attributes
+    ----------
+    kind, name : str
+        Of ``[kind.name]``; a table without a name of its own has an empty one.
+    numbers : mapping
+        Key to value in SI, one number or several.
+    words : mapping
+        Key to name or choice.
+    """
+
+    kind: str
+    name: str
+    numbers: Mapping[str, tuple[float, ...]]
+    words: Mapping[str, str]
+
+    def number(self, key: str) -> float | None:
+        """A number in SI; none where the file does not state it."""
+        return self.numbers[key][0] if key in self.numbers else None
+
+    def word(self, key: str, default: str = "") -> str:
+        return self.words.get(key, default)
+
+    @property
+    def is_stated(self) -> bool:
+        return bool(self.numbers or self.words)
+
+
+@dataclass(frozen=True)
+class Section:
+    """A cylinder with its valve.
+
+    Attributes
+    ----------
+    cylinder, valve : Table
+    stroke : float
+        Of the piston, m.
+    on_lines : tuple of (side, Table)
+        What stands on the lines of the piston side (0) and of the rod side (1), from the valve to the cylinder.
+    """
+
+    cylinder: Table
+    valve: Table
+    stroke: float
+    on_lines: tuple[tuple[int, Table], ...]
+
+    @property
+    def compensator(self) -> str:
+        """``none``, ``before-spool`` or ``behind-spool``."""
+        return self.valve.word("compensator", "none")
+
+    @property
+    def has_load_check(self) -> bool:
+        """A compensated section has one anyway."""
+        return self.compensator != "none" or self.valve.word("load-check") == "yes"
+
+
+@dataclass(frozen=True)
+class Circuit:
+    """What feeds the cylinders of a machine.
+
+    Attributes
+    ----------
+    supply, mains : Table
+        ``[supply]`` and ``[mains]``.
+    pump : Table or None
+        None where the pressure of the supply is constant or measured.
+    relief_pressure : float or None
+        Of the main relief valve, Pa, also where the file leaves it to its default; none without a pump.
+    sections : tuple of Section
+    """
+
+    supply: Table
+    mains: Table
+    pump: Table | None
+    relief_pressure: float | None
+    sections: tuple[Section, ...]
+
+    @property
+    def senses_load(self) -> bool:
+        """Whether a line tells the pump the highest load pressure."""
+        return self.pump is not None and self.pump.number("ls-margin") is not None
+
+    @property
+    def shares_flow(self) -> bool:
+        """Whether compensators behind the spool hear the highest load pressure of all sections."""
+        return any(section.compensator == "behind-spool" for section in self.sections)
+
+
+def read(machine: Machine) -> Circuit:
+    """The circuit that a machine file describes."""
+    pumps = [pump for pump in named(machine, "pump") if pump.word("type") != "constant-pressure"]
+    relief = machine.core.relief_pressure
+    strokes = np.diff(machine.stroke_limits, axis=1)[:, 0].tolist()
+    sections = (_section(machine, c, stroke) for c, stroke in zip(machine.cylinder_names, strokes, strict=True))
+    return Circuit(
+        table(machine, "supply"),
+        table(machine, "mains"),
+        pumps[0] if pumps and relief is not None else None,
+        relief,
+        tuple(sections),
+    )
+
+
+def table(machine: Machine, kind: str, name: str = "") -> Table:
+    """The table ``[kind.name]``, or ``[kind]``, without its sub-tables; empty where the file has none."""
+    head = f"{kind}.{name}." if name else f"{kind}."
+
+    def inside(key: str) -> bool:
+        return key.startswith(head) and "." not in key[len(head) :]
+
+    numbers = {key[len(head) :]: tuple(np.atleast_1d(machine.value(key).si)) for key in machine.keys if inside(key)}
+    words = {key[len(head) :]: word for key, word in machine.words.items() if inside(key)}
+    return Table(kind, name, numbers, words)
+
+
+def named(machine: Machine, kind: str) -> list[Table]:
+    """The tables ``[kind.<name>]``."""
+    keys = [key.split(".") for key in (*machine.words, *machine.keys) if key.startswith(f"{kind}.")]
+    return [table(machine, kind, name) for name in dict.fromkeys(parts[1] for parts in keys if len(parts) > 2)]
+
+
+def _section(machine: Machine, cylinder: str, stroke: float) -> Section:
+    valve = next(valve for valve in named(machine, "valve") if valve.word("cylinder") == cylinder)
+    found = [part for kind in ON_LINES for part in named(machine, kind) if part.word("cylinder") == cylinder]
+    on_lines = tuple((SIDES.index(part.word("side")), part) for part in found)
+    return Section(table(machine, "cylinder", cylinder), valve, stroke, on_lines)

@@ -1,0 +1,210 @@
+"""Parts of a circuit diagram, each a sheet with what the machine file says of it beside its symbol.
+
+A part that hangs below the lines of pump and tank is an entry of `SUPPLY`; one on the way from the pump to a spool, of
+`before_spool`; one on a line between a valve and a cylinder, of `ON_LINE`. An entry draws its symbol and its labels, a
+dozen lines in all; the diagram finds the room for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from hydrocrane.machine.circuit import Circuit, Section, Table
+from hydrocrane.plots import circuit_symbols as symbols
+from hydrocrane.plots.circuit_sheet import LEADING, Sheet
+
+# Heights of the lines that all parts share, of the middle of what hangs below them, and of the tanks.
+TANK_LINE, PRESSURE_LINE, LOAD_LINE = 0.0, 9.0, 22.0
+HUNG, TANKS = -22.0, -42.0
+# Height that a part takes on the way to a spool, and on the line to a cylinder.
+SLOT, LINE_SLOT = 17.0, 25.0
+
+# SI unit -> unit on the diagram and factor to it, by what is shown.
+BAR, FLOW, VOLUME, LENGTH, SPEED, TIME = (
+    (1e-5, "bar"), (6e4, "l/min"), (1e6, "cm³"), (1e3, "mm"), (9.549296585513721, "rpm"), (1e3, "ms"),
+)  # fmt: skip
+
+
+def shown(si: float | None, unit: tuple[float, str]) -> str:
+    """A value with its unit; nothing where the file does not state it."""
+    return "" if si is None else f"{si * unit[0]:.4g} {unit[1]}"
+
+
+def stated(pattern: str, *values: str) -> str:
+    """A label, where the file states all that it names."""
+    return pattern.format(*values) if all(values) else ""
+
+
+# --- what hangs below the lines of pump and tank --------------------------------------------------------------------
+
+
+def source(circuit: Circuit) -> Sheet | None:
+    """A supply whose pressure is given."""
+    if circuit.pump is not None:
+        return None
+    sheet = Sheet(ports={"P": (0.0, PRESSURE_LINE)})
+    sheet.line((0.0, PRESSURE_LINE), (0.0, HUNG), kind="pressure")
+    symbols.pressure_source(sheet, 0.0, HUNG - 7.0)
+    kind = "measured pressure" if circuit.supply.word("measured") == "yes" else "constant pressure"
+    sheet.text(7.0, HUNG - 2.0, [kind, shown(circuit.supply.number("pressure"), BAR)], head=True)
+    return sheet
+
+
+def pump(circuit: Circuit) -> Sheet | None:
+    """The pump with what drives it, and its control where it has one."""
+    if circuit.pump is None:
+        return None
+    table, kind = circuit.pump, circuit.pump.word("type")
+    sheet = Sheet(ports={"P": (0.0, PRESSURE_LINE)})
+    symbols.shaft(sheet, -20.0, -8.0, HUNG)
+    symbols.prime_mover(sheet, -26.0, HUNG)
+    sheet.line((0.0, PRESSURE_LINE), (0.0, HUNG + 8.0), kind="pressure")
+    sheet.line((0.0, HUNG - 8.0), (0.0, TANKS + 4.0))
+    symbols.tank(sheet, 0.0, TANKS)
+    symbols.pump(sheet, 0.0, HUNG, variable=kind != "fixed")
+    sheet.text(-26.0, HUNG + 9.0, [shown(table.number("speed"), SPEED)], side="center")
+    displacement, speed = table.number("displacement"), table.number("speed")
+    flow = "" if displacement is None or speed is None else shown(displacement * speed / 6.283185307179586, FLOW)
+    about = [
+        f"pump {table.name}",
+        kind,
+        stated("{} per turn", shown(displacement, VOLUME)),
+        stated("{} without leakage", flow),
+    ]
+    sheet.text(-10.0, HUNG - 10.5, about, side="right", head=True)
+    if kind != "fixed":
+        _control(sheet, circuit, table)
+    return sheet
+
+
+def _control(sheet: Sheet, circuit: Circuit, table: Table) -> None:
+    """The valve that swivels the pump."""
+    x = 22.0
+    sheet.line((0.0, HUNG + 12.0), (14.5, HUNG + 12.0), (14.5, HUNG), (x - 4.5, HUNG), kind="pilot")
+    sheet.dot(0.0, HUNG + 12.0)
+    sheet.line((x - 1.9, HUNG - 4.5), (x - 1.9, HUNG - 9.5), (8.0, HUNG - 9.5), (5.7, HUNG - 5.7), kind="pilot")
+    symbols.pump_control(sheet, x, HUNG)
+    labels = [stated("at most {}", shown(circuit.supply.number("pressure"), BAR))]
+    margin = shown(table.number("ls-margin"), BAR)
+    if margin:
+        sheet.line((x + 12.0, LOAD_LINE), (x + 12.0, HUNG - 2.8), (x + 4.5, HUNG - 2.8), kind="load")
+        sheet.ports["LS"] = (x + 12.0, LOAD_LINE)
+        labels.insert(0, f"load + {margin}")
+    limit = table.number("torque-limit")
+    labels.append("" if limit is None else f"at most {limit:.4g} N m")
+    sheet.text(x + 14.5, HUNG + 2.0, ["control", *labels], head=True)
+
+
+def main_relief(circuit: Circuit) -> Sheet | None:
+    """The main relief valve; that of a fixed pump may follow the load."""
+    if circuit.pump is None:
+        return None
+    sheet = Sheet(ports={"P": (0.0, PRESSURE_LINE)})
+    sheet.line((0.0, PRESSURE_LINE), (0.0, HUNG + 4.5), kind="pressure")
+    sheet.line((0.0, HUNG - 4.5), (0.0, TANKS + 4.0))
+    symbols.relief_valve(sheet, 0.0, HUNG)
+    symbols.tank(sheet, 0.0, TANKS)
+    margin = shown(circuit.pump.number("ls-margin"), BAR)
+    labels = ["relief valve", shown(circuit.relief_pressure, BAR)]
+    if margin and circuit.pump.word("type") == "fixed":
+        sheet.line((12.0, LOAD_LINE), (12.0, HUNG - 2.8), (4.5, HUNG - 2.8), kind="load")
+        sheet.ports["LS"] = (12.0, LOAD_LINE)
+        labels = ["unloading valve", f"load + {margin}", f"at most {labels[1]}"]
+    sheet.text(14.5, HUNG + 2.0, labels, head=True)
+    return sheet
+
+
+def return_tank(circuit: Circuit) -> Sheet:
+    """Where the oil of all sections returns to."""
+    sheet = Sheet(ports={"T": (0.0, TANK_LINE)})
+    sheet.line((0.0, TANK_LINE), (0.0, TANKS + 4.0), kind="tank")
+    symbols.tank(sheet, 0.0, TANKS)
+    sheet.text(6.5, TANKS + LEADING, ["tank", shown(circuit.supply.number("tank-pressure"), BAR)], head=True)
+    return sheet
+
+
+SUPPLY: tuple[Callable[[Circuit], Sheet | None], ...] = (source, pump, main_relief, return_tank)
+
+
+# --- between the pump and a spool, on a line that flows up; the load comes from the right at `load` -----------------
+
+
+def _edge(sheet: Sheet, x: float, y: float, load: float, section: Section) -> None:
+    """The metering edges of the spool, where they lie before its compensator."""
+    symbols.throttle(sheet, x, y, variable=True)
+    sheet.text(x - 7.5, y, ["metering edge"], side="right")
+
+
+def _compensator(sheet: Sheet, x: float, y: float, load: float, section: Section) -> None:
+    behind = section.compensator == "behind-spool"
+    symbols.compensator(sheet, x, y, behind)
+    sheet.line((load, y - 2.2), (x + 4.5, y - 2.2), kind="load")
+    sheet.dot(load, y - 2.2)
+    labels = ["compensator", "flow sharing" if behind else shown(section.valve.number("compensator-setting"), BAR)]
+    sheet.text(x - 9.0, y + 0.5 * LEADING, labels, side="right")
+
+
+def _load_check(sheet: Sheet, x: float, y: float, load: float, section: Section) -> None:
+    symbols.check_valve(sheet, x, y)
+
+
+Inlet = Callable[[Sheet, float, float, float, Section], None]
+
+
+def before_spool(section: Section) -> list[Inlet]:
+    """What stands on the way from the pump to the spool, from below."""
+    edge = [_edge] if section.compensator == "behind-spool" else []
+    return [
+        *edge,
+        *([_compensator] if section.compensator != "none" else []),
+        *([_load_check] if section.has_load_check else []),
+    ]
+
+
+# --- on a line between a valve and a cylinder, from the valve upwards -----------------------------------------------
+
+
+def _counterbalance(sheet: Sheet, x: float, y: float, out: float, table: Table) -> None:
+    """`out` is the way from the section's middle to this line; the other line lies as far on the other side."""
+    symbols.counterbalance_valve(sheet, x, y, out)
+    level, inside = y - 10.0 + 0.9 * out, x - out * (0.5 * symbols.BOX + 2.6)
+    edge = x - out * 0.5 * symbols.BOX
+    sheet.line((-x, level), (inside, level), (inside, y - 2.0), (edge, y - 2.0), kind="pilot")
+    sheet.dot(-x, level)
+    ratio, flow = table.number("pilot-ratio"), shown(table.number("nominal-flow"), FLOW)
+    labels = [
+        f"counterbalance {table.name}",
+        stated("{}", shown(table.number("setting"), BAR)),
+        "" if ratio is None else f"pilot ratio {ratio:.4g}",
+        stated("{} at {}", flow, shown(table.number("nominal-pressure-drop"), BAR)),
+    ]
+    sheet.text(x + out * 11.5, y + 1.5 * LEADING, labels, side="left" if out > 0 else "right", head=True)
+
+
+OnLine = Callable[[Sheet, float, float, float, Table], None]
+ON_LINE: dict[str, OnLine] = {"counterbalance": _counterbalance}
+
+
+# --- labels of valve and cylinder -----------------------------------------------------------------------------------
+
+
+def valve_labels(section: Section) -> list[str]:
+    valve = section.valve
+    drop = shown(valve.number("nominal-pressure-drop"), BAR)
+    edge = shown(valve.number("nominal-edge-pressure-drop"), BAR) or (
+        "" if drop else shown(valve.number("compensator-setting"), BAR)
+    )
+    flow = shown(valve.number("nominal-flow"), FLOW)
+    overlap, ratios = shown(valve.number("overlap"), LENGTH), valve.numbers.get("return-area-ratio")
+    return [
+        f"valve {valve.name}, {valve.word('type')}",
+        stated("{} at {}", flow, drop) or stated("{} at {} per edge", flow, edge),
+        stated("stroke {}", shown(valve.number("stroke"), LENGTH)) + stated(", overlap {}", overlap),
+        "" if ratios is None else f"edges to tank × {ratios[0]:.3g}, {ratios[1]:.3g}",
+    ]
+
+
+def cylinder_labels(section: Section) -> list[str]:
+    bore, rod = section.cylinder.number("bore"), section.cylinder.number("rod-diameter")
+    across = "" if bore is None or rod is None else f"Ø {1e3 * bore:.4g}/{1e3 * rod:.4g} mm, "
+    return [section.cylinder.name, f"{across}stroke {1e3 * section.stroke:.4g} mm"]

@@ -1,0 +1,187 @@
+"""Symbols of hydraulic parts after ISO 1219-1, simplified: each is drawn on a sheet about a place, in millimetres."""
+
+from __future__ import annotations
+
+from hydrocrane.plots.circuit_sheet import Label, Sheet
+from hydrocrane.plots.style import INK
+
+# Of a valve's square, and of a position of a spool valve.
+BOX, CELL = 9.0, 13.0
+# Ports of a position from its middle.
+PORT = 3.8
+
+
+def spring(sheet: Sheet, x: float, y: float, towards: float, length: float = 5.0, adjustable: bool = False) -> None:
+    """A spring that begins at (x, y) and points to the left (-1) or right (1); an arrow crosses one that can be set."""
+    turns = 6
+    points = [(x, y)]
+    for i in range(1, turns):
+        points.append((x + towards * length * i / turns, y + (1.3 if i % 2 else -1.3)))
+    sheet.line(*points, (x + towards * length, y), kind="thin")
+    if adjustable:
+        middle = x + towards * 0.5 * length
+        sheet.arrow((middle - 2.4, y - 2.6), (middle + 2.4, y + 2.6), length=1.6)
+
+
+def throttle(sheet: Sheet, x: float, y: float, variable: bool = False) -> None:
+    """A narrowing of a vertical line."""
+    for side in (-1.0, 1.0):
+        bow = [(x + side * (2.6 - 1.5 * (1 - (h / 3.0) ** 2)), y + h) for h in (-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0)]
+        sheet.line(*bow, kind="symbol")
+    if variable:
+        sheet.arrow((x - 4.5, y - 4.0), (x + 4.5, y + 4.0), length=1.8)
+
+
+def check_valve(sheet: Sheet, x: float, y: float, up: bool = True) -> None:
+    """A check valve in a vertical line: oil flows up, or down."""
+    way = 1.0 if up else -1.0
+    sheet.area((x - 1.6, y - 1.2), (x + 1.6, y - 1.2), (x + 1.6, y + 1.2), (x - 1.6, y + 1.2), kind="blank")
+    sheet.circle(x, y + 0.5 * way, 1.5)
+    sheet.line((x - 2.6, y + 0.4 * way), (x, y - 1.8 * way), (x + 2.6, y + 0.4 * way), kind="symbol")
+
+
+def shuttle_valve(sheet: Sheet, x: float, y: float) -> None:
+    """Inputs above and below, output at the left: the higher pressure goes on."""
+    sheet.box(x, y, 4.4, 8.0)
+    sheet.circle(x, y + 2.2, 1.2)
+    sheet.line((x - 1.5, y + 4.0), (x, y + 1.6), (x + 1.5, y + 4.0), kind="thin")
+    sheet.line((x - 1.5, y - 4.0), (x, y - 1.6), (x + 1.5, y - 4.0), kind="thin")
+
+
+def pressure_valve(sheet: Sheet, x: float, y: float, up: bool = True, open_at_rest: bool = False) -> None:
+    """The square of a valve that a pressure moves, with the arrow of its flow."""
+    sheet.box(x, y, BOX, BOX)
+    aside = 0.0 if open_at_rest else 1.9
+    half = 0.5 * BOX * (1.0 if up else -1.0)
+    sheet.arrow((x + aside, y - half), (x + aside, y + half))
+
+
+def relief_valve(sheet: Sheet, x: float, y: float) -> None:
+    """From the pressure line above to the tank below, closed at rest, spring at the right."""
+    pressure_valve(sheet, x, y, up=False)
+    spring(sheet, x + 0.5 * BOX, y, 1.0, adjustable=True)
+    sheet.line((x, y + 0.5 * BOX + 2.0), (x - 0.5 * BOX - 2.0, y + 0.5 * BOX + 2.0), kind="pilot")
+    sheet.line((x - 0.5 * BOX - 2.0, y + 0.5 * BOX + 2.0), (x - 0.5 * BOX - 2.0, y), (x - 0.5 * BOX, y), kind="pilot")
+
+
+def compensator(sheet: Sheet, x: float, y: float, behind: bool) -> None:
+    """In a vertical line that flows up; the load comes from the right.
+
+    Before the spool, spring and load open it against the pressure behind it; behind the metering edge the load closes
+    it against the pressure there.
+    """
+    pressure_valve(sheet, x, y, open_at_rest=not behind)
+    left, right, reach = x - 0.5 * BOX, x + 0.5 * BOX, 0.5 * BOX + 1.8
+    level = y - reach if behind else y + reach
+    sheet.line((x, level), (left - 2.2, level), (left - 2.2, y), (left, y), kind="pilot")
+    spring(sheet, right, y + 1.8, 1.0, length=4.5)
+
+
+def counterbalance_valve(sheet: Sheet, x: float, y: float, out: float) -> None:
+    """In a vertical line from the cylinder above: a check valve lets oil up, the square down; spring towards `out`."""
+    inside, reach = x - out * 10.0, 0.5 * BOX + 3.0
+    sheet.line((x, y + reach), (inside, y + reach), (inside, y - reach), (x, y - reach))
+    check_valve(sheet, inside, y)
+    pressure_valve(sheet, x, y, up=False)
+    spring(sheet, x + out * 0.5 * BOX, y, out, adjustable=True)
+    # The pressure of the chamber.
+    near = x - out * (0.5 * BOX + 1.6)
+    sheet.line(
+        (x, y + 0.5 * BOX + 1.4),
+        (near, y + 0.5 * BOX + 1.4),
+        (near, y + 2.0),
+        (near + out * 1.6, y + 2.0),
+        kind="pilot",
+    )
+    sheet.dot(x, y + reach)
+    sheet.dot(x, y - reach)
+
+
+def pump(sheet: Sheet, x: float, y: float, variable: bool, radius: float = 8.0) -> None:
+    """Outlet above, inlet below."""
+    sheet.circle(x, y, radius)
+    sheet.area((x - 2.6, y + radius - 4.4), (x, y + radius), (x + 2.6, y + radius - 4.4), fill=INK)
+    if variable:
+        sheet.arrow((x - radius - 2.0, y - radius - 1.0), (x + radius + 2.0, y + radius + 1.0), length=2.8)
+
+
+def prime_mover(sheet: Sheet, x: float, y: float, radius: float = 6.0) -> None:
+    sheet.circle(x, y, radius)
+    sheet.labels.append(Label(x, y, "M", "center", size=4.4))
+
+
+def shaft(sheet: Sheet, start: float, end: float, y: float) -> None:
+    """A turning shaft: a double line."""
+    for aside in (-0.7, 0.7):
+        sheet.line((start, y + aside), (end, y + aside), kind="thin")
+
+
+def pressure_source(sheet: Sheet, x: float, y: float) -> None:
+    """Oil at a given pressure, wherever it comes from."""
+    sheet.area((x - 4.0, y), (x, y + 7.0), (x + 4.0, y), fill=INK)
+
+
+def pump_control(sheet: Sheet, x: float, y: float) -> None:
+    """The valve that swivels a pump: pressure of the mains at the left, spring at the right."""
+    sheet.box(x, y, BOX, BOX)
+    sheet.arrow((x - 1.9, y - 0.5 * BOX), (x - 1.9, y + 0.5 * BOX))
+    spring(sheet, x + 0.5 * BOX, y, 1.0, adjustable=True)
+
+
+def tank(sheet: Sheet, x: float, y: float) -> None:
+    """An open tank; the line ends in it."""
+    sheet.line((x - 4.0, y + 2.6), (x - 4.0, y - 2.0), (x + 4.0, y - 2.0), (x + 4.0, y + 2.6), kind="symbol")
+    sheet.line((x, y + 4.0), (x, y - 0.4))
+
+
+def cylinder(sheet: Sheet, x: float, y: float, width: float = 50.0, height: float = 13.0) -> None:
+    """Double-acting with one rod, which points to the right; piston side at the left."""
+    rod = 0.3 * height
+    sheet.box(x, y, width, height)
+    piston = x - 0.18 * width
+    sheet.box(piston, y, 5.0, height)
+    right = x + 0.5 * width + 12.0
+    sheet.area(
+        (piston + 2.5, y - 0.5 * rod), (right, y - 0.5 * rod), (right, y + 0.5 * rod), (piston + 2.5, y + 0.5 * rod)
+    )
+    sheet.circle(right + 1.8, y, 1.8)
+
+
+def closed_port(sheet: Sheet, x: float, y: float, up: bool) -> None:
+    """A port that ends within a position of a spool valve; it stands at the lower edge, or at the upper one."""
+    end = y + (3.4 if up else -3.4)
+    sheet.line((x, y), (x, end), kind="thin")
+    sheet.line((x - 1.4, end), (x + 1.4, end), kind="thin")
+
+
+def spool_valve(sheet: Sheet, x: float, y: float, regenerative: bool) -> None:
+    """Three positions between A and B above, P and T below; the left one extends the cylinder; two solenoids."""
+    half = 0.5 * CELL
+    for cell in (-1, 0, 1):
+        sheet.box(x + cell * CELL, y, CELL, CELL)
+    for bar in (-1.0, 1.0):
+        # The two bars say that every position between is possible, too.
+        level = y + bar * (half + 1.2)
+        for left, right in ((-1.5, -0.45), (0.45, 1.5)):
+            sheet.line((x + left * CELL, level), (x + right * CELL, level), kind="thin")
+    low, high = y - half, y + half
+    for port in (-PORT, PORT):
+        closed_port(sheet, x + port, low, up=True)
+        closed_port(sheet, x + port, high, up=False)
+    extend, retract = x - CELL, x + CELL
+    if regenerative:
+        sheet.arrow((extend - PORT, low), (extend - PORT, high))
+        sheet.line((extend + PORT, high), (extend + PORT, y), (extend - PORT, y), kind="thin")
+        sheet.dot(extend - PORT, y)
+        closed_port(sheet, extend + PORT, low, up=True)
+    else:
+        sheet.arrow((extend - PORT, low), (extend - PORT, high))
+        sheet.arrow((extend + PORT, high), (extend + PORT, low))
+    sheet.arrow((retract - PORT, low), (retract + PORT, high))
+    sheet.arrow((retract - PORT, high), (retract + PORT, low))
+    for way in (-1.0, 1.0):
+        edge = x + way * 1.5 * CELL
+        sheet.box(edge + way * 3.0, y - 2.0, 6.0, 5.0)
+        sheet.line((edge + way * 0.8, y - 4.0), (edge + way * 5.2, y), kind="thin")
+        sheet.arrow((edge + way * 3.0 - 2.2, y - 5.6), (edge + way * 3.0 + 2.2, y + 1.6), length=1.6)
+        spring(sheet, edge, y + 3.2, way)

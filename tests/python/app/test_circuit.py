@@ -1,0 +1,168 @@
+"""The circuit diagram shows what the machine file says, and can be read: no text lies over another one or a line."""
+
+from importlib import import_module
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import pytest
+from command_line import run
+
+import hydrocrane as hc
+from hydrocrane import plots
+from hydrocrane.machine import circuit as circuits
+from hydrocrane.plots.circuit_parts import ON_LINE
+
+mpl.use("Agg")
+diagram = import_module("hydrocrane.plots.circuit").diagram
+
+HELD = {
+    f"counterbalance.{name}.{key}": value
+    for name, cylinder, side in (("up", "lift", "rod-side"), ("in", "jib", "rod-side"), ("out", "jib", "piston-side"))
+    for key, value in {
+        "cylinder": cylinder, "side": side, "setting": "180 bar", "pilot-ratio": 4.5, "nominal-flow": "40 l/min",
+        "nominal-pressure-drop": "10 bar",
+    }.items()
+}  # fmt: skip
+SHARING = {"pump.main.type": "load-sensing", "pump.main.ls-margin": "17 bar", "pump.main.torque-limit": "31 N m"} | {
+    f"valve.{valve}.compensator": "behind-spool" for valve in ("lift", "jib")
+}
+MACHINES = {
+    **{name: (name, {}) for name in hc.bundled_machines()},
+    "every line held": ("rottne-f9-mobile", HELD),
+    "flow sharing": ("rottne-f9-pump", SHARING),
+    "measured": ("hiab-xs031", {"supply.measured": "yes"}),
+}
+
+
+@pytest.fixture(autouse=True)
+def close_figures():
+    yield
+    plt.close("all")
+
+
+@pytest.fixture(params=MACHINES)
+def machine(request):
+    name, overrides = MACHINES[request.param]
+    return hc.load_machine(name, overrides)
+
+
+def texts(crane):
+    return [label.text for label in diagram(crane).labels]
+
+
+def crosses(box, start, end):
+    """Whether a straight line runs through a box (Liang and Barsky)."""
+    first, last = 0.0, 1.0
+    for axis in (0, 1):
+        way = end[axis] - start[axis]
+        bounds = [box[axis] - start[axis], box[axis + 2] - start[axis]]
+        if way == 0.0:
+            if bounds[0] > 0.0 or bounds[1] < 0.0:
+                return False
+            continue
+        enter, leave = sorted(bound / way for bound in bounds)
+        first, last = max(first, enter), min(last, leave)
+    return first < last
+
+
+def test_no_text_lies_over_another_or_outside(machine):
+    figure = plots.circuit(machine)
+    renderer = figure.canvas.get_renderer()
+    boxes = {text: text.get_window_extent(renderer) for text in figure.axes[0].texts}
+    assert len(boxes) > 8
+    for text, box in boxes.items():
+        assert box.x0 > 0 and box.y0 > 0 and box.x1 < figure.bbox.x1 and box.y1 < figure.bbox.y1, text.get_text()
+        over = [other.get_text() for other in boxes if other is not text and box.overlaps(boxes[other])]
+        assert not over, (text.get_text(), over)
+
+
+def test_no_line_runs_through_a_text(machine):
+    sheet = diagram(machine)
+    for label in sheet.labels:
+        if label.text == "M":
+            continue
+        for stroke in sheet.strokes:
+            ends = (*stroke.points[1:], stroke.points[0]) if stroke.fill else stroke.points[1:]
+            assert not any(crosses(label.box, *line) for line in zip(stroke.points, ends)), (label.text, stroke)
+
+
+def test_the_boxes_of_texts_are_those_that_are_drawn(machine):
+    """What is reckoned with the font's metrics, so that the layout is the same everywhere, is what appears."""
+    figure, sheet = plots.circuit(machine), diagram(machine)
+    renderer, millimetre = figure.canvas.get_renderer(), figure.dpi / 25.4
+    for label, text in zip(sheet.labels, figure.axes[0].texts, strict=True):
+        assert text.get_text() == label.text
+        width = text.get_window_extent(renderer).width / millimetre
+        # Pixels round the letters.
+        assert width == pytest.approx(label.box[2] - label.box[0], rel=0.06, abs=0.3), label.text
+
+
+@pytest.mark.parametrize("name", hc.bundled_machines())
+def test_at_1400_pixels_a_line_of_text_has_ten(name):
+    sheet = diagram(hc.load_machine(name))
+    left, _, right, _ = sheet.extent
+    assert min(label.size for label in sheet.labels if "bar" in label.text) * 1400 / (right - left + 12) > 10
+
+
+def test_the_values_of_a_load_sensing_machine_stand_beside_its_symbols():
+    shown = texts(hc.load_machine("rottne-f9-mobile"))
+    for text in (
+        "load-sensing", "18 cm³ per turn", "26.1 l/min without leakage", "1450 rpm", "load + 20 bar", "at most 180 bar",
+        "210 bar", "counterbalance lift", "120 bar", "pilot ratio 3", "40 l/min at 10 bar", "12 l/min at 16 bar",
+        "6 l/min at 16 bar", "mains, 400 cm³", "Ø 100/40 mm, stroke 301.5 mm", "0 bar",
+    ):  # fmt: skip
+        assert text in shown, text
+    assert shown.count("compensator") == shown.count("8 bar") == 3
+
+
+def test_a_mistake_in_the_file_is_seen():
+    right = hc.load_machine("rottne-f9-mobile")
+    wrong = right.changed({"counterbalance.lift.setting": "12 bar", "counterbalance.lift.side": "rod-side"})
+    left = {label.text: label.x for label in diagram(right).labels}
+    there = {label.text: label.x for label in diagram(wrong).labels}
+    assert "12 bar" in there and "120 bar" not in there
+    assert left["counterbalance lift"] < left["lift"] and there["counterbalance lift"] > there["lift"]
+
+
+def test_each_kind_of_supply_and_compensator_is_named():
+    kinds = {name: texts(hc.load_machine(*MACHINES[name])) for name in MACHINES}
+    assert "constant pressure" in kinds["rottne-f9-lab"] and "control" not in kinds["rottne-f9-lab"]
+    assert "measured pressure" in kinds["measured"]
+    assert kinds["flow sharing"].count("flow sharing") == kinds["flow sharing"].count("metering edge") == 2
+    assert {"at most 31 N m", "load + 17 bar"} <= set(kinds["flow sharing"])
+
+
+def test_a_fixed_pump_is_unloaded_and_a_relief_pressure_by_default_is_shown(tmp_path):
+    run("new", tmp_path / "crane", "--machine", "rottne-f9-lab", "--pump", "fixed")
+    fixed = hc.load_machine(tmp_path / "crane" / "machine.toml")
+    assert {"relief valve", "140 bar", "fixed"} <= set(texts(fixed)) and "control" not in texts(fixed)
+    unloaded = texts(fixed.changed({"pump.main.ls-margin": "15 bar"}))
+    assert {"unloading valve", "load + 15 bar", "at most 140 bar"} <= set(unloaded) and "relief valve" not in unloaded
+
+
+def test_only_a_pump_that_senses_the_load_has_a_line_for_it():
+    kinds = {name: {stroke.kind for stroke in diagram(hc.load_machine(*MACHINES[name])).strokes} for name in MACHINES}
+    assert {name for name, found in kinds.items() if "load" in found} == {
+        "rottne-f9-mobile", "every line held", "flow sharing",
+    }  # fmt: skip
+
+
+def test_every_part_that_can_stand_on_a_line_has_a_symbol():
+    assert set(circuits.ON_LINES) == set(ON_LINE)
+
+
+def test_the_same_machine_makes_the_same_file(tmp_path):
+    for suffix in ("svg", "pdf"):
+        paths = [tmp_path / f"{i}.{suffix}" for i in range(2)]
+        for path in paths:
+            done = run("circuit", "rottne-f9-mobile", "-o", path)
+            assert done.returncode == 0 and str(path) in done.stdout.replace("\n", "")
+        assert paths[0].read_bytes() == paths[1].read_bytes()
+
+
+def test_the_command_takes_overrides_and_refuses_what_is_no_machine(tmp_path):
+    assert run("circuit", "single-cylinder", "--set", "supply.pressure='99 bar'", folder=tmp_path).returncode == 0
+    assert (tmp_path / "single-cylinder-circuit.svg").read_text(encoding="utf-8").startswith("<?xml")
+    for arguments in (["vertical-lift-open-loop"], ["single-cylinder", "-o", "circuit.doc"], ["no-such-machine"]):
+        done = run("circuit", *arguments, folder=tmp_path)
+        assert done.returncode == 2 and done.stderr.count("error:") == 1
