@@ -58,6 +58,7 @@ _HOME = {
     "bundled_machines": "machine.machine",
     "bundled_scenarios": "scenario.scenario_file",
     "cite": "results.citation",
+    "export_fmu": "export.fmu",
     "fit": "fitting",
     "identify_friction": "identification",
     "load_chart": "analysis.capacity",

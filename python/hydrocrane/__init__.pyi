@@ -20,6 +20,7 @@ from hydrocrane.errors import MachineFileError as MachineFileError
 from hydrocrane.errors import OutOfReachError as OutOfReachError
 from hydrocrane.errors import ResultFileError as ResultFileError
 from hydrocrane.errors import SimulationError as SimulationError
+from hydrocrane.export.fmu import export_fmu as export_fmu
 from hydrocrane.fitting import Fit as Fit
 from hydrocrane.fitting import fit as fit
 from hydrocrane.identification import Identification as Identification

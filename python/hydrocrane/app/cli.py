@@ -14,6 +14,7 @@ import typer
 
 from hydrocrane.app.console import bar, complain, say, waiting, warn
 from hydrocrane.app.control import control
+from hydrocrane.app.export import export
 from hydrocrane.app.fit import fit
 from hydrocrane.app.identify import identify
 from hydrocrane.app.live import live
@@ -37,6 +38,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.add_typer(control)
+app.add_typer(export)
 app.add_typer(identify)
 app.add_typer(rig)
 app.command(epilog="Example:  hydrocrane fit my-scenario.toml drive.csv -p payload.mass -p friction.lift.coulomb[0]")(

@@ -28,7 +28,9 @@ MAY_USE = {
     "sim": {"num", "ode", "machine", "physics", "plant", "control"},
     "web": {"machine", "ode", "sim"},
     "evidence": {"num", "ode", "machine", "sim", "web"},
-    "python": {"machine", "ode", "sim"},
+    "fmu": {"machine", "sim"},
+    "fmi": {"fmu"},
+    "python": {"machine", "ode", "sim", "fmu"},
 }
 
 # Each room of the Python package, and each module beside the rooms, with what it may use of the others. They stand from
@@ -57,6 +59,7 @@ ROOMS = {
     | {"files", "logs", "machine", "scenario", "results", "simulation", "analysis", "signals", "identification"},
     "studies": BASE | {"files", "machine", "scenario", "results", "simulation"},
     "gym": BASE | {"machine", "simulation"},
+    "export": BASE | {"files", "machine", "control", "scenario"},
     "plots": BASE | {"files", "machine", "results", "analysis", "benchmark", "signals", "identification", "fitting"},
 }  # fmt: skip
 # The app imports every room and is imported by none.

@@ -1,0 +1,1 @@
+"""What other people's tools take: machines and controllers as FMUs."""
