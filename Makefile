@@ -9,7 +9,7 @@ CARGO  ?= cargo
 # Everything that goes into the compiled module.
 SOURCES := $(shell find crates machines scenarios -name '*.rs' -o -name '*.toml') Cargo.toml Cargo.lock pyproject.toml
 
-.PHONY: demo test compiled test-rust test-python evidence evidence-python evidence-tools cockpit drives fuzz soak bench docs site lint clean
+.PHONY: demo test compiled test-rust test-python evidence evidence-python evidence-tools cockpit fmu drives fuzz soak bench docs site lint clean
 
 demo: $(VENV)/.built
 	$(BIN)/hydrocrane simulate vertical-lift-open-loop --output results
@@ -175,10 +175,22 @@ $(BIN)/python:
 # uv fetches what the package needs in a sixth of pip's processor time; without it, pip does the same a line later.
 FETCH = -$(BIN)/python -m uv pip install --quiet --python $(BIN)/python --requirements pyproject.toml --extra
 
+# The library inside exported FMUs, for this platform, with its own profile; every wheel that is built after it carries it.
+PLATFORM := $(shell echo "$$(uname -s | tr A-Z a-z)-$$(uname -m | sed s/arm64/aarch64/)")
+LIBRARY := $(if $(findstring darwin,$(PLATFORM)),dylib,so)
+FMU := python/hydrocrane/fmu_library/$(PLATFORM)
+fmu_library = $(CARGO) rustc --quiet --package hydrocrane-fmi --profile $(1) -- -C strip=symbols && mkdir -p $(FMU) && \
+	cp $${CARGO_TARGET_DIR:-target}/$(2)/libhydrocrane_fmu.$(LIBRARY) $(FMU)/hydrocrane_fmu.$(LIBRARY)
+
+# The library alone: `make fmu` mends an installation that lacks it.
+fmu: $(BIN)/python
+	$(call fmu_library,release,release)
+
 # An editable installation: Python files are used in place, the compiled module is built anew when a source changes.
 $(VENV)/.built: $(BIN)/python $(SOURCES)
 	$(FETCH) parquet
 	$(BIN)/python -m pip install --quiet --editable '.[parquet]'
+	$(call fmu_library,release,release)
 	@touch $@
 
 # The module of `make demo` serves where it is up to date. Else one is built without link-time optimisation, of the crates that the
@@ -187,7 +199,8 @@ $(VENV)/.tested: $(BIN)/python $(SOURCES)
 	$(FETCH) test
 	if ! $(MAKE) --question --no-print-directory $(VENV)/.built; then export MATURIN_PEP517_ARGS="--profile dev"; fi; \
 		$(BIN)/python -m pip install --quiet --editable '.[test]'
+	if ! $(MAKE) --question --no-print-directory $(VENV)/.built; then $(call fmu_library,dev,debug); fi
 	@touch $@
 
 clean:
-	rm -rf $(VENV) target results cockpit/node_modules cockpit/src/*.wasm $(PAGE)
+	rm -rf $(VENV) target results cockpit/node_modules cockpit/src/*.wasm $(PAGE) python/hydrocrane/fmu_library

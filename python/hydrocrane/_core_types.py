@@ -17,6 +17,10 @@ Override: TypeAlias = "float | str | bool | Sequence[Override]"
 Pairs: TypeAlias = list[tuple[str, Override]]
 # Kind, text, cure, time.
 WarningEntry: TypeAlias = tuple[str, str, str, float]
+# Name, kind and its number, use, unit, description, start, range, nominal value.
+FmuVariableEntry: TypeAlias = tuple[
+    str, str, int, str, str, str, float | None, tuple[float, float] | None, float | None
+]
 # Kind, time, message.
 OutcomeEntry: TypeAlias = tuple[str, float, str]
 # Name, unit, meaning.

@@ -23,7 +23,9 @@ pub mod scenario;
 #[cfg(feature = "schema")]
 mod schema;
 mod sections;
+mod toml_text;
 mod units;
+mod whole;
 
 pub use bundled::{bundled_machines, bundled_scenarios};
 pub use errors::{shortened, ErrorKind, FilePosition, Location, MachineError, ERROR_SLUGS};
@@ -36,4 +38,4 @@ pub use number::{Number, Variable};
 pub use scenario::{load_scenario, parse_scenario, parse_scenario_with, Scenario, MOST_SEED};
 #[cfg(feature = "schema")]
 pub use schema::FileKind;
-pub use units::quantity;
+pub use units::{quantity, unit_exponents};

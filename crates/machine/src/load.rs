@@ -13,6 +13,7 @@ use crate::model::Machine;
 use crate::nearest::suggestion;
 use crate::number::{Number, Variable};
 use crate::sections;
+use crate::whole;
 
 type Result<T> = std::result::Result<T, MachineError>;
 
@@ -139,6 +140,26 @@ impl Template {
         let tree = overridden(named_tree(source)?, &placed(overrides))?;
         let bundled = if overrides.is_empty() { bundled(source).transpose()? } else { None };
         Ok(Self { tree, bundled })
+    }
+
+    /// As [`Self::open`], for text in memory; `origin` is what errors call it.
+    ///
+    /// # Errors
+    /// What is wrong with the text, its values excepted.
+    pub fn of_text(text: &str, origin: &str) -> Result<Self> {
+        let file = Arc::new(SourceFile { name: origin.into(), text: text.into() });
+        Ok(Self { tree: Cow::Owned(machine_tree(&Source { file, folder: None })?), bundled: None })
+    }
+
+    /// The machine with `changes` on top, as the text of one file that needs no other: everything that it extends and includes
+    /// is in it.
+    ///
+    /// # Errors
+    /// As [`load`].
+    pub fn to_toml(&self, changes: &[(String, OverrideValue)]) -> Result<String> {
+        let tree = overridden(Cow::Borrowed(&self.tree), &placed(changes))?;
+        let machine: Machine = sections::machine(&*tree, &[])?;
+        Ok(whole::text(&tree, &machine.provenance))
     }
 
     /// The machine with `changes` on top.

@@ -288,7 +288,8 @@ fn flatten(table: &str, key: &str, node: &Node, overrides: &mut Vec<Override>) -
     }
 }
 
-fn override_value(value: &Scalar) -> Option<OverrideValue> {
+/// A value of a file as one that a caller could give; `None` for a date.
+pub fn override_value(value: &Scalar) -> Option<OverrideValue> {
     Some(match value {
         Scalar::Text(text) => OverrideValue::Text(text.clone()),
         Scalar::Number(number) => OverrideValue::Number(*number),

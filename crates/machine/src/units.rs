@@ -336,6 +336,11 @@ const UNITS: &[(&str, f64, [i8; 6])] = &[
     ("%", 1e-2, [0, 0, 0, 0, 0, 0]),
 ];
 
+/// Exponents of m, kg, s, K, A and rad in a unit; `None` where the text is no unit.
+pub fn unit_exponents(unit: &str) -> Option<[f64; 6]> {
+    parse_unit(unit).ok().map(|unit| unit.dimension.0)
+}
+
 /// `"140 bar"` as its SI value and the name of its dimension, for readers of other files than machines; the error
 /// says what is wrong and what was probably meant.
 pub fn quantity(text: &str) -> Result<(f64, String), String> {

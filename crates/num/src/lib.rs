@@ -1,6 +1,7 @@
 //! Numbers for the laws: the [`Real`] trait, dual numbers over any `Real`, functions that are smooth where
 //! physics has kinks, small linear algebra and tables. No physics and no I/O live here.
 
+mod archive;
 mod complex;
 pub mod dense;
 mod dual;
@@ -22,6 +23,7 @@ pub mod symmetric;
 pub mod table;
 mod vec2;
 
+pub use archive::Archive;
 pub use complex::Complex;
 pub use dual::Dual;
 pub use lanes::Lanes;

@@ -3,6 +3,8 @@
 //! The n-th number of a stream depends on its key and n alone, by the finaliser of SplitMix64 (Steele, Lea, Flood:
 //! Fast splittable pseudorandom number generators, OOPSLA 2014). Every platform draws the same bits.
 
+use crate::Archive;
+
 /// Step of the counter: 2^64 over the golden ratio, odd.
 const STRIDE: u64 = 0x9E37_79B9_7F4A_7C15;
 
@@ -18,6 +20,11 @@ impl RandomStream {
     pub fn new(seed: u64, name: &str) -> Self {
         let key = name.bytes().fold(mix(seed.wrapping_add(STRIDE)), |key, byte| mix(key ^ u64::from(byte)));
         RandomStream { key, counter: 0 }
+    }
+
+    /// Where it is in its numbers.
+    pub fn archive(&mut self, archive: &mut Archive) {
+        archive.whole(&mut self.counter);
     }
 
     fn next(&mut self) -> u64 {

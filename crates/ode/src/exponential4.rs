@@ -16,6 +16,7 @@ use crate::poles::{at_infinity, phi, plus, scaled, series, times_poles, Incremen
 use crate::system::System;
 use hydrocrane_num::native::NativeSimd;
 use hydrocrane_num::register::Register;
+use hydrocrane_num::Archive;
 
 /// c: position of the second right-hand side as a share of the step.
 const NODE: f64 = 0.6;
@@ -91,7 +92,7 @@ struct Exponential4<R> {
     bends: Increments<R>,
     rests: Increments<R>,
     start: Vec<f64>,
-    /// x + u
+    /// x + u; at the end of an attempt x + v, where `ahead` was made
     argument: Vec<f64>,
     /// h J u + h F_1, then h J v + h F_1, over h.
     product: Vec<f64>,
@@ -206,6 +207,7 @@ impl<R: Register> Method for Exponential4<R> {
         // The next step goes on from rates at this state.
         flush(end);
         system.linearise(t + h, end, ahead);
+        argument.copy_from_slice(end);
         self.effort.derivatives += 1;
         self.effort.jacobians += 1;
         bend.iter_mut()
@@ -238,6 +240,16 @@ impl<R: Register> Method for Exponential4<R> {
         let share = share(theta);
         for &i in states {
             x[i] += self.start[i] + share * self.correction[i];
+        }
+    }
+
+    /// The linearisation at the end of the last step follows from where it was made and by how much it was shifted.
+    fn archive(&mut self, system: &dyn System, t: f64, archive: &mut Archive) {
+        archive.numbers(&mut self.argument);
+        archive.numbers(&mut self.correction);
+        if archive.reads() {
+            system.linearise(t, &self.argument, &mut self.ahead);
+            self.ahead.shift(&self.correction);
         }
     }
 

@@ -1,6 +1,7 @@
 //! What a one-step method is.
 
 use crate::system::System;
+use hydrocrane_num::Archive;
 
 /// A one-step method with an interpolant and an embedded error estimate.
 pub trait Method: Send + Sync {
@@ -21,19 +22,32 @@ pub trait Method: Send + Sync {
     fn interpolate_some(&self, theta: f64, _states: &[usize], x: &mut [f64]) {
         self.interpolate(theta, x);
     }
+    /// What the next step of the same `system` from time `t` needs of the last attempt.
+    fn archive(&mut self, _system: &dyn System, _t: f64, _archive: &mut Archive) {}
     /// Evaluations so far: right-hand sides, Jacobians, factorisations.
     fn effort(&self) -> Effort;
 }
 
 /// What has changed at the beginning of a step since the end of the last attempt.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Restart {
     /// Nothing.
     None,
     /// The input; the state is the same.
     Input,
     /// The state or the right-hand side; or there was no attempt.
+    #[default]
     State,
+}
+
+impl Restart {
+    const ALL: [Restart; 3] = [Restart::None, Restart::Input, Restart::State];
+
+    pub(crate) fn archive(&mut self, archive: &mut Archive) {
+        let mut place = *self as u64;
+        archive.whole(&mut place);
+        *self = Self::ALL.get(place as usize).copied().unwrap_or(Restart::State);
+    }
 }
 
 /// States smaller than this are set to zero: decaying spools would end in subnormal numbers, which are slow.

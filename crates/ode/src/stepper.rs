@@ -3,7 +3,7 @@
 use crate::method::{flush, Effort, Method, Restart, Target};
 use crate::quadratures::Quadratures;
 use crate::system::System;
-use hydrocrane_num::portable;
+use hydrocrane_num::{portable, Archive};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerances {
@@ -392,6 +392,30 @@ impl Stepper {
     /// Time `t` as a fraction of the last accepted step.
     fn fraction(&self, t: f64) -> f64 {
         (t - self.from) / (self.t - self.from)
+    }
+
+    /// All that decides the steps to come of the same `system`, without integrals.
+    pub fn archive(&mut self, system: &dyn System, archive: &mut Archive) {
+        archive.numbers(&mut self.x);
+        for number in
+            [&mut self.t, &mut self.h, &mut self.from, &mut self.mark.1, &mut self.judged.0, &mut self.judged.1]
+        {
+            archive.number(number);
+        }
+        for whole in [&mut self.accepted, &mut self.rejected, &mut self.mark.0] {
+            archive.whole(whole);
+        }
+        archive.flag(&mut self.restarted);
+        archive.option(&mut self.first, Archive::number);
+        archive.option(&mut self.unresolved, Archive::number);
+        archive.option(&mut self.last, |archive, (size, norm)| {
+            archive.number(size);
+            archive.number(norm);
+        });
+        archive.option(&mut self.restart, |archive, restart| restart.archive(archive));
+        if self.restart != Some(Restart::State) {
+            self.method.archive(system, self.t, archive);
+        }
     }
 
     pub fn effort(&self) -> Effort {

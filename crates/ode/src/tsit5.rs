@@ -8,6 +8,7 @@
 use crate::method::{Effort, Method, Restart, Target};
 use crate::rows::{set_scaled_sum, sum, with_avx2, write, write_with_avx2, Block, Shape};
 use crate::system::System;
+use hydrocrane_num::Archive;
 
 const STAGES: usize = 7;
 
@@ -121,6 +122,12 @@ impl Method for Tsit5 {
                 std::array::from_fn(|lane| start[lane] + self.step * sum[lane])
             },
         );
+    }
+
+    /// The derivative at the end of the last step.
+    fn archive(&mut self, _system: &dyn System, _t: f64, archive: &mut Archive) {
+        let (_, last) = self.shape.split::<{ STAGES - 1 }>(&mut self.k);
+        archive.numbers(self.shape.states_mut(last));
     }
 
     fn effort(&self) -> Effort {

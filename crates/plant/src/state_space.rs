@@ -8,11 +8,21 @@ use crate::errors::PoseError;
 use crate::laws::Moment;
 use crate::layout::Layout;
 use crate::limits::outside_limits;
+#[cfg(feature = "output-derivatives")]
+use crate::outputs;
 use crate::outputs::OutputInfo;
 #[cfg(feature = "reference")]
 use crate::reference;
+#[cfg(feature = "output-derivatives")]
+use crate::rhs::Evaluator;
 use hydrocrane_machine::Machine;
+#[cfg(feature = "output-derivatives")]
+use hydrocrane_num::Dual;
 use hydrocrane_ode::BlockArrow;
+
+/// A number with its derivative along a direction of the state.
+#[cfg(feature = "output-derivatives")]
+type Along = Dual<f64, 1>;
 
 pub trait StateSpace: Send + Sync {
     fn machine(&self) -> &Machine;
@@ -48,6 +58,9 @@ pub trait StateSpace: Send + Sync {
     fn outputs(&self, x: &[f64], payload: f64, out: &mut [f64]);
     /// The same with NaN for `energy.oil`, whose tables take longer to build than a run of a few seconds.
     fn outputs_without_oil(&self, x: &[f64], payload: f64, out: &mut [f64]);
+    /// Writes how the outputs change where the state changes `along` a direction, exact; NaN for `energy.oil`.
+    #[cfg(feature = "output-derivatives")]
+    fn output_derivatives(&self, x: &[f64], along: &[f64], payload: f64, out: &mut [f64]);
     fn equilibrium(&self, q: &[f64], mode: EquilibriumMode, payload: f64) -> Result<Vec<f64>, PoseError>;
 }
 
@@ -114,6 +127,18 @@ impl<const N: usize> StateSpace for Crane<N> {
 
     fn outputs_without_oil(&self, x: &[f64], payload: f64, out: &mut [f64]) {
         self.write_outputs(None, x, payload, out);
+    }
+
+    #[cfg(feature = "output-derivatives")]
+    fn output_derivatives(&self, x: &[f64], along: &[f64], payload: f64, out: &mut [f64]) {
+        let plant = self.plant().map(&mut Along::constant);
+        let evaluator = Evaluator::<Along, Along, N>::new(&plant, &self.layout);
+        let moving = |(&value, &along): (&f64, &f64)| Along { value, derivative: [along] };
+        let x: Vec<Along> = x.iter().zip(along).map(moving).collect();
+        let mut outputs = vec![Along::constant(0.0); out.len()];
+        let at = evaluator.evaluated(&self.layout, &x, Along::constant(payload));
+        outputs::write(&plant, None::<fn(Along) -> Along>, &at, &mut outputs);
+        out.iter_mut().zip(outputs).for_each(|(out, output)| *out = output.derivative[0]);
     }
 
     fn equilibrium(&self, q: &[f64], mode: EquilibriumMode, payload: f64) -> Result<Vec<f64>, PoseError> {

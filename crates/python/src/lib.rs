@@ -6,6 +6,7 @@ mod batch;
 mod control;
 mod errors;
 mod files;
+mod fmu;
 mod friction;
 mod live;
 mod machine;
@@ -36,6 +37,8 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(files::bundled_machines, m)?)?;
     m.add_function(wrap_pyfunction!(files::bundled_scenarios, m)?)?;
     m.add_function(wrap_pyfunction!(files::bundled_text, m)?)?;
+    m.add_function(wrap_pyfunction!(fmu::fmu_variables, m)?)?;
+    m.add_function(wrap_pyfunction!(fmu::exponents_of_unit, m)?)?;
     m.add_function(wrap_pyfunction!(friction::friction_map, m)?)?;
     m.add_function(wrap_pyfunction!(files::quantity, m)?)?;
     m.add_function(wrap_pyfunction!(scenario::stated_fields, m)?)?;

@@ -2,7 +2,7 @@
 
 use crate::answers::{warnings_of, WarningEntry};
 use crate::arrays::{matrix, row, rows, tensor, vector, Row, Rows};
-use crate::errors::assembly_error;
+use crate::errors::{assembly_error, file_error};
 use crate::overrides::{overrides, pairs_of};
 use hydrocrane_machine::{OverrideValue, Template};
 use hydrocrane_sim::assembly::AssemblyError;
@@ -136,6 +136,10 @@ impl Machine {
     #[getter]
     fn overrides<'py>(&self, py: Python<'py>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
         pairs_of(py, &self.overrides)
+    }
+    /// The machine with everything that its file extends and includes, and with its overrides, as the text of one file.
+    fn to_toml(&self) -> PyResult<String> {
+        self.file.to_toml(&self.overrides).map_err(|error| file_error(&error))
     }
     #[getter]
     fn name(&self) -> &str {

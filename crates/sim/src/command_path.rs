@@ -2,6 +2,7 @@
 
 use hydrocrane_machine::model::{SignalChain, Valve};
 use hydrocrane_machine::Machine;
+use hydrocrane_num::Archive;
 use hydrocrane_plant::layout::MAX_JOINTS;
 use std::collections::VecDeque;
 
@@ -28,6 +29,8 @@ impl CommandPath {
 
 /// Rounding allowed between a time of arrival and the time at hand, s.
 const ROUNDING: f64 = 1e-12;
+/// Commands under way to one spool that are kept with a state, at most.
+const MOST_PENDING: u64 = 1 << 20;
 
 impl CommandPaths {
     /// With the commands `arrived` (m) at the spools, and none under way.
@@ -70,6 +73,21 @@ impl CommandPaths {
         self.arrived != before
     }
 
+    /// Commands at the spools and on their way.
+    pub fn archive(&mut self, archive: &mut Archive) {
+        archive.numbers(&mut self.arrived);
+        for path in &mut self.paths {
+            let mut count = path.pending.len() as u64;
+            archive.whole(&mut count);
+            // Damaged bytes shall not ask for more memory than there is.
+            path.pending.resize(count.min(MOST_PENDING) as usize, (0.0, 0.0));
+            for (time, value) in &mut path.pending {
+                archive.number(time);
+                archive.number(value);
+            }
+        }
+    }
+
     pub fn next_arrival(&self) -> Option<f64> {
         self.paths.iter().filter_map(|path| path.pending.front()).map(|&(t, _)| t).reduce(f64::min)
     }
@@ -78,6 +96,23 @@ impl CommandPaths {
 /// Time from a command to its arrival at the spool, s.
 pub(crate) fn delay(valve: &Valve) -> f64 {
     valve.command.delay + valve.delay
+}
+
+/// Longest time from a command to its arrival at a spool of `machine`, s.
+pub fn longest_delay(machine: &Machine) -> f64 {
+    machine.cylinders.iter().map(|c| delay(&c.valve)).fold(0.0, f64::max)
+}
+
+/// What arrives at the spools of `machine` of the commands `u`, all in m, and its derivatives by these; without the delay.
+pub fn at_spools(machine: &Machine, u: &[f64]) -> Vec<(f64, f64)> {
+    let valves = machine.cylinders.iter().map(|c| &c.valve);
+    let one = |(valve, &u): (&Valve, &f64)| {
+        let (chain, value) = (&valve.command, at_spool(&valve.command, valve.stroke, u));
+        let (low, high) = (chain.low.max(-valve.stroke), chain.high.min(valve.stroke));
+        let moves = u.abs() > chain.dead_band && low < value && value < high;
+        (value, if moves { chain.gain } else { 0.0 })
+    };
+    valves.zip(u).map(one).collect()
 }
 
 /// What arrives at a spool of this stroke (m) of the command `u`.

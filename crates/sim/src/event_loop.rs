@@ -9,6 +9,7 @@ use crate::outcome::{Outcome, OutcomeKind};
 use crate::stepping::{given_up, step_of};
 use crate::warning::Warning;
 use crate::warnings::Watch;
+use hydrocrane_num::Archive;
 use hydrocrane_ode::{Stepper, System};
 
 /// What is stepped: a crane under commands, alone or with tangents behind its states.
@@ -110,6 +111,12 @@ impl EventLoop {
         self.stepper.restart();
         // Whatever was due next belonged to what drove before.
         self.limit = self.stepper.t;
+    }
+
+    /// All that decides the way from here on, without integrals and findings.
+    pub fn archive(&mut self, system: &dyn System, archive: &mut Archive) {
+        archive.number(&mut self.limit);
+        self.stepper.archive(system, archive);
     }
 
     /// What has made the run doubtful since the last call.

@@ -35,9 +35,11 @@ mod warning;
 mod warnings;
 
 pub use build::build;
+pub use command_path::{at_spools, longest_delay};
 pub use controller_model::controller_model;
 pub use crane_step::{CraneStep, Scene};
 pub use hydrocrane_control::controller;
+pub use hydrocrane_num::Archive;
 #[cfg(feature = "reference")]
 pub use hydrocrane_plant::reference;
 pub use hydrocrane_plant::{
@@ -50,7 +52,7 @@ pub use method_choice::{method_for, Task};
 pub use model::Model;
 pub use options::{Commands, Run, RunOptions};
 pub use outcome::{Outcome, OutcomeKind};
-pub use payload::{PayloadChange, PayloadEvent};
+pub use payload::{change_payload, PayloadChange, PayloadEvent};
 pub use phases::{simulate_phases, Driver, Phase, PhasedRun};
 pub use run::{simulate, simulate_sampled, SampledRun};
 pub use sampled::{Event, SampledPlan, Samples, FAILURES_IN_A_ROW};

@@ -83,7 +83,7 @@ impl Loads {
 }
 
 /// Changes the payload of state `x` from the first to the second mass.
-pub(crate) fn change_payload(model: &dyn Model, time: f64, x: &mut [f64], mass: [f64; 2]) -> PayloadEvent {
+pub fn change_payload(model: &dyn Model, time: f64, x: &mut [f64], mass: [f64; 2]) -> PayloadEvent {
     let n = model.layout().joints();
     let (q, rest) = x.split_at_mut(model.layout().qd(0));
     let qd = &mut rest[..n];

@@ -4,7 +4,7 @@ use crate::model::Model;
 use hydrocrane_control::controller::Measurement;
 use hydrocrane_machine::model as file;
 pub use hydrocrane_machine::scenario::{FaultKind, SensorFault, SensorQuality as SensorMode};
-use hydrocrane_num::RandomStream;
+use hydrocrane_num::{Archive, RandomStream};
 use hydrocrane_ode::Stepper;
 use hydrocrane_physics::sensor::analogue::Quality;
 use hydrocrane_physics::sensor::pressure_transmitter::{Decay, Scale};
@@ -150,6 +150,20 @@ impl Sensors {
     /// The readings that a controller gets.
     pub fn measurement(&self, t: f64) -> Measurement<'_> {
         Measurement { t, q: &self.readings[..self.joints], p: &self.pressures }
+    }
+
+    /// What changes while they measure.
+    pub fn archive(&mut self, archive: &mut Archive) {
+        archive.numbers(&mut self.readings);
+        self.pressures.iter_mut().for_each(|pair| archive.numbers(pair));
+        for channel in &mut self.channels {
+            match &mut channel.device {
+                Device::Ideal | Device::Encoder(_) => {}
+                Device::Pressure(transmitter) => transmitter.archive(archive),
+                Device::Wire(wire) => wire.archive(archive),
+                Device::Force(cell) => cell.archive(archive),
+            }
+        }
     }
 
     /// Starts at rest in state `x`.

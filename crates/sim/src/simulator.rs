@@ -3,13 +3,15 @@
 use crate::command_path::CommandPaths;
 use crate::driven::{stepper, Driven};
 use crate::event_loop::{EventLoop, Events};
-use crate::faults::start_fault;
+use crate::faults::{start_fault, state_fault};
 use crate::model::Model;
 use crate::options::RunOptions;
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::payload::{change_payload, PayloadEvent};
+use crate::phases::states_fault;
 use crate::sensing::Sensors;
 use crate::warning::Warning;
+use hydrocrane_num::Archive;
 use hydrocrane_ode::Stepper;
 use hydrocrane_plant::layout::MAX_JOINTS;
 use std::sync::Arc;
@@ -82,12 +84,17 @@ impl Simulator {
 
     /// Holds the spool commands `u` (m) for one sample time.
     pub fn step(&mut self, u: &[f64]) -> Outcome {
+        self.step_for(u, self.sample_time)
+    }
+
+    /// Holds the spool commands `u` (m) for this `duration` (s).
+    pub fn step_for(&mut self, u: &[f64], duration: f64) -> Outcome {
         let Some(going) = &mut self.going else {
             let message = "reset the simulator before stepping it".to_string();
             return Outcome { kind: OutcomeKind::BadState, time: 0.0, message };
         };
         let model = self.model.as_ref();
-        let end = going.stepper.t + self.sample_time;
+        let end = going.stepper.t + duration;
         self.paths.send(going.stepper.t, u);
         let mut driven = Driven::new(model, &self.options, going.stepper.t);
         (driven.base, driven.payload) = (self.paths.arrived, self.payload);
@@ -112,6 +119,35 @@ impl Simulator {
         Some(event)
     }
 
+    /// From here on the machine has the values of `model`. The error says why it cannot.
+    pub fn change_machine(&mut self, model: Arc<dyn Model>) -> Result<(), String> {
+        let state = self.state().and_then(|x| state_fault(model.as_ref(), x));
+        if let Some(fault) = states_fault(self.model.as_ref(), model.as_ref()).or(state) {
+            return Err(fault);
+        }
+        if let Some(going) = &mut self.going {
+            let mut driven = Driven::new(self.model.as_ref(), &self.options, going.stepper.t);
+            (driven.base, driven.payload) = (self.paths.arrived, self.payload);
+            going.go_on(&mut driven, model.as_ref());
+        }
+        self.paths.follow(model.machine());
+        self.model = model;
+        Ok(())
+    }
+
+    /// What changes while it goes on, after a reset: read back into a simulator of the same machine and options that was reset,
+    /// it goes on with the same bits.
+    pub fn archive(&mut self, archive: &mut Archive) {
+        archive.number(&mut self.payload);
+        self.paths.archive(archive);
+        self.sensors.archive(archive);
+        let mut driven = Driven::new(self.model.as_ref(), &self.options, 0.0);
+        (driven.base, driven.payload) = (self.paths.arrived, self.payload);
+        if let Some(going) = &mut self.going {
+            going.archive(&driven, archive);
+        }
+    }
+
     /// What has made the simulation doubtful since the last call.
     pub fn warnings(&mut self) -> Vec<Warning> {
         self.going.as_mut().map_or_else(Vec::new, |going| going.warnings(self.model.as_ref()))
@@ -124,6 +160,11 @@ impl Simulator {
 
     pub fn model(&self) -> &dyn Model {
         self.model.as_ref()
+    }
+
+    /// s
+    pub fn sample_time(&self) -> f64 {
+        self.sample_time
     }
 
     /// At the tip, kg.

@@ -1,25 +1,85 @@
-"""``hydrocrane export``: machines as files of other programs."""
+"""``hydrocrane export``: machines and controllers for other programs."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from hydrocrane.app.console import say
 
-export = typer.Typer(name="export", help="Write a machine for other programs.", no_args_is_help=True)
+if TYPE_CHECKING:
+    from hydrocrane.machine.machine import Machine
+    from hydrocrane.scenario.scenario import Scenario
 
 MachineName = Annotated[str, typer.Argument(help="Bundled machine or path of a machine file.", metavar="MACHINE")]
 Settings = Annotated[list[str], typer.Option("--set", help="Override a machine key: KEY=VALUE.")]
 Payload = Annotated[float | None, typer.Option(help="Mass at the tip, kg.")]
 Output = Annotated[Path | None, typer.Option("-o", "--output", help="File to write; by default named after MACHINE.")]
 
+export = typer.Typer(
+    name="export", help="Export machines and controllers for other tools.", invoke_without_command=True
+)
 
-@export.callback()
-def _group() -> None:
-    """Write a machine for other programs."""
+
+@export.callback(epilog="Example:  hydrocrane export fmu rottne-f9-lab -o crane.fmu")
+def exports(
+    context: typer.Context,
+    platforms: Annotated[
+        bool, typer.Option("--platforms", help="List the platforms whose FMU library this installation holds.")
+    ] = False,
+) -> None:
+    if platforms:
+        from hydrocrane.export.platforms import PLATFORMS, installed
+
+        there = installed()
+        say(*(f"{name:15} {'yes' if name in there else 'no'}" for name in PLATFORMS))
+    elif context.invoked_subcommand is None:
+        say(context.get_help())
+
+
+@export.command(epilog="Example:  hydrocrane export fmu rottne-f9-lab --at boom='100 deg' -o crane.fmu")
+def fmu(
+    target: Annotated[
+        str, typer.Argument(help="Machine or scenario: file or bundled name.", metavar="MACHINE|SCENARIO")
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="File to write, ending in .fmu; by default named after the target, here."),
+    ] = None,
+    fmi: Annotated[int, typer.Option(help="Version of the standard, 2 or 3; most tools take 2.")] = 2,
+    controller: Annotated[
+        str | None, typer.Option(help="Export this controller of the machine: tip, heinze-pid, lever.")
+    ] = None,
+    settings: Annotated[
+        list[str], typer.Option("--set", help='Override a machine key: KEY=VALUE, e.g. supply.pressure="100 bar".')
+    ] = [],  # noqa: B006
+    at: Annotated[list[str], typer.Option(help="JOINT=VALUE of the start of a machine; else mid-range.")] = [],  # noqa: B006
+    sensors: Annotated[str, typer.Option(help="What measured.… tells: ideal or data-sheet.")] = "ideal",
+    parameter: Annotated[
+        list[str], typer.Option(help="Key or table of the machine that becomes parameters; default supply, friction.")
+    ] = [],  # noqa: B006
+    platform: Annotated[list[str], typer.Option(help="Platform to put in; default all that are installed.")] = [],  # noqa: B006
+    step: Annotated[str, typer.Option(help="Step that the file suggests to tools.")] = "1 ms",
+) -> None:
+    """Write a machine, or a controller that knows it, as a Functional Mock-up Unit (FMI 2.0 or 3.0)."""
+    import hydrocrane as hc
+    from hydrocrane.units import converted
+
+    source = _source(target, settings, at)
+    name = target.removesuffix(".toml") if controller is None else f"{target.removesuffix('.toml')}-{controller}"
+    path = hc.export_fmu(
+        source,
+        output or Path(f"{Path(name).name}.fmu"),
+        fmi=fmi,
+        controller=controller,
+        sensors=sensors,
+        parameters=parameter or None,
+        platforms=platform,
+        step=converted("--step", step, "s"),
+    )
+    say(f"written: {path}")
 
 
 @export.command(epilog="Example:  hydrocrane export urdf hiab-xs031 -o hiab.urdf")
@@ -49,3 +109,21 @@ def mjcf(
     loaded = load_machine(checked_machine(machine), overrides(settings))
     path = output or Path(f"{loaded.name}.xml")
     say(f"written: {export_mjcf(loaded, path, payload=payload, linkages=linkages)}")
+
+
+def _source(target: str, settings: list[str], at: list[str]) -> Machine | Scenario:
+    """A scenario, or a machine in a pose."""
+    import hydrocrane as hc
+    from hydrocrane.app.options import is_scenario, overrides, pose
+    from hydrocrane.errors import InputError
+
+    changed = overrides(settings)
+    if is_scenario(target):
+        if at:
+            raise InputError(f"{target} states where it begins; --at is for machines")
+        return hc.load_scenario(target).changed(overrides=changed)
+    machine = hc.load_machine(target, changed)
+    if not at:
+        return machine
+    joints = dict(zip(machine.joint_names, pose(machine, at).tolist(), strict=True))
+    return hc.Scenario(machine=machine, joints=joints, name=machine.name)

@@ -1,6 +1,7 @@
-"""Machines as files of other programs for multibody systems."""
+"""Machines and controllers for other programs: FMUs, and chains for programs of multibody systems."""
 
+from hydrocrane.export.fmu import export_fmu
 from hydrocrane.export.mjcf import export_mjcf
 from hydrocrane.export.urdf import export_urdf
 
-__all__ = ["export_mjcf", "export_urdf"]
+__all__ = ["export_fmu", "export_mjcf", "export_urdf"]

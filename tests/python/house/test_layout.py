@@ -28,7 +28,9 @@ MAY_USE = {
     "sim": {"num", "ode", "machine", "physics", "plant", "control"},
     "web": {"machine", "ode", "sim"},
     "evidence": {"num", "ode", "machine", "sim", "web"},
-    "python": {"machine", "ode", "sim"},
+    "fmu": {"machine", "sim"},
+    "fmi": {"fmu"},
+    "python": {"machine", "ode", "sim", "fmu"},
 }
 
 # Each room of the Python package, and each module beside the rooms, with what it may use of the others. They stand from
@@ -45,7 +47,6 @@ ROOMS = {
     "logs": BASE | {"files"},
     "machine": BASE,
     "control": BASE | {"logs", "machine"},
-    "export": BASE | {"files", "machine"},
     "scenario": BASE | {"files", "machine", "control"},
     "results": BASE | {"files", "logs", "machine", "control", "scenario"},
     "simulation": BASE | {"machine", "control", "scenario", "results"},
@@ -59,6 +60,7 @@ ROOMS = {
     | {"files", "logs", "machine", "scenario", "results", "simulation", "analysis", "signals", "identification"},
     "studies": BASE | {"files", "machine", "scenario", "results", "simulation"},
     "gym": BASE | {"machine", "simulation"},
+    "export": BASE | {"files", "machine", "control", "scenario"},
     "plots": BASE
     | {"files", "machine", "results", "analysis", "linear", "benchmark", "signals", "identification", "fitting"},
 }  # fmt: skip

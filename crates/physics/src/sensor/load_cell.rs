@@ -4,7 +4,7 @@
 
 use super::analogue::{Analogue, Quality};
 use super::Converter;
-use hydrocrane_num::RandomStream;
+use hydrocrane_num::{Archive, RandomStream};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadCell {
@@ -17,6 +17,11 @@ impl LoadCell {
     pub fn new(nominal: f64, bits: Option<u32>, quality: Quality, random: RandomStream) -> Self {
         let converter = Converter { low: -nominal, high: nominal, bits };
         LoadCell { sensor: Analogue::new(converter, quality.scaled(0.5), random) }
+    }
+
+    /// What changes while it measures.
+    pub fn archive(&mut self, archive: &mut Archive) {
+        self.sensor.random.archive(archive);
     }
 
     pub fn read(&mut self, force: f64) -> f64 {

@@ -8,7 +8,7 @@
 
 use super::analogue::{Analogue, Quality, Range};
 use super::Converter;
-use hydrocrane_num::{portable, RandomStream};
+use hydrocrane_num::{portable, Archive, RandomStream};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct PressureTransmitter {
@@ -92,6 +92,14 @@ impl PressureTransmitter {
             self.lagged = p;
         }
         (self.ahead, self.since) = (p, t);
+    }
+
+    /// What changes while it measures.
+    pub fn archive(&mut self, archive: &mut Archive) {
+        for number in [&mut self.lagged, &mut self.ahead, &mut self.since] {
+            archive.number(number);
+        }
+        self.sensor.random.archive(archive);
     }
 
     pub fn read(&mut self) -> f64 {

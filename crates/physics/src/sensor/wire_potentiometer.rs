@@ -8,7 +8,7 @@
 
 use super::analogue::{Analogue, Quality};
 use super::Converter;
-use hydrocrane_num::RandomStream;
+use hydrocrane_num::{Archive, RandomStream};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct WirePotentiometer {
@@ -31,6 +31,12 @@ impl WirePotentiometer {
     /// Forgets where it came from.
     pub fn settle(&mut self) {
         self.drum = None;
+    }
+
+    /// What changes while it measures.
+    pub fn archive(&mut self, archive: &mut Archive) {
+        archive.option(&mut self.drum, Archive::number);
+        self.sensor.random.archive(archive);
     }
 
     pub fn read(&mut self, x: f64) -> f64 {

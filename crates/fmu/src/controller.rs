@@ -1,0 +1,269 @@
+//! A controller by name: measurements and sticks in, spool commands out, sample by sample.
+
+use crate::parameters::{overrides, parameters, Parameter};
+use crate::part::{Fault, Part};
+use crate::resources::{Resources, MACHINE};
+use crate::variable::{Kind, Use, Variable};
+use hydrocrane_machine::{Machine, Template};
+use hydrocrane_sim::controller::{Controller, Measurement, Stick};
+use hydrocrane_sim::controllers::{tip_gain, tip_gain_unit, LEVER, TIP_GAINS};
+use hydrocrane_sim::{build, EquilibriumMode, Model, Sensors};
+use std::sync::Arc;
+
+/// Share of a period by which a sample may be early: times are sums of steps.
+const ROUNDING: f64 = 1e-6;
+
+pub struct ControllerPart {
+    template: Template,
+    name: String,
+    monitor: bool,
+    variables: Vec<Variable>,
+    parameters: Vec<Parameter>,
+    stale: bool,
+    model: Arc<dyn Model>,
+    /// Joint coordinates, then the pressures of each cylinder.
+    readings: Vec<f64>,
+    sticks: Vec<f64>,
+    /// m
+    command: Vec<f64>,
+    going: Option<Going>,
+    began: f64,
+    /// Since the beginning, s.
+    time: f64,
+    period: f64,
+}
+
+/// A controller at work.
+struct Going {
+    controller: Box<dyn Controller>,
+    /// Samples so far.
+    samples: u64,
+    fault: Option<String>,
+}
+
+impl ControllerPart {
+    /// # Errors
+    /// What is wrong with the machine or the settings.
+    pub fn open(resources: &Resources) -> Result<Self, String> {
+        let settings = &resources.settings;
+        let name = settings.controller.clone().ok_or("resources/fmu.json names no controller; export the FMU again")?;
+        let template = Template::of_text(&resources.machine, MACHINE).map_err(|error| error.to_string())?;
+        let machine = template.build(&[]).map_err(|error| error.to_string())?;
+        let model = build(&machine).map_err(|error| format!("{MACHINE}: {error}"))?;
+        let mut all = gains(&machine, &name);
+        all.extend(parameters(&machine, &settings.parameters)?);
+        let mut part = ControllerPart {
+            period: model.controller(&name)?.period(),
+            template,
+            monitor: settings.monitor,
+            variables: Vec::new(),
+            parameters: all,
+            stale: false,
+            readings: first_readings(model.as_ref()),
+            sticks: vec![0.0; if name == LEVER { machine.cylinders.len() } else { 2 }],
+            command: vec![0.0; machine.cylinders.len()],
+            model,
+            name,
+            going: None,
+            began: 0.0,
+            time: 0.0,
+        };
+        part.variables = part.described();
+        Ok(part)
+    }
+
+    fn described(&self) -> Vec<Variable> {
+        let (machine, layout) = (self.model.machine(), self.model.layout());
+        let mut all = vec![Variable::time()];
+        for (i, signal) in Sensors::ideal(self.model.as_ref()).signals().enumerate() {
+            let state = layout.names.iter().position(|name| name == signal);
+            let unit = state.map_or("", |state| layout.units[state]);
+            let text = format!("{signal} as its sensor reads it; NaN: no reading");
+            let reading = Variable::new(&format!("measured.{signal}"), Kind::Reading(i), Use::Input, unit, text);
+            all.push(reading.starting(self.readings[i]));
+        }
+        for i in 0..self.sticks.len() {
+            let axis = if self.name == LEVER { machine.cylinders[i].name.as_str() } else { ["x", "z"][i] };
+            let text = format!("deflection of the stick {axis}");
+            let stick = Variable::new(&format!("stick.{axis}"), Kind::Stick(i), Use::Input, "", text);
+            all.push(stick.starting(0.0).within([-1.0, 1.0]));
+        }
+        for (i, parameter) in self.parameters.iter().enumerate() {
+            all.push(Variable { usage: Use::Fixed, ..parameter.variable(i) });
+        }
+        for (c, cylinder) in machine.cylinders.iter().enumerate() {
+            let text = format!("{} spool command, positive extends", cylinder.name);
+            let name = format!("cylinder.{}.command", cylinder.name);
+            all.push(Variable::new(&name, Kind::Command(c), Use::Output, "m", text).about(cylinder.valve.stroke));
+        }
+        if self.name != LEVER {
+            for (i, axis) in ["x", "z"].into_iter().enumerate() {
+                let text = format!("where the controller wants the tip, {axis}");
+                all.push(Variable::new(&format!("set_point.{axis}"), Kind::SetPoint(i), Use::Output, "m", text));
+            }
+        }
+        all
+    }
+
+    fn measured(&self) -> (Vec<f64>, Vec<[f64; 2]>) {
+        let (q, p) = self.readings.split_at(self.model.layout().joints());
+        (q.to_vec(), p.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect())
+    }
+
+    /// Builds the machine anew where parameters have changed.
+    fn refresh(&mut self) -> Result<(), Fault> {
+        if self.stale {
+            let machine = self.template.build(&overrides(&self.parameters)).map_err(|error| error.to_string())?;
+            self.model = build(&machine).map_err(|error| format!("{MACHINE}: {error}"))?;
+            self.stale = false;
+        }
+        Ok(())
+    }
+
+    /// The controller, which begins with the first sample.
+    fn begun(&mut self, first: &Measurement) -> Result<Going, Fault> {
+        if let Some(going) = self.going.take() {
+            return Ok(going);
+        }
+        self.refresh()?;
+        let controller = self.model.controller(&self.name)?;
+        let mut controller = if self.monitor { self.model.with_sensor_monitor(controller, 0.0) } else { controller };
+        controller.reset(first);
+        self.period = controller.period();
+        Ok(Going { controller, samples: 0, fault: None })
+    }
+
+    /// A sample at time `t` (s); what should be told.
+    fn sample(&mut self, t: f64) -> Result<Vec<String>, Fault> {
+        let (q, p) = self.measured();
+        let measured = Measurement { t, q: &q, p: &p };
+        let mut going = self.begun(&measured)?;
+        let stick = match (self.name.as_str(), self.sticks.as_slice()) {
+            (LEVER, levers) => Stick::Lever(levers),
+            (_, &[x, z]) => Stick::Tip([x, z]),
+            (_, levers) => Stick::Lever(levers),
+        };
+        let answer = going.controller.step(&measured, stick, &mut self.command);
+        let fault = answer.err().map(|fault| format!("the spools are centred: {fault}"));
+        if fault.is_some() {
+            self.command.fill(0.0);
+        }
+        let mut told = going.controller.notices();
+        told.extend(fault.clone().filter(|_| fault != going.fault));
+        (going.fault, going.samples) = (fault, going.samples + 1);
+        self.going = Some(going);
+        Ok(told)
+    }
+
+    /// Time of the next sample since the beginning, s.
+    fn due(&self) -> f64 {
+        self.going.as_ref().map_or(0.0, |going| going.samples as f64 * self.period)
+    }
+
+    fn set_point(&self, axis: usize) -> f64 {
+        let wanted = self.going.as_ref().and_then(|going| going.controller.set_point());
+        let (q, _) = self.measured();
+        wanted.unwrap_or_else(|| self.model.tip(&q))[axis]
+    }
+}
+
+/// Gains of a controller, also where the file leaves them to their defaults.
+fn gains(machine: &Machine, controller: &str) -> Vec<Parameter> {
+    let own = TIP_GAINS.iter().filter(|_| controller == "tip");
+    own.map(|(name, _)| {
+        let value = tip_gain(machine, name);
+        let key = format!("control.tip.{name}");
+        Parameter { key, element: None, unit: tip_gain_unit(name).to_string(), value, start: value }
+    })
+    .collect()
+}
+
+/// What the sensors would read in the middle of all ranges, at rest.
+fn first_readings(model: &dyn Model) -> Vec<f64> {
+    let middle: Vec<f64> = model.joint_limits().iter().map(|limits| 0.5 * (limits.lower + limits.upper)).collect();
+    let (layout, payload) = (model.layout(), model.machine().payload.mass);
+    let rest = model.equilibrium(&middle, EquilibriumMode::Hold, payload);
+    let pressures = (0..middle.len()).flat_map(|c| [layout.p1(c), layout.p2(c)]);
+    let pressures = pressures.map(|i| rest.as_ref().map_or(0.0, |x| x[i]));
+    middle.iter().copied().chain(pressures).collect()
+}
+
+impl Part for ControllerPart {
+    fn variables(&self) -> &[Variable] {
+        &self.variables
+    }
+
+    fn exchanges(&self) -> bool {
+        false
+    }
+
+    fn period(&self) -> Option<f64> {
+        Some(self.period)
+    }
+
+    fn reset(&mut self) {
+        self.stale |= self.parameters.iter().any(|parameter| parameter.value != parameter.start);
+        self.parameters.iter_mut().for_each(|parameter| parameter.value = parameter.start);
+        for variable in &self.variables {
+            if let (Kind::Reading(i), Some(start)) = (variable.kind, variable.start) {
+                self.readings[i] = start;
+            }
+        }
+        self.sticks.fill(0.0);
+        self.command.fill(0.0);
+        (self.going, self.began, self.time) = (None, 0.0, 0.0);
+    }
+
+    fn get(&mut self, kind: Kind) -> Result<f64, Fault> {
+        Ok(match kind {
+            Kind::Time => self.time(),
+            Kind::Command(c) => self.command[c],
+            Kind::Stick(i) => self.sticks[i],
+            Kind::Reading(i) => self.readings[i],
+            Kind::Parameter(i) => self.parameters[i].value,
+            Kind::SetPoint(axis) => self.set_point(axis),
+            _ => return Err("a controller has no such variable".to_string().into()),
+        })
+    }
+
+    fn set(&mut self, kind: Kind, value: f64) -> Result<(), Fault> {
+        if !value.is_finite() && !matches!(kind, Kind::Reading(_)) {
+            return Err(format!("the value must be a finite number, not {value}").into());
+        }
+        match kind {
+            Kind::Reading(i) => self.readings[i] = value,
+            Kind::Stick(i) => self.sticks[i] = value.clamp(-1.0, 1.0),
+            Kind::Parameter(i) => {
+                self.stale |= self.parameters[i].value != value;
+                self.parameters[i].value = value;
+            }
+            _ => return Err("this variable is computed and cannot be set".to_string().into()),
+        }
+        Ok(())
+    }
+
+    fn begin(&mut self, start: f64) -> Result<Vec<String>, Fault> {
+        self.began = start;
+        self.refresh()?;
+        self.period = self.model.controller(&self.name)?.period();
+        Ok(Vec::new())
+    }
+
+    /// Samples that are due before the end of the step see the inputs as they are; the first is due at the beginning.
+    fn step(&mut self, duration: f64) -> Result<Vec<String>, Fault> {
+        let (end, early) = (self.time + duration, ROUNDING * self.period);
+        let mut told = Vec::new();
+        while self.due() < end - early {
+            let due = self.due();
+            // A sample at the beginning of the step has the time that the plant has there, to the last bit.
+            let now = if (due - self.time).abs() <= early { self.time } else { due };
+            told.extend(self.sample(now)?);
+        }
+        self.time = end;
+        Ok(told)
+    }
+
+    fn time(&self) -> f64 {
+        self.began + self.time
+    }
+}

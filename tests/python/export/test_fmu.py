@@ -1,0 +1,250 @@
+"""Exported FMUs in FMPy: valid, with the bits of the native simulation, states kept, exact derivatives."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from fmpy import simulate_fmu
+from fmpy.validation import validate_fmu
+from fmu_in_fmpy import STEP, Unit, commands, inputs
+
+import hydrocrane as hc
+
+
+@pytest.fixture(params=[2, 3], ids=["fmi2", "fmi3"])
+def fmi(request):
+    return request.param
+
+
+@pytest.fixture
+def crane():
+    return hc.load_machine("rottne-f9-lab")
+
+
+QUICK = [("rottne-f9-lab", None), ("rottne-f9-lab", "tip")]
+MORE = [(name, None) for name in hc.bundled_machines()] + [("rottne-f9-mobile", "lever"), ("heinze-2007", "heinze-pid")]
+
+
+@pytest.mark.parametrize(
+    ("name", "controller"), QUICK + [pytest.param(*case, marks=pytest.mark.evidence) for case in MORE]
+)
+def test_an_export_is_valid_and_always_the_same_file(name, controller, fmi, tmp_path):
+    file, again = (hc.export_fmu(name, tmp_path / f"{i}.fmu", fmi=fmi, controller=controller) for i in ("one", "two"))
+    assert validate_fmu(str(file)) == []
+    assert file.read_bytes() == again.read_bytes()
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["rottne-f9-lab", *(pytest.param(n, marks=pytest.mark.evidence) for n in ("single-cylinder", "rottne-f9-mobile"))],
+)
+def test_co_simulation_has_the_bits_of_the_native_simulation(name, fmi, tmp_path):
+    machine = hc.load_machine(name)
+    unit = Unit(hc.export_fmu(machine, tmp_path / "one.fmu", fmi=fmi), tmp_path / "unzipped").begin()
+    native = hc.Simulator(machine, sample_time=STEP)
+    native.reset(q=machine.home)
+    assert unit.get(machine.state_names).tobytes() == native.state.tobytes()
+    for i, u in enumerate(commands(300, len(machine.cylinder_names))):
+        unit.set(dict(zip(inputs(machine), u, strict=True)))
+        obs = native.step(u)
+        unit.step(i * STEP)
+        assert unit.get(machine.state_names).tobytes() == native.state.tobytes(), i
+    assert unit.get(["tip.x", "tip.z"]).tobytes() == obs.tip.tobytes()
+    assert unit.get([f"measured.{name}" for name in obs.measured]).tolist() == list(obs.measured.values())
+    outputs = machine.outputs(native.state, u)
+    names = [n for n in outputs if not n.startswith("energy.")]
+    assert unit.get(names).tolist() == [outputs[name].item() for name in names]
+    unit.close()
+
+
+def test_a_scenario_gives_start_payload_solver_and_sensors(crane, tmp_path):
+    pose = {"boom": 1.9, "jib": 1.6, "extension": 0.1}
+    plan = hc.Scenario(machine=crane, joints=pose, payload=50.0, seed=7, solver=hc.Solver(method="rodas5p", rtol=1e-6))
+    file = hc.export_fmu(plan, tmp_path / "one.fmu", sensors="data-sheet")
+    unit = Unit(file, tmp_path / "unzipped").begin()
+    assert unit.description.modelExchange is None
+    native = hc.Simulator(crane, STEP, payload=50.0, method="rodas5p", rtol=1e-6, sensors="data-sheet", seed=7)
+    obs = native.reset(q=list(pose.values()))
+    names = [f"measured.{name}" for name in obs.measured]
+    assert unit.get(names).tolist() == list(obs.measured.values())
+    for i, u in enumerate(commands(100, 3)):
+        unit.set(dict(zip(inputs(crane), u, strict=True)))
+        unit.step(i * STEP)
+        obs = native.step(u)
+        assert unit.get(names).tolist() == list(obs.measured.values()), i
+    unit.close()
+
+
+def test_parameters_are_those_of_the_machine_file(crane, fmi, tmp_path):
+    """Before the start all of them, on the way the tunable ones."""
+    unit = Unit(hc.export_fmu(crane, tmp_path / "one.fmu", fmi=fmi), tmp_path / "unzipped")
+    unit.begin(
+        {"supply.pressure": 9e6, "friction.lift.coulomb[1]": 500.0, "initial.joint.boom": 1.9, "payload.mass": 30}
+    )
+    changed = crane.changed({"supply.pressure": 9e6, **crane.overrides_at(["friction.lift.coulomb[1]"], [500.0])})
+    native = hc.Simulator(changed, STEP, payload=30.0)
+    native.reset(q=[1.9, *crane.home[1:]])
+    u = np.array([0.02, -0.01, 0.01])
+    unit.set(dict(zip(inputs(crane), u, strict=True)))
+    for i in range(200):
+        if i == 100:
+            unit.set({"payload.mass": 80.0})
+            native.set_payload(80.0)
+        unit.step(i * STEP)
+        native.step(u)
+        assert unit.get(crane.state_names).tobytes() == native.state.tobytes(), i
+    before = unit.get(["joint.boom.qd"])
+    unit.set({"supply.pressure": 4e6})
+    for i in range(200, 400):
+        unit.step(i * STEP)
+    assert unit.get(["supply.pressure"]) == [4e6] and unit.get(["joint.boom.qd"]) < 0.9 * before
+    unit.close()
+
+
+SOLVERS = [hc.Solver(), hc.Solver(method="tsit5"), hc.Solver(step=1e-3), hc.Solver(method="rodas5p")]
+
+
+@pytest.mark.parametrize("solver", SOLVERS, ids=["auto", "tsit5", "fixed", "rodas5p"])
+@pytest.mark.parametrize("sensors", ["ideal", "data-sheet"])
+def test_a_state_that_is_put_back_goes_on_with_the_same_bits(crane, solver, sensors, fmi, tmp_path):
+    """In the same instance and in a fresh one."""
+    joints = dict(zip(crane.joint_names, crane.home, strict=True))
+    plan = hc.Scenario(machine=crane, joints=joints, solver=solver, seed=3)
+    file = hc.export_fmu(plan, tmp_path / "one.fmu", fmi=fmi, sensors=sensors)
+    unit, other = (Unit(file, tmp_path / "unzipped").begin() for _ in range(2))
+    names = [v.name for v in unit.description.modelVariables if v.causality in ("output", "local")]
+    moves = commands(120, 3)
+
+    def drive(driven: Unit, first: int, last: int) -> bytes:
+        seen = []
+        for i in range(first, last):
+            driven.set(dict(zip(inputs(crane), moves[i], strict=True)))
+            driven.step(i * STEP)
+            seen.append(driven.get(names))
+        return np.array(seen).tobytes()
+
+    drive(unit, 0, 60)
+    unit.set({"payload.mass": 20.0})
+    drive(unit, 60, 70)
+    kept = unit.save()
+    seen = drive(unit, 70, 120)
+    unit.load(kept)
+    assert drive(unit, 70, 120) == seen
+    other.load(kept)
+    assert drive(other, 70, 120) == seen
+    unit.close()
+    other.close()
+
+
+def test_directional_derivatives_are_those_of_the_jacobian(crane, fmi, tmp_path):
+    unit = Unit(hc.export_fmu(crane, tmp_path / "one.fmu", fmi=fmi), tmp_path / "unzipped", exchange=True).begin()
+    rng = np.random.default_rng(0)
+    x, u = crane.equilibrium(crane.home), np.array([0.01, -0.004, 0.002])
+    x = x + 1e-3 * rng.standard_normal(x.size) * np.abs(x).clip(1e-3)
+    unit.set(dict(zip(inputs(crane), u, strict=True)))
+    unit.fmu.enterContinuousTimeMode()
+    unit.set_states(x)
+    names, rates = list(crane.state_names), [f"der({name})" for name in crane.state_names]
+    assert unit.get(rates).tobytes() == crane.state_derivative(x, u).tobytes()
+    jacobian = crane.jacobian(x, u)
+    for i, name in enumerate(names):
+        found = unit.directional(rates, [name], [1.0])
+        assert np.abs(found - jacobian[:, i]).max() <= 1e-12 * np.abs(jacobian[:, i]).max()
+    seed = rng.standard_normal(len(names)) * np.abs(x).clip(1e-3)
+    along = unit.directional(rates, names, seed)
+    assert np.allclose(along, jacobian @ seed, rtol=1e-12, atol=1e-12 * np.abs(jacobian @ seed).max())
+    # The right-hand side is linear in the commands.
+    for c, name in enumerate(inputs(crane)):
+        step = 1e-3 * np.eye(3)[c]
+        difference = (crane.state_derivative(x, u + step) - crane.state_derivative(x, u - step)) / 2e-3
+        assert np.allclose(unit.directional(rates, [name], [1.0]), difference, rtol=1e-9, atol=1e-6)
+    unit.close()
+
+
+def test_directional_derivatives_of_outputs(crane, fmi, tmp_path):
+    """Against central differences of the native outputs, which have no exact derivatives."""
+    unit = Unit(hc.export_fmu(crane, tmp_path / "one.fmu", fmi=fmi), tmp_path / "unzipped", exchange=True).begin()
+    u = np.zeros(3)
+    x = crane.equilibrium(crane.home)
+    x[3:6] = 0.02, -0.03, 0.01
+    x[8], x[13] = 0.004, -0.003
+    unit.fmu.enterContinuousTimeMode()
+    unit.set_states(x)
+    told = crane.outputs(x, u)
+    names = [name for name in told if not name.startswith("energy.")]
+    seed = np.random.default_rng(1).standard_normal(x.size) * np.abs(x).clip(1e-3)
+    found = unit.directional(names, list(crane.state_names), seed)
+    h = 1e-5
+    ahead, behind = crane.outputs(x + h * seed, u), crane.outputs(x - h * seed, u)
+    differences = np.array([(ahead[name] - behind[name]) / (2 * h) for name in names]).ravel()
+    size = np.array([abs(told[name]) for name in names]).ravel()
+    assert not [
+        (name, f, d)
+        for name, f, d, s in zip(names, found, differences, size, strict=True)
+        if abs(f - d) > 1e-6 * (s + abs(d)) + 1e-9
+    ]
+    unit.close()
+
+
+def test_model_exchange_in_cvode_is_within_a_millionth(crane, fmi, tmp_path):
+    """All joints and pressures, relative to their scales, against a tight native run under the same commands."""
+    file = hc.export_fmu(crane, tmp_path / "one.fmu", fmi=fmi)
+    names = [*(f"joint.{j}.{k}" for k in ("q", "qd") for j in crane.joint_names), "tip.x", "tip.z"]
+    held = {"cylinder.lift.command": 0.01, "cylinder.jib.command": -0.006, "cylinder.extension.command": 0.004}
+    found = simulate_fmu(
+        str(file),
+        fmi_type="ModelExchange",
+        solver="CVode",
+        stop_time=0.5,
+        output_interval=0.01,
+        relative_tolerance=1e-9,
+        start_values=held,
+        output=names,
+    )
+    native = hc.Simulator(crane, 0.01, rtol=1e-10)
+    native.reset(q=crane.home)
+    for row in list(found)[1:]:
+        obs = native.step(list(held.values()))
+        wanted = np.array([*obs.q, *obs.qd, *obs.tip])
+        assert np.abs(np.array(list(row)[1:]) - wanted).max() < 1e-6, row[0]
+    assert np.abs(obs.q - crane.home).max() > 0.01
+
+
+def test_crane_and_controller_coupled_are_the_native_closed_loop(crane, fmi, tmp_path):
+    """The controller first, then the crane: its commands count from the sample on."""
+    plant = Unit(hc.export_fmu(crane, tmp_path / "crane.fmu", fmi=fmi), tmp_path / "plant").begin()
+    file = hc.export_fmu(crane, tmp_path / "tip.fmu", fmi=fmi, controller="tip")
+    controller = Unit(file, tmp_path / "controller").begin()
+    native, own = hc.Simulator(crane, 0.01), hc.NamedController("tip", crane)
+    obs = native.reset(q=crane.home)
+    own.reset(crane, obs)
+    readings = [f"measured.{name}" for name in obs.measured]
+    for i in range(150):
+        stick = np.array([0.3 * np.sin(0.05 * i), 0.2])
+        obs = native.step(own.step(obs, hc.Stick("tip", stick)))
+        measured = dict(zip(readings, plant.get(readings), strict=True))
+        controller.set({**measured, "stick.x": stick[0], "stick.z": stick[1]})
+        controller.step(i * 0.01, 0.01)
+        plant.set(dict(zip(inputs(crane), controller.get(inputs(crane)), strict=True)))
+        plant.step(i * 0.01, 0.01)
+        assert plant.get(crane.state_names).tobytes() == native.state.tobytes(), i
+    assert np.abs(obs.q - crane.home).max() > 0.01
+    plant.close()
+    controller.close()
+
+
+def test_a_controller_samples_by_its_own_period(crane, tmp_path):
+    """Between its samples the commands stay; a longer step holds several."""
+    file = hc.export_fmu(crane, tmp_path / "tip.fmu", controller="tip")
+    fine, coarse = (Unit(file, tmp_path / "unzipped").begin() for _ in range(2))
+    told = []
+    for unit, count, step in ((fine, 50, 2e-3), (coarse, 5, 20e-3)):
+        unit.set({"stick.z": 0.5})
+        seen = []
+        for i in range(count):
+            unit.step(i * step, step)
+            seen.append(unit.get(["cylinder.lift.command"])[0])
+        told.append(seen)
+        unit.close()
+    assert len(set(told[0])) == 10
+    assert told[0][-1] == told[1][-1] != 0.0
