@@ -2,6 +2,7 @@
 //! physics has kinks, small linear algebra and tables. No physics and no I/O live here.
 
 mod complex;
+pub mod curve;
 pub mod dense;
 mod dual;
 pub mod elementary;

@@ -52,7 +52,11 @@ impl<const N: usize> Crane<N> {
             swivels: mains.pump.control.is_some(),
         });
         let measured = machine.supply.measured;
-        let plain = |c: &Cylinder| c.valve.compensator.is_none() && c.counterbalances.iter().all(Option::is_none);
+        let plain = |c: &Cylinder| {
+            let (curves, out) = (&c.valve.metering, &c.valve.meter_out);
+            let metered = curves.iter().any(Option::is_some) || out.iter().any(Option::is_some);
+            c.valve.compensator.is_none() && !metered && c.counterbalances.iter().all(Option::is_none)
+        };
         let mobile = measured || pump.is_some() || !machine.cylinders.iter().all(plain);
         if mobile && !cfg!(feature = "chains") {
             return Err(BuildError::Pump);

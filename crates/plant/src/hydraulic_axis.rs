@@ -287,10 +287,14 @@ impl<T: Real> HydraulicAxis<T> {
             |unit: &Self| (unit.leakage.external_from_piston_side, unit.end_stop.printed, unit.valve.load_check);
         let compensator = |unit: &Self| std::mem::discriminant(&unit.valve.compensator);
         let held = |unit: &Self| unit.valve.counterbalances.map(|valve| valve.is_some());
+        let out = |unit: &Self| unit.valve.meter_out.map(|of| of.is_some());
+        let curves = |unit: &Self| unit.valve.metering().map(|metering| metering.curves);
         edges(self) == edges(other)
             && switches(self) == switches(other)
             && compensator(self) == compensator(other)
             && held(self) == held(other)
+            && curves(self) == curves(other)
+            && out(self) == out(other)
             && self.friction.same_laws(&other.friction)
     }
 }

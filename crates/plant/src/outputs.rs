@@ -47,10 +47,11 @@ const OF_GROUND: [(&str, &str, &str); 3] = [
 ];
 
 /// Further outputs if there is a pump.
-const OF_MAINS: [(&str, &str, &str); 3] = [
+const OF_MAINS: [(&str, &str, &str); 4] = [
     ("mains.pump_flow", "m^3/s", "flow of the pump into the mains"),
     ("mains.relief_flow", "m^3/s", "flow through the main relief valve"),
     ("mains.shaft_power", "W", "power of the pump's shaft"),
+    ("mains.shaft_speed", "rad/s", "speed of the pump's shaft"),
 ];
 
 /// Range of the stored energies among the outputs.
@@ -126,7 +127,8 @@ pub fn write<T: Real, const N: usize>(
             unit.rates(&plant.fluid, &pressures, e, Demand { drawn, ..plant.no_demand() });
         let (of_mains, others) = rest.split_at_mut(OF_MAINS.len());
         let rise = pressures.supply - pressures.tank;
-        of_mains.copy_from_slice(&[pump_flow, relief_flow, unit.pump.shaft_power(e, rise)]);
+        let pump = &unit.pump;
+        of_mains.copy_from_slice(&[pump_flow, relief_flow, pump.shaft_power(e, rise), pump.shaft_speed(e, rise)]);
         rest = others;
     }
     for ((s, r), row) in local.iter().zip(rates).zip(rest.chunks_exact_mut(PER_CYLINDER.len())) {

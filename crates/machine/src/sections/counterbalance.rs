@@ -16,6 +16,10 @@ pub fn read<T: Number>(root: &Reader, cylinders: &mut [Cylinder<T>]) -> Result<(
             let message = "the regenerative valve of this cylinder returns the oil of the rod side to the mains";
             return Err(table.error(ErrorKind::ConflictingKeys, "side", message).help("put it at the piston side"));
         }
+        if cylinder.valve.meter_out[side].is_some() {
+            let message = "the valve keeps the pressure of this side by a spool of its own (`return-pressure`)";
+            return Err(table.error(ErrorKind::ConflictingKeys, "side", message).help("keep one of the two"));
+        }
         let place = &mut cylinder.counterbalances[side];
         if place.is_some() {
             let message = format!("cylinder `{}` has one on this side already", cylinder.name);

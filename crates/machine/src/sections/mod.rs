@@ -12,6 +12,7 @@ mod ground;
 mod joint;
 mod keep_out;
 mod link;
+mod metering;
 mod reference;
 mod sensor;
 mod signal_chain;

@@ -9,6 +9,8 @@ pub mod fluid;
 pub mod leakage;
 pub mod load_sensing;
 pub mod mains;
+pub mod meter_out;
+pub mod metering;
 pub mod orifice;
 pub mod pump;
 pub mod relief_valve;
