@@ -49,17 +49,21 @@ type = "4/3"
 nominal-flow = "12 l/min"
 nominal-pressure-drop = "16 bar"
 compensator = "{compensator}"
-return-area-ratio = [0.4, 1]
 """
+COMMON = "return-area-ratio = [0.4, 1]\n"
 SETTING = 'compensator-setting = "8 bar"\n'
 BEFORE, BEHIND, MARGIN = "before-spool", "behind-spool", 'ls-margin = "20 bar"'
+SEPARATE = "load sensing, separate meter-out"
 FEEDS = {
     "fixed": ("fixed", "", BEFORE),
     "fixed, unloaded": ("fixed", MARGIN, BEFORE),
     "pressure-compensated": ("pressure-compensated", "", BEFORE),
     "load sensing, compensators before the spools": ("load-sensing", MARGIN, BEFORE),
     "load sensing, flow sharing": ("load-sensing", MARGIN, BEHIND),
+    SEPARATE: ("load-sensing", MARGIN, BEFORE),
 }
+# Ports A and B: the piston sides carry 20 to 45 bar on this path and are braked, the rod sides are nearly free.
+RETURNS = 'return-area-ratio = 1\nreturn-pressure = ["50 bar", "3 bar"]\n'
 # Where the energy of the shaft goes, by the terms of the ledger.
 SHARES = {
     "delivered to the valves": "ledger.mains.delivered",
@@ -70,8 +74,8 @@ SHARES = {
 
 
 PATH_TEXT = """The path of `tip-vertical-line` (8 s, tip control, the crane's own sensors) with compensated sections on
-pumps of 18 ml and at most 180 bar: one motion, so what differs is the supply alone. Spools of their own for meter-in
-and meter-out are not modelled yet."""
+pumps of 18 ml and at most 180 bar: one motion, so what differs is the supply, and in the last row the return:
+spools of their own keep 50 bar in the piston sides and 3 bar in the rod sides while these drain."""
 
 
 def runs() -> dict[str, hc.Run]:
@@ -94,8 +98,8 @@ def runs_on_a_path() -> dict[str, hc.Run]:
     found = {}
     with tempfile.TemporaryDirectory() as folder:
         for name, (kind, more, compensator) in FEEDS.items():
-            setting = SETTING if compensator == BEFORE else ""
-            sections = [SECTION.format(name=c, compensator=compensator) + setting for c in ("lift", "jib", "extension")]
+            rest = (SETTING if compensator == BEFORE else "") + (RETURNS if name == SEPARATE else COMMON)
+            sections = [SECTION.format(name=c, compensator=compensator) + rest for c in ("lift", "jib", "extension")]
             machine = Path(folder) / "machine.toml"
             text = PUMP.format(pressure="180 bar", kind=kind, displacement="18 ml", more=more)
             machine.write_text(text + "".join(sections), encoding="utf-8")

@@ -55,7 +55,7 @@ _HOME = {
     "Stick": "control.joystick",
     "Study": "studies",
     "SupplyPressure": "scenario.supply",
-    "Value": "machine.machine",
+    "Value": "machine.value",
     "bode": "plots.bode",
     "bundled_machines": "machine.machine",
     "bundled_scenarios": "scenario.scenario_file",

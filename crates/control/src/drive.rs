@@ -480,7 +480,7 @@ impl Drive {
     /// What was learnt of the valve.
     pub fn learnt(&self) -> LearntValve {
         let (fit, c) = (&self.learning.fit, &self.cylinder);
-        LearntValve { chain: fit.chain(&c.chain, c.valve.overlap, c.stroke), leakage: fit.leakage }
+        LearntValve { chain: fit.chain(&c.chain, c.closed_zone(), c.stroke), leakage: fit.leakage }
     }
 
     /// Largest opening towards `sense` (+1 or -1), as a share of the whole.

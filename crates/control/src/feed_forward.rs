@@ -45,24 +45,23 @@ pub struct Steady {
 impl Steady {
     pub fn new(c: &CylinderModel, supply_pressures: &SupplyPressures) -> Self {
         let a = [c.chambers.area_1, c.chambers.area_2];
-        let coefficients = [c.valve.edge_a.coefficient, c.valve.edge_b.coefficient];
-        let [r_a, r_b] = c.valve.return_ratio;
-        let resistance =
-            |ratios: [f64; 2]| -> f64 { (0..2).map(|i| a[i].powi(3) / (ratios[i] * coefficients[i]).powi(2)).sum() };
+        let ratios = c.ratios_at_full_stroke();
         // Pressures that chamber 1 and chamber 2 would have without any drop over their edges.
-        let behind = if c.valve.regenerative > 0.0 { supply_pressures.supply } else { supply_pressures.tank };
-        let forces = [(supply_pressures.tank, supply_pressures.supply), (supply_pressures.supply, behind)]
+        let returned = |port| c.valve.meter_out(port).map_or(supply_pressures.tank, |of| of.pressure);
+        let behind = if c.valve.regenerative > 0.0 { supply_pressures.supply } else { returned(1) };
+        let forces = [(returned(0), supply_pressures.supply), (supply_pressures.supply, behind)]
             .map(|(p1, p2)| p1 * a[0] - p2 * a[1]);
         let opening = c.stroke - c.valve.overlap;
         let compensated = match c.valve.compensator {
-            Compensator::Before(setting) => {
-                [c.valve.edge_b.flow(opening, setting) / a[1], c.valve.edge_a.flow(opening, setting) / a[0]]
-            }
+            Compensator::Before(setting) => [
+                c.valve.edge_b.flow(opening * ratios[0][1], setting) / a[1],
+                c.valve.edge_a.flow(opening * ratios[1][0], setting) / a[0],
+            ],
             _ => [f64::INFINITY; 2],
         };
         Steady {
             supply_pressures: forces,
-            per_root: [[r_a, 1.0], [1.0, r_b]].map(|ratios| opening / resistance(ratios).sqrt()),
+            per_root: ratios.map(|ratios| opening / c.resistance(ratios).sqrt()),
             compensated,
         }
     }
@@ -164,25 +163,6 @@ impl CylinderModel {
         let ports = ports(supply_pressures, m);
         let [q1, q2] = self.flows(&self.valve.flows(spool, &ports), &ports);
         r1 * r2 * (a2 * q1 - a1 * q2) / (a1 * a2 * (r1 * a1 + r2 * a2))
-    }
-
-    /// Opening that commands reach towards `sense` (+1 or -1), as a share of the whole.
-    pub fn reach(&self, sense: f64) -> f64 {
-        let [low, high] = self.chain.reach(self.stroke);
-        let spool = if sense > 0.0 { high } else { -low };
-        ((spool - self.valve.overlap) / (self.stroke - self.valve.overlap)).clamp(0.0, 1.0)
-    }
-
-    /// Opening with the spool at `spool` (m), as a signed share of the whole; flow and speed are proportional to it.
-    pub fn opening(&self, spool: f64) -> f64 {
-        let share = (spool.abs() - self.valve.overlap).max(0.0) / (self.stroke - self.valve.overlap);
-        share.copysign(spool)
-    }
-
-    /// Spool position (m) of an opening; the middle of the overlap where it is closed.
-    pub fn spool(&self, opening: f64) -> f64 {
-        let overlap = if opening == 0.0 { 0.0 } else { self.valve.overlap };
-        (overlap + opening.abs() * (self.stroke - self.valve.overlap)).copysign(opening)
     }
 }
 

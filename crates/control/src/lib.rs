@@ -15,6 +15,7 @@ pub mod lever;
 pub mod observer;
 pub mod oil_displacement;
 pub mod oil_modes;
+mod opening;
 pub mod penalty;
 pub mod pid;
 pub mod plausibility;

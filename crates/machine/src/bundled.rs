@@ -8,7 +8,7 @@ macro_rules! bundle {
 
 /// Name and text of every bundled machine.
 pub fn bundled_machines() -> &'static [(&'static str, &'static str)] {
-    bundle!("machines": "rottne-f9-lab", "rottne-f9-pump", "rottne-f9-mobile", "heinze-2007", "hiab-xs031", "single-cylinder", "rig-rottne", "rig-kalmar")
+    bundle!("machines": "rottne-f9-lab", "rottne-f9-pump", "rottne-f9-mobile", "rottne-f9-ls", "heinze-2007", "hiab-xs031", "single-cylinder", "rig-rottne", "rig-kalmar")
 }
 
 /// Name and text of every bundled scenario.
@@ -17,6 +17,7 @@ pub fn bundled_scenarios() -> &'static [(&'static str, &'static str)] {
         "scenarios": "vertical-lift-open-loop",
         "tip-vertical-line",
         "tip-log-pick-and-place",
+        "flow-valve-lift",
         "heinze-2007-open-loop",
         "hiab-lift",
         "single-cylinder-step",

@@ -6,6 +6,7 @@
 //! Pairs of a friction parameter are (extending, retracting).
 
 pub use crate::circuit::*;
+use crate::number::Number;
 
 /// A complete machine: a planar chain of links, each moved by one cylinder.
 #[derive(Debug, Clone, PartialEq)]
@@ -211,6 +212,10 @@ pub struct Valve<T = f64> {
     pub damping_ratio: T,
     /// m
     pub overlap: T,
+    /// Curves of the edges supply to A, A to tank, supply to B and B to tank; `None`: in proportion to the spool beyond the overlap.
+    pub metering: [Option<EdgeCurve<T>>; 4],
+    /// Of the edges from port A and from port B to the tank: spools of their own that keep a return pressure.
+    pub meter_out: [Option<MeterOut<T>>; 2],
     /// Laminar leakage conductance per closed edge, m^3/(s Pa).
     pub leakage: T,
     /// Areas of the edges from port A and from port B to the tank, over those from the supply.
@@ -224,6 +229,48 @@ pub struct Valve<T = f64> {
     pub delay: f64,
     /// What becomes of a controller's command on its way to the spool.
     pub command: SignalChain,
+}
+
+/// Area of a metering edge over the displacement of the spool.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EdgeCurve<T = f64> {
+    /// Share of the stroke, and share of `full`.
+    pub points: Vec<[f64; 2]>,
+    /// Area over that of the nominal flow at the nominal drop.
+    pub full: T,
+}
+
+impl<T> EdgeCurve<T> {
+    /// Share of the stroke up to which the edge is closed.
+    pub fn dead_band(&self) -> f64 {
+        self.points.iter().take_while(|point| point[1] == 0.0).last().map_or(0.0, |point| point[0])
+    }
+}
+
+impl<T: Number> Valve<T> {
+    /// Largest area of an edge from the supply, over that of the nominal flow.
+    pub fn largest_feed(&self) -> f64 {
+        let feeds = [&self.metering[0], &self.metering[2]];
+        feeds.map(|curve| curve.as_ref().map_or(1.0, |curve| curve.full.plain())).into_iter().fold(0.0, f64::max)
+    }
+
+    /// Displacement of the spool up to which both edges from the supply are closed, m.
+    pub fn closed_zone(&self) -> T {
+        let closed = |curve: &Option<EdgeCurve<T>>| match curve {
+            Some(curve) => self.stroke * curve.dead_band(),
+            None => self.overlap,
+        };
+        closed(&self.metering[0]).min(closed(&self.metering[2]))
+    }
+}
+
+/// An edge to the tank that keeps the pressure of its port.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeterOut<T = f64> {
+    /// Pa
+    pub pressure: T,
+    /// Rise beyond that which opens the edge fully, Pa.
+    pub range: T,
 }
 
 /// Pressure compensator of a valve section.
@@ -362,13 +409,24 @@ pub struct Pump<T = f64> {
     pub name: String,
     /// m^3 per revolution
     pub displacement: T,
-    /// rad/s
+    /// Without a load, rad/s.
     pub speed: T,
+    /// `None`: the speed is constant.
+    pub engine: Option<Engine<T>>,
     /// At full displacement and the supply pressure.
     pub volumetric_efficiency: T,
     pub hydromechanical_efficiency: T,
     /// `None`: the displacement is fixed.
     pub control: Option<PressureControl<T>>,
+}
+
+/// An engine that slows down under its load.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Engine<T = f64> {
+    /// Share of the speed that is lost at the rated torque.
+    pub droop: T,
+    /// N m
+    pub rated_torque: T,
 }
 
 /// A pump that keeps the supply pressure by its displacement.

@@ -3,6 +3,7 @@
 
 mod archive;
 mod complex;
+pub mod curve;
 pub mod dense;
 mod dual;
 pub mod elementary;

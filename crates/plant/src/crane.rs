@@ -53,7 +53,10 @@ impl<const N: usize> Crane<N> {
         });
         let measured = machine.supply.measured;
         let plain = |c: &Cylinder| {
+            let (curves, out) = (&c.valve.metering, &c.valve.meter_out);
+            let metered = curves.iter().any(Option::is_some) || out.iter().any(Option::is_some);
             c.valve.compensator.is_none()
+                && !metered
                 && c.holding.iter().all(Option::is_none)
                 && c.port_valves.iter().all(PortValves::is_none)
         };

@@ -5,6 +5,7 @@ use crate::hydraulic_axis::{FrictionLaw, HydraulicAxis, SupplyPressures};
 use crate::plant::Plant;
 use crate::supply::Supply;
 use hydrocrane_machine::{model as file, Number};
+use hydrocrane_num::curve::MonotoneCurve;
 use hydrocrane_num::{portable, smooth, Real, Vec2};
 use hydrocrane_physics::dynamics::ground::{Ground, Soil, Support, MOST_SUPPORTS};
 use hydrocrane_physics::dynamics::{Body, Mechanics};
@@ -24,6 +25,8 @@ use hydrocrane_physics::hydraulics::leakage::{annular_gap_conductance, Leakage};
 use hydrocrane_physics::hydraulics::load_holding::LoadHolding;
 use hydrocrane_physics::hydraulics::load_sensing::{Connection, LoadSensing};
 use hydrocrane_physics::hydraulics::mains::Mains;
+use hydrocrane_physics::hydraulics::meter_out::MeterOut;
+use hydrocrane_physics::hydraulics::metering::{Edge, Metering};
 use hydrocrane_physics::hydraulics::orifice::{Orifice, OrificeLaw};
 use hydrocrane_physics::hydraulics::pilot_check::PilotCheck;
 use hydrocrane_physics::hydraulics::port_valves::{AntiCavitation, PortValves};
@@ -80,6 +83,7 @@ fn supply<T: Number>(of: &file::Supply<T>, mains: &file::Mains<T>) -> Supply<T> 
         pump: Pump {
             displacement,
             speed: p.speed,
+            droop: p.engine.as_ref().map_or(T::c(0.0), |engine| engine.droop * p.speed / engine.rated_torque),
             leakage: (T::c(1.0) - p.volumetric_efficiency) * displacement * p.speed / rise,
             rubbing: T::c(1.0) / p.hydromechanical_efficiency - 1.0,
         },
@@ -249,6 +253,12 @@ fn valve<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> SpoolValve<T
         edge_a: edge(0),
         edge_b: edge(1),
         overlap: v.overlap,
+        nominal_opening: v.stroke - v.overlap,
+        metering: metering(v),
+        meter_out: [0, 1].map(|port| {
+            let of = v.meter_out[port].as_ref();
+            of.map(|of| MeterOut { pressure: of.pressure, range: of.range })
+        }),
         leakage: v.leakage,
         return_ratio: v.return_ratio,
         regenerative: T::c(if v.kind == file::ValveKind::Regenerative { 1.0 } else { 0.0 }),
@@ -300,7 +310,21 @@ fn load_holding<T: Number>(v: &file::LoadHolding<T>) -> LoadHolding<T> {
 /// The port is connected just before its metering edge opens; where these begin at the middle, the first part of the stroke must do.
 fn connection<T: Number>(v: &file::Valve<T>) -> Connection<T> {
     let travel = v.stroke * CONNECTION;
-    Connection { begins: (v.overlap - travel).max(T::c(0.0)), travel }
+    Connection { begins: (v.closed_zone() - travel).max(T::c(0.0)), travel }
+}
+
+/// `None` where no edge has a curve.
+fn metering<T: Number>(v: &file::Valve<T>) -> Option<Metering<T>> {
+    let mut curves: [Option<&file::EdgeCurve<T>>; 4] = std::array::from_fn(|edge| v.metering[edge].as_ref());
+    if v.kind == file::ValveKind::Regenerative {
+        // What opens port B as the piston extends leads to the supply.
+        curves[Edge::BToTank as usize] = curves[Edge::SupplyToB as usize];
+    }
+    curves.iter().any(Option::is_some).then(|| Metering {
+        stroke: v.stroke,
+        full: curves.map(|curve| (v.stroke - v.overlap) * curve.map_or(T::c(1.0), |curve| curve.full)),
+        curves: curves.map(|curve| curve.map(|curve| MonotoneCurve::new(&curve.points))),
+    })
 }
 
 fn leakage<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Leakage<T> {

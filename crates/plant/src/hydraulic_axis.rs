@@ -314,11 +314,15 @@ impl<T: Real> HydraulicAxis<T> {
         let compensator = |unit: &Self| std::mem::discriminant(&unit.valve.compensator);
         let held = |unit: &Self| unit.valve.holding.map(|valve| valve.map(|valve| std::mem::discriminant(&valve)));
         let at_ports = |unit: &Self| unit.port_valves.map(|valves| valves.kinds());
+        let out = |unit: &Self| unit.valve.meter_out.map(|of| of.is_some());
+        let curves = |unit: &Self| unit.valve.metering().map(|metering| metering.curves);
         edges(self) == edges(other)
             && switches(self) == switches(other)
             && compensator(self) == compensator(other)
             && held(self) == held(other)
             && at_ports(self) == at_ports(other)
+            && curves(self) == curves(other)
+            && out(self) == out(other)
             && self.friction.same_laws(&other.friction)
     }
 }

@@ -19,6 +19,8 @@ pub struct Passivity {
 
 pub trait Hydraulics {
     fn orifice_flow(&self, cylinder: usize, spool: f64, pressure_drop: f64) -> f64;
+    /// Areas of the edges supply to A, A to tank, supply to B and B to tank over the one that has the nominal flow.
+    fn edge_areas(&self, cylinder: usize, spool: f64) -> [f64; 4];
     fn bulk_modulus(&self, p: f64) -> f64;
     fn density(&self, p: f64) -> f64;
     /// Friction at constant velocity.
@@ -32,6 +34,11 @@ pub trait Hydraulics {
 impl<const N: usize> Hydraulics for Crane<N> {
     fn orifice_flow(&self, cylinder: usize, spool: f64, pressure_drop: f64) -> f64 {
         self.plant().cylinders[cylinder].valve.edge_a.flow(spool, pressure_drop)
+    }
+
+    fn edge_areas(&self, cylinder: usize, spool: f64) -> [f64; 4] {
+        let (stroke, valve) = (self.machine.cylinders[cylinder].valve.stroke, &self.plant().cylinders[cylinder].valve);
+        valve.edge_openings(spool).map(|opening| opening / (stroke - valve.overlap))
     }
 
     fn bulk_modulus(&self, p: f64) -> f64 {

@@ -88,7 +88,7 @@ pub fn supply_powers<T: Real>(
 ) -> [T; SUPPLY_TERMS.len()] {
     let SupplyPressures { supply: p, tank, .. } = *pressures;
     let rise = p - tank;
-    let (leaked, rubbed) = supply.pump.losses(rise);
+    let (leaked, rubbed) = supply.pump.losses(e, rise);
     [
         supply.pump.shaft_power(e, rise),
         tank * (rates.pump_flow - rates.relief_flow),

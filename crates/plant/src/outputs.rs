@@ -53,10 +53,11 @@ const OF_GROUND: [(&str, &str, &str); 3] = [
 ];
 
 /// Further outputs if there is a pump.
-const OF_MAINS: [(&str, &str, &str); 3] = [
+const OF_MAINS: [(&str, &str, &str); 4] = [
     ("mains.pump_flow", "m^3/s", "flow of the pump into the mains"),
     ("mains.relief_flow", "m^3/s", "flow through the main relief valve"),
     ("mains.shaft_power", "W", "power of the pump's shaft"),
+    ("mains.shaft_speed", "rad/s", "speed of the pump's shaft"),
 ];
 
 /// Further outputs if a pump follows its pressure or the load.
@@ -164,7 +165,8 @@ pub fn write<T: Real, const N: usize>(
             unit.rates(&plant.fluid, &pressures, e, Demand { drawn, ..plant.no_demand() });
         let (of_mains, others) = rest.split_at_mut(OF_MAINS.len());
         let rise = pressures.supply - pressures.tank;
-        of_mains.copy_from_slice(&[pump_flow, relief_flow, unit.pump.shaft_power(e, rise)]);
+        let pump = &unit.pump;
+        of_mains.copy_from_slice(&[pump_flow, relief_flow, pump.shaft_power(e, rise), pump.shaft_speed(e, rise)]);
         rest = others;
         if unit.is_controlled() {
             let (setting, shortfall) = unit.setting_and_shortfall(&pressures, e);

@@ -86,6 +86,12 @@ fn supply_rates(m: &Machine, mains: &Mains, x: &[f64], drawn: f64, signal: f64) 
     };
     let opens = if pump.control.is_some() { mains.relief_pressure } else { follows(mains.relief_pressure) };
     let per_angle = pump.displacement / (2.0 * PI);
+    // The engine slows down under the torque of the pump.
+    let torque = per_angle * (p - tank) * (e - 1.0 + 1.0 / pump.hydromechanical_efficiency);
+    let speed = pump
+        .engine
+        .as_ref()
+        .map_or(pump.speed, |engine| (pump.speed * (1.0 - engine.droop * torque / engine.rated_torque)).max(0.0));
     let leaked = (1.0 - pump.volumetric_efficiency) * per_angle * pump.speed * (p - tank) / (m.supply.pressure - tank);
     let relieved = mains.relief_gradient * rounded(p - opens, 0.5e5);
     // Gas that the oil presses together, from its precharge on.
@@ -99,7 +105,7 @@ fn supply_rates(m: &Machine, mains: &Mains, x: &[f64], drawn: f64, signal: f64) 
         (a.volume - gas, growth)
     });
     let volume = mains.volume + mains.compliance * p + held;
-    let inflow = e * per_angle * pump.speed - leaked - relieved - drawn;
+    let inflow = e * per_angle * speed - leaked - relieved - drawn;
     let mut rates = vec![inflow / (volume / bulk_modulus(&m.fluid, p) + mains.compliance + growth)];
     rates.extend(mains.load_sensing.iter().map(|sensing| (signal - x[1]) / sensing.time_constant));
     rates.extend(pump.control.iter().map(|control| {
@@ -129,6 +135,37 @@ fn flank(t: f64) -> (f64, f64) {
         t if t >= 1.0 => (1.0, 0.0),
         t => (10.0 * t.powi(3) - 15.0 * t.powi(4) + 6.0 * t.powi(5), 30.0 * (t * (1.0 - t)).powi(2)),
     }
+}
+
+/// Monotone cubics through the `points`, in Hermite's form; beyond them straight on.
+fn curve(points: &[[f64; 2]], x: f64) -> f64 {
+    let n = points.len();
+    let h: Vec<f64> = points.windows(2).map(|p| p[1][0] - p[0][0]).collect();
+    let d: Vec<f64> = points.windows(2).map(|p| (p[1][1] - p[0][1]) / (p[1][0] - p[0][0])).collect();
+    let end = |h: [f64; 2], d: [f64; 2]| match ((2.0 * h[0] + h[1]) * d[0] - h[0] * d[1]) / (h[0] + h[1]) {
+        slope if slope * d[0] <= 0.0 => 0.0,
+        slope if d[0] * d[1] < 0.0 && slope.abs() > 3.0 * d[0].abs() => 3.0 * d[0],
+        slope => slope,
+    };
+    let slope = |i: usize| match i {
+        _ if n == 2 => d[0],
+        0 => end([h[0], h[1]], [d[0], d[1]]),
+        i if i == n - 1 => end([h[n - 2], h[n - 3]], [d[n - 2], d[n - 3]]),
+        i if d[i - 1] * d[i] <= 0.0 => 0.0,
+        i => {
+            let (before, after) = (h[i - 1] + 2.0 * h[i], 2.0 * h[i - 1] + h[i]);
+            (before + after) / (before / d[i - 1] + after / d[i])
+        }
+    };
+    if x >= points[n - 1][0] {
+        return points[n - 1][1] + slope(n - 1) * (x - points[n - 1][0]);
+    }
+    let i = (1..n - 1).filter(|i| points[*i][0] <= x).count();
+    let t = (x - points[i][0]) / h[i];
+    let (rising, falling) = (t * t * (3.0 - 2.0 * t), (1.0 - t) * (1.0 - t) * (1.0 + 2.0 * t));
+    falling * points[i][1]
+        + rising * points[i + 1][1]
+        + h[i] * t * (1.0 - t) * ((1.0 - t) * slope(i) - t * slope(i + 1))
 }
 
 /// State derivative of a corrected machine; `None` where any law is switched to as-printed.
@@ -221,6 +258,11 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
 
         let valve = &c.valve;
         let c0 = valve.nominal_flow / ((valve.stroke - valve.overlap) * valve.edge_pressure_drop.sqrt());
+        // Of an edge that opens with a growing `travel`, m.
+        let opened = |edge: usize, travel: f64| match &valve.metering[edge] {
+            Some(of) => (valve.stroke - valve.overlap) * of.full * curve(&of.points, travel.max(0.0) / valve.stroke),
+            None => (travel - valve.overlap).max(0.0),
+        };
         let edge = |opening: f64, dp: f64, leaking: f64| {
             let p_tr = valve.transition_pressure;
             let root = if dp.abs() < p_tr {
@@ -228,10 +270,9 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             } else {
                 dp.signum() * dp.abs().sqrt()
             };
-            c0 * opening.max(0.0) * root + valve.leakage * leaking * dp
+            c0 * opening * root + valve.leakage * leaking * dp
         };
         let (ps, pt) = (mains_pressure, m.supply.tank_pressure);
-        let (extend, retract) = (xs - valve.overlap, -xs - valve.overlap);
         // Behind the compensator.
         let drop_to = |port: f64| match valve.compensator {
             Compensator::None => ps - port,
@@ -239,7 +280,12 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             Compensator::Behind => ps - port - rounded(load_pressure - port, 0.2e5),
         };
         let travel = 0.01 * valve.stroke;
-        let (connected, _) = flank((xs.abs() - (valve.overlap - travel).max(0.0)) / travel);
+        let closed = [0, 2].map(|edge| match &valve.metering[edge] {
+            Some(of) => valve.stroke * of.points.iter().rfind(|point| point[1] == 0.0).map_or(0.0, |point| point[0]),
+            None => valve.overlap,
+        });
+        let closed = closed[0].min(closed[1]);
+        let (connected, _) = flank((xs.abs() - (closed - travel).max(0.0)) / travel);
         let fed_pressure = pt + connected * (if xs < 0.0 { pb } else { pa } - pt);
         signal = signal.max(fed_pressure);
         // Flow per root of the drop over the valve that holds the load of a port and the `opening` of the edge to the tank behind it, and
@@ -278,16 +324,31 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         };
         let checked = |port: usize, flow: f64| if valve.load_check || holds(port) { flow.max(0.0) } else { flow };
         let from_supply = match valve.kind {
-            ValveKind::FourThree => {
-                [checked(0, edge(extend, drop_to(pa), sealed(0))), checked(1, edge(retract, drop_to(pb), sealed(1)))]
-            }
+            ValveKind::FourThree => [
+                checked(0, edge(opened(0, xs), drop_to(pa), sealed(0))),
+                checked(1, edge(opened(2, -xs), drop_to(pb), sealed(1))),
+            ],
             ValveKind::Regenerative => {
-                [checked(0, edge(extend, ps - pa, sealed(0))), edge(extend.max(retract), ps - pb, sealed(1))]
+                [checked(0, edge(opened(0, xs), ps - pa, sealed(0))), edge(opened(2, xs.abs()), ps - pb, sealed(1))]
             }
         };
+        // An edge to the tank with a spool of its own, free as the section moves that way, keeps its pressure.
+        let drained = |port: usize, by_spool: f64, travel_that_way: f64| match &valve.meter_out[port] {
+            Some(of) => {
+                let share = ([pa, pb][port] - of.pressure) / of.range;
+                let (free, _) = flank((travel_that_way - (closed - travel).max(0.0)) / travel);
+                (valve.stroke - valve.overlap) * free * (rounded(share, 0.1) - rounded(share - 1.0, 0.1))
+            }
+            None => by_spool,
+        };
         let to_tank = match valve.kind {
-            ValveKind::FourThree => [returned(0, retract, pa - pt), returned(1, extend, pb - pt)],
-            ValveKind::Regenerative => [returned(0, retract, pa - pt), returned(1, 0.0, pb - pt)],
+            ValveKind::FourThree => [
+                returned(0, drained(0, opened(1, -xs), -xs), pa - pt),
+                returned(1, drained(1, opened(3, xs), xs), pb - pt),
+            ],
+            ValveKind::Regenerative => {
+                [returned(0, drained(0, opened(1, -xs), -xs), pa - pt), returned(1, 0.0, pb - pt)]
+            }
         };
         // Through relief and anti-cavitation valve of a port to the tank.
         let through = |port: usize| {

@@ -373,6 +373,10 @@ impl Machine {
         let n = self.n();
         tensor(py, self.over_q(py, &q, 2 * n, |m, q, out| m.piston_speeds(q, payload, out))?, (n, 2))
     }
+    fn spool_positions<'py>(&self, py: Python<'py>, shares: Rows<'py>) -> Matrix<'py> {
+        let n = self.n();
+        matrix(py, self.over_q(py, &shares, n, |m, shares, out| m.spool_positions(shares, out))?, n)
+    }
     fn kinetic_energy<'py>(&self, py: Python<'py>, q: Rows<'py>, qd: Rows<'py>, payload: f64) -> Vector<'py> {
         let energy = |m: &dyn Model, q: &[f64], qd: &[f64], out: &mut [f64]| out[0] = m.energies(q, qd, payload).0;
         Ok(vector(py, self.over_q_and(py, &q, (&qd, "qd"), 1, energy)?))
@@ -387,6 +391,10 @@ impl Machine {
         let (spool, dp) = (spool.as_slice()?, dp.as_slice()?);
         let flows = spool.iter().zip(dp).map(|(x, dp)| self.model.orifice_flow(c, *x, *dp));
         Ok(vector(py, flows.collect()))
+    }
+    fn edge_areas<'py>(&self, py: Python<'py>, cylinder: usize, spool: Row<'py>) -> Matrix<'py> {
+        let c = self.cylinder(cylinder)?;
+        matrix(py, spool.as_slice()?.iter().flat_map(|x| self.model.edge_areas(c, *x)).collect(), 4)
     }
     fn bulk_modulus<'py>(&self, py: Python<'py>, p: Row<'py>) -> Vector<'py> {
         Ok(vector(py, p.as_slice()?.iter().map(|p| self.model.bulk_modulus(*p)).collect()))

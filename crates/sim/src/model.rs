@@ -26,6 +26,8 @@ pub trait Model: Kinematics + Dynamics + Hydraulics + StateSpace {
     }
     /// Lowest and highest steady piston speed per cylinder at full spool stroke under the load at rest, in pairs.
     fn piston_speeds(&self, q: &[f64], payload: f64, speeds: &mut [f64]);
+    /// Per cylinder the spool position (m) that has a signed share of the steady speed at full stroke.
+    fn spool_positions(&self, shares: &[f64], spools: &mut [f64]);
     /// The same machine for groups of cranes, in the widest instruction set of this processor or the one `wanted`.
     #[cfg(feature = "batch")]
     fn kernel(&self, wanted: Option<&str>) -> Box<dyn Kernel>;
@@ -64,6 +66,12 @@ impl<const N: usize> Model for Crane<N> {
                     sense,
                 );
             }
+        }
+    }
+
+    fn spool_positions(&self, shares: &[f64], spools: &mut [f64]) {
+        for (c, (share, spool)) in shares.iter().zip(spools).enumerate() {
+            *spool = cylinder_model(self, c).spool(*share);
         }
     }
 

@@ -71,7 +71,6 @@ class PistonPi:
         self._machine, self._t, self._q = machine, obs.t, np.array(obs.q)
         self._read_q, self._read_p = np.array(obs.q), np.array(obs.p)
         self._area = machine.piston_areas[:, 0]
-        self._overlap = _overlaps(machine)
         self._sum = np.zeros(len(self._area))
         self._slow = self._load(self._read_p)
         self.set_point = machine.tip(self._q)
@@ -108,10 +107,8 @@ class PistonPi:
         return force
 
     def _opened(self, share: Array) -> Array:
-        """Spool positions (n_cyl,), m, for shares of the full opening."""
-        stroke = self._machine.spool_strokes
-        opened: Array = np.sign(share) * (self._overlap + np.abs(share) * (stroke - self._overlap))
-        return np.where(np.abs(share) < 1e-4, 0.0, opened)
+        """Spool positions (n_cyl,), m, for shares of the full speed."""
+        return np.where(np.abs(share) < 1e-4, 0.0, self._machine.spool_positions(share))
 
     def _rates(self, velocity: Array, fastest: Array) -> Array:
         """Joint rates (n,) for a tip velocity (2,) that no piston is too slow for; `fastest` (n, 2): of the joints."""
@@ -131,13 +128,3 @@ class PistonPi:
             free = np.clip(room / SLOW_DOWN, 1e-6, 1.0)
         limit = RESERVE * np.where(rates > 0.0, fastest[:, 1], fastest[:, 0])
         return rates / max(1.0, float(np.max(np.abs(rates) / limit)))
-
-
-def _overlaps(machine: Machine) -> Array:
-    """Half widths of the valves' closed zones, m, in the cylinders' order."""
-    found = dict.fromkeys(machine.cylinder_names, 0.0)
-    for key in machine.keys:
-        valve, _, name = key.rpartition(".")
-        if valve.startswith("valve.") and name == "overlap":
-            found[str(machine.value(f"{valve}.cylinder").si)] = float(machine.value(key).si)
-    return np.array([found[name] for name in machine.cylinder_names])

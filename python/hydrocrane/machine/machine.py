@@ -10,7 +10,6 @@ from __future__ import annotations
 import warnings
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
@@ -26,6 +25,7 @@ from hydrocrane.errors import HydrocraneError, InputError, OutOfReachError, tran
 from hydrocrane.machine.measuring import Recorded, recorded_data, sensor_readings
 from hydrocrane.machine.overrides import Override, Overrides, plain_overrides
 from hydrocrane.machine.sensors import SensorFault
+from hydrocrane.machine.value import Value
 from hydrocrane.result_warning import DoubtfulResult, ResultWarning
 
 if TYPE_CHECKING:
@@ -91,35 +91,6 @@ def bundled_machines() -> tuple[str, ...]:
     True
     """
     return tuple(_core.bundled_machines())
-
-
-@dataclass(frozen=True)
-class Value:
-    """A value that a machine file, or an override, states.
-
-    Attributes
-    ----------
-    key : str
-        Dotted, as in overrides.
-    si : float or array
-        In SI: a number, two of a pair or a point, or those of a list one after the other.
-    unit : str
-        SI unit; empty for a plain number.
-    provenance, source : str
-        Class and source, as in :attr:`Machine.provenance`.
-
-    Examples
-    --------
-    >>> value = hc.load_machine("rottne-f9-lab").value("supply.pressure")
-    >>> print(value.si, value.unit, value.provenance)
-    14000000.0 Pa setting
-    """
-
-    key: str
-    si: float | Array
-    unit: str
-    provenance: str
-    source: str
 
 
 # Poses of a tip, nested as the tips are.
@@ -430,6 +401,21 @@ class Machine:
         """
         return self._over(self.core.piston_speeds, self._joints(q), payload=payload)
 
+    def spool_positions(self, shares: ArrayLike) -> Array:
+        """Spool positions (..., n_cyl), m, that have signed `shares` (..., n_cyl) of the steady speed at full stroke.
+
+        A share is that of :meth:`piston_speeds`; positive extends, 0 is the middle. Overlaps and curves of the metering
+        edges are in it; dead bands and gains of `valve.<name>.command` are not.
+        Source: docs/theory/control/feed_forward.md.
+
+        Examples
+        --------
+        >>> import hydrocrane as hc
+        >>> hc.load_machine("rottne-f9-mobile").spool_positions([0.5, 0.0, -1.0])
+        array([ 0.0275,  0.    , -0.05  ])
+        """
+        return self._over(self.core.spool_positions, vectors(shares, "shares", self.cylinder_names))
+
     def kinetic_energy(self, q: ArrayLike, qd: ArrayLike, *, payload: float | None = None) -> Array:
         """Kinetic energy (...), J   (45)."""
         return self._over(self.core.kinetic_energy, self._joints(q), self._joints(qd, "qd"), payload=payload)
@@ -453,6 +439,17 @@ class Machine:
             Whose valve; the first cylinder's by default.
         """
         return self._per_cylinder(self.core.orifice_flow, cylinder, spool=spool, dp=dp)
+
+    def edge_areas(self, spool: ArrayLike, cylinder: str | None = None) -> Array:
+        """Areas (..., 4) of the metering edges at spool positions, m: supply to A, A to tank, supply to B, B to tank.
+
+        Shares of the area that has the nominal flow at the nominal drop: times :meth:`orifice_flow` at the opening
+        of the full stroke they give flows. `cylinder` says whose valve, the first one's by default.
+        """
+        index = self._index_of(cylinder)
+        lead, (column,) = scalars(real_array(spool, "spool"))
+        with translated():
+            return np.asarray(self.core.edge_areas(index, column)).reshape((*lead, 4))
 
     def friction_map(self, v: ArrayLike, cylinder: str | None = None) -> Array:
         """Steady friction force, N, at piston velocity v, m/s; positive against positive velocity   (107)-(113)."""
@@ -623,7 +620,9 @@ class Machine:
             return np.asarray(function(*before, *columns)).reshape(lead)[()]
 
     def _per_cylinder(self, function: Callable[..., Array], cylinder: str | None, **named: ArrayLike) -> Array:
+        return self._over_scalars(function, self._index_of(cylinder), **named)
+
+    def _index_of(self, cylinder: str | None) -> int:
         if cylinder is not None and cylinder not in self.cylinder_names:
             raise unknown("cylinder", cylinder, self.cylinder_names)
-        index = 0 if cylinder is None else self.cylinder_names.index(cylinder)
-        return self._over_scalars(function, index, **named)
+        return 0 if cylinder is None else self.cylinder_names.index(cylinder)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.interpolate import PchipInterpolator
 
 import hydrocrane as hc
 from hydrocrane.errors import MachineFileError
@@ -27,7 +28,8 @@ COMMAND = ([0.0, 0.2, 0.3, 1.2, 1.3, 2.2, 2.3, 3.0], [0.0, 0.0, 0.03, 0.03, -0.0
 class Pump(NamedTuple):
     """Displacement (m^3), volume (m^3), compliance (m^3/Pa) and relief pressure (Pa); range (Pa), time constant (s) and
     largest torque (N m) of its control; margin (Pa) and time constant (s) of its load sensing; compensator of the valve
-    with its setting (Pa), and areas of the edges to the tank.
+    with its setting (Pa), and areas of the edges to the tank; droop of the engine (share per N m), pressures that the
+    ports keep as they drain (Pa), and points of the curve of the edge from the supply to port B.
     """
 
     displacement: float
@@ -42,6 +44,9 @@ class Pump(NamedTuple):
     compensator: str = "none"
     setting: float | None = None
     returns: tuple[float, float] = (1.0, 1.0)
+    droop: float = 0.0
+    out: tuple[float, float] | None = None
+    curve: tuple[tuple[float, ...], tuple[float, ...]] | None = None
 
 
 # A fixed pump past its relief valve, one that swivels, one at the limit of its torque; one that senses the load, with
@@ -55,6 +60,22 @@ PUMPS = {
     ),
     "flow-sharing": Pump(
         1.5e-6, 0.3e-3, 0.0, 1.15 * SET, 5 * BAR, 0.04, np.inf, 25 * BAR, 0.015, "behind-spool", None, (0.5, 0.3)
+    ),
+    "engine": Pump(2.5e-6, 0.5e-3, 0.2e-6 / BAR, SET, droop=0.015, curve=((0, 0.2, 0.5, 1), (0, 0, 0.2, 1.2))),
+    "meter-out": Pump(
+        4e-6,
+        0.3e-3,
+        0.0,
+        1.15 * SET,
+        5 * BAR,
+        0.04,
+        np.inf,
+        30 * BAR,
+        0.03,
+        "before-spool",
+        20 * BAR,
+        (0.5, 0.8),
+        out=(3 * BAR, 25 * BAR),
     ),
     "unloaded": Pump(2.5e-6, 0.5e-3, 0.2e-6 / BAR, SET, margin=25 * BAR, returns=(0.5, 0.3)),
 }
@@ -88,6 +109,13 @@ def machine_on(pump):
     valve = {"compensator": of.compensator, "return-area-ratio": list(of.returns)}
     if of.setting is not None:
         valve["compensator-setting"] = of.setting
+    if of.droop:
+        stated |= {"droop": 10 * of.droop, "rated-torque": 10.0}
+    if of.out:
+        valve |= {"return-pressure": list(of.out), "return-pressure-range": 6 * BAR}
+    if of.curve:
+        travel, area = map(list, of.curve)
+        valve |= {"metering.supply-to-b.travel": travel, "metering.supply-to-b.area": area}
     friction = {
         "model": "static",
         "coulomb": 0.0,
@@ -129,12 +157,14 @@ def drop(of, supply, load, port):
 def supply_rates(of, state, drawn, signal):
     p, load, e = state[0], state[1] if of.margin is not None else 0.0, state[-1] if of.range is not None else 1.0
     full = of.displacement / (2 * np.pi) * SPEED
+    slowed = max(0.0, 1 - of.droop * of.displacement / (2 * np.pi) * p * (e + 1 / EFFICIENCIES[1] - 1))
 
     def followed(highest):
         return highest if of.margin is None else min(highest, load + of.margin)
 
     opens = of.relief if of.range is not None else followed(of.relief)
-    inflow = e * full - (1 - EFFICIENCIES[0]) * full * p / SET - GRADIENT * rounded(p - opens, 0.5 * BAR) - drawn
+    leaked, relieved = (1 - EFFICIENCIES[0]) * full * p / SET, GRADIENT * rounded(p - opens, 0.5 * BAR)
+    inflow = e * full * slowed - leaked - relieved - drawn
     found = [inflow / ((of.volume + of.compliance * p) / bulk_modulus(p) + of.compliance)]
     if of.margin is not None:
         found.append((signal - load) / of.line)
@@ -151,15 +181,32 @@ def connection(spool):
     return t**3 * (10 - 15 * t + 6 * t**2)
 
 
+def returned(of, port, spool, p):
+    """Opening of the edge from a port to the tank, m."""
+    that_way = spool if port else -spool
+    if of.out is None:
+        return of.returns[port] * max(that_way, 0.0)
+    share = (p - of.out[port]) / (6 * BAR)
+    return of.returns[port] * 0.05 * connection(max(that_way, 0.0)) * (rounded(share, 0.1) - rounded(share - 1, 0.1))
+
+
+def fed_to_b(of, spool):
+    """Opening of the edge from the supply to port B, m."""
+    return -spool if of.curve is None else 0.05 * float(CURVES[of.curve](min(max(-spool, 0.0) / 0.05, 1.0)))
+
+
+CURVES = {of.curve: PchipInterpolator(*of.curve) for of in PUMPS.values() if of.curve}
+
+
 def rates(t, state, pump):
     of = PUMPS[pump]
     x, v, p1, p2, spool, spool_rate, p = state[:7]
     load = state[7] if of.margin is not None else 0.0
     pa, pb = (pressure - dynamic * v * v for pressure, dynamic in zip((p1, p2), DYNAMIC, strict=True))
-    fed = [edge(spool, drop(of, p, load, pa)), edge(-spool, drop(of, p, load, pb))]
+    fed = [edge(spool, drop(of, p, load, pa)), edge(fed_to_b(of, spool), drop(of, p, load, pb))]
     if of.compensator != "none":
         fed = [max(flow, 0.0) for flow in fed]
-    q1, q2 = fed[0] - of.returns[0] * edge(-spool, pa), of.returns[1] * edge(spool, pb) - fed[1]
+    q1, q2 = fed[0] - edge(returned(of, 0, spool, pa), pa), edge(returned(of, 1, spool, pb), pb) - fed[1]
     gap = np.pi * GAP**3 / (6 * VISCOSITY)
     internal, external = gap * (BORE / 2 + GAP) / PISTON * (p1 - p2), gap * (ROD / 2 + GAP) / GLAND * p2
     v1, v2 = MIDDLE[0] + AREAS[0] * x, MIDDLE[1] - AREAS[1] * x

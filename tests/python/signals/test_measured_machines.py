@@ -92,3 +92,37 @@ def test_friction_of_the_servo_cylinder(script, tmp_path):
     assert len(points) == 4
     for velocity, force, error in zip(points.velocity, points.force, points.force_error):
         assert force == pytest.approx(50.0 + 60.0 * velocity, abs=max(4 * error, 0.3))
+
+
+@pytest.fixture(scope="module")
+def pvg32():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(SCRIPT.parent))
+        return runpy.run_path(str(SCRIPT.with_name("measured_pvg32.py")))
+
+
+def test_a_log_crane_moves_as_fast_as_its_compensated_section_lets_it(pvg32, tmp_path):
+    """A made log in the format of the cycle: voltages each way give the flows of the data sheet, whatever the load."""
+    time = np.arange(0.0, 9.0, 0.02)
+    volts = np.interp(time, [0.5, 1.5, 4.0, 4.5, 5.0, 6.0, 9.0], [5.8, 5.0, 5.0, 5.8, 5.8, 6.4, 6.4])
+    still = np.ones_like(time)
+    columns = {
+        "t_s": time, "s1_position_meas_mm": 1000.0 * still, "s2_position_meas_mm": 1281.0 * still,
+        "U1_control_meas_V": volts, "U2_control_meas_V": 5.8 * still, "pP_pressure_meas_Pa": 92e5 * still,
+    } | {f"{p}_pressure_meas_Pa": 1e6 * still for p in ("p1", "p2", "p3", "p4")}  # fmt: skip
+    rows = "\n".join(",".join(f"{v:.9g}" for v in row) for row in zip(*columns.values()))
+    (tmp_path / pvg32["patu"].CYCLE).write_text(",".join(columns) + "\n" + rows + "\n", encoding="utf-8")
+    log = pvg32["cycle"](tmp_path)
+    c = pvg32["compared"](log, pvg32["simulated"](log))
+    full, overlap = 40e-3 / 60, 0.8
+
+    def flow(volts_from_neutral):
+        return full * (volts_from_neutral / 3 * 7 - overlap) / (7 - overlap)
+
+    up, down = (pvg32["speed"](c.time, c.run["s1"], window) * 1e-3 for window in ((2.5, 4.0), (7.5, 9.0)))
+    area, annulus = np.pi / 4 * 0.1**2, np.pi / 4 * (0.1**2 - 0.056**2)
+    assert up == pytest.approx(flow(0.8) / area, rel=0.01)
+    # The load pushes, and the wide edge to the tank lets it run ahead of its feed: no slower than that.
+    assert down < -0.99 * flow(0.6) / annulus
+    with pytest.raises(SystemExit):
+        pvg32["main"](["--data", str(tmp_path / "nothing")])

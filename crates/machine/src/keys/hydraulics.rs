@@ -207,10 +207,51 @@ pub static VALVE: &[Key] = &[
         .defaults(&["0 s"])
         .usual(&[("0.1 ms", "2 s", 30.0)])
         .means("Dead time from the command to the spool."),
+    Key::pair("return-pressure", &[PRESSURE], NonNegative)
+        .otherwise("the spool of the feed opens the edges to the tank too")
+        .usual(&[("0.5 bar", "400 bar", 2.0)])
+        .means("Pressures that ports A and B keep while they drain, by spools of their own (separate meter-out); with `4/3` only.")
+        .source("theory/hydraulics/meter_out.md"),
+    Key::quantity("return-pressure-range", &[PRESSURE], Positive)
+        .defaults(&["5 bar"])
+        .usual(&[("0.5 bar", "100 bar", 10.0)])
+        .means("Rise beyond `return-pressure` that opens the edge fully."),
+    Key::table("metering", METERING)
+        .otherwise("every edge opens in proportion to the spool beyond the overlap")
+        .means("Areas of the metering edges over the displacement of the spool.")
+        .source("theory/hydraulics/metering.md"),
     Key::table("command", SIGNAL_CHAIN)
         .otherwise("the spool command is the controller's command")
         .means("The signal chain from a controller's command to the spool command."),
     Key::table("printed", PRINTED_VALVE).otherwise("none").means("Values of the printed program, for `[errata]`."),
+];
+
+/// Of the two ways to state a curve.
+const AREA_OR_FLOW: &str = "this, or the other of `area` and `flow`";
+
+static METERING: &[Key] = &[
+    Key::table("supply-to-a", CURVE)
+        .otherwise("in proportion")
+        .means("From the supply to port A, as the piston extends."),
+    Key::table("a-to-tank", CURVE).otherwise("in proportion").means("From port A to the tank, as it retracts."),
+    Key::table("supply-to-b", CURVE)
+        .otherwise("in proportion")
+        .means("From the supply to port B, as it retracts; of a regenerative valve both ways."),
+    Key::table("b-to-tank", CURVE)
+        .otherwise("in proportion")
+        .means("From port B to the tank, as it extends; with `4/3` only."),
+];
+
+static CURVE: &[Key] = &[
+    Key::series("travel", &[NUMBER])
+        .required()
+        .means("Displacements of the spool as shares of its stroke, from 0 to 1, rising; 2 to 16 of them, a thousandth apart at least."),
+    Key::series("area", &[NUMBER])
+        .otherwise(AREA_OR_FLOW)
+        .means("Areas there, as shares of the one that has the nominal flow at the nominal drop; from 0, not falling."),
+    Key::series("flow", &[FLOW])
+        .otherwise(AREA_OR_FLOW)
+        .means("Flows there at the nominal drop over one edge; from 0, not falling."),
 ];
 
 static SIGNAL_CHAIN: &[Key] = &[
@@ -372,7 +413,16 @@ pub static PUMP: &[Key] = &[
     Key::quantity("speed", &[ANGULAR_VELOCITY], Positive)
         .otherwise(REAL_PUMP)
         .usual(&[("300 rpm", "4000 rpm", 10.0)])
-        .means("Speed of the shaft, constant."),
+        .means("Speed of the shaft: constant, or with `droop` that without a load. Overrides of a scenario's phases change it in time."),
+    Key::quantity("droop", &[NUMBER], Positive)
+        .otherwise("the speed is constant")
+        .usual(&[("0.002", "0.3", 4.0)])
+        .means("Share of its speed that the engine loses at `rated-torque`; in proportion to the torque, below 1.")
+        .source("theory/hydraulics/pump.md"),
+    Key::quantity("rated-torque", &[TORQUE], Positive)
+        .otherwise("required with `droop`")
+        .usual(&[("2 N m", "5000 N m", 10.0)])
+        .means("Torque of the pump at which `droop` is stated."),
     Key::quantity("volumetric-efficiency", &[NUMBER], Positive)
         .otherwise(REAL_PUMP)
         .usual(&[("0.7", "1", 3.0)])

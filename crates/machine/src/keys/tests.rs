@@ -32,10 +32,21 @@ const MACHINE_WITH_MORE: &str = r#"
     type = "pressure-compensated"
     displacement = "45 ml"
     speed = "1500 rpm"
+    droop = "5 %"
+    rated-torque = "150 N m"
     volumetric-efficiency = 0.95
     hydromechanical-efficiency = 0.92
     [mains]
     volume = "2 l"
+    [valve.jib]
+    return-pressure = ["20 bar", "3 bar"]
+    return-pressure-range = "4 bar"
+    [valve.lift.metering.supply-to-a]
+    travel = [0, 0.1, 1]
+    area = [0, 0, 1]
+    [valve.lift.metering.a-to-tank]
+    travel = [0, 1]
+    flow = ["0 l/min", "3 l/min"]
     [ground]
     height = "-2 m"
     support.bunk = { height = "-1 m", from = "1 m", to = "2 m" }

@@ -30,6 +30,10 @@ fn put<T: Number>(
         let message = "the regenerative valve of this cylinder returns the oil of the rod side to the mains";
         return Err(table.error(ErrorKind::ConflictingKeys, "side", message).help("put it at the piston side"));
     }
+    if cylinder.valve.meter_out[side].is_some() {
+        let message = "the valve keeps the pressure of this side by a spool of its own (`return-pressure`)";
+        return Err(table.error(ErrorKind::ConflictingKeys, "side", message).help("keep one of the two"));
+    }
     let valve = LoadHolding {
         nominal_flow: table.quantity("nominal-flow")?,
         nominal_pressure_drop: table.quantity("nominal-pressure-drop")?,

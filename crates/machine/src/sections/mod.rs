@@ -14,6 +14,7 @@ mod keep_out;
 mod line;
 mod link;
 mod load_holding;
+mod metering;
 mod on_a_side;
 mod port_valves;
 mod reference;

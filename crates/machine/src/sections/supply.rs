@@ -1,7 +1,7 @@
 //! `[supply]`, `[pump.<name>]` and `[mains]`: where the oil comes from.
 
 use crate::errors::ErrorKind;
-use crate::model::{Compensator, LoadSensing, Machine, Mains, PressureControl, Pump, Supply, Valve};
+use crate::model::{Compensator, Engine, LoadSensing, Machine, Mains, PressureControl, Pump, Supply, Valve};
 use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::{accumulator, required_table, Result};
@@ -29,6 +29,8 @@ impl PumpKind {
                 &[
                     "displacement",
                     "speed",
+                    "droop",
+                    "rated-torque",
                     "volumetric-efficiency",
                     "hydromechanical-efficiency",
                     "control-range",
@@ -89,14 +91,19 @@ pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
 /// there is no load.
 fn check_size<T: Number>(root: &Reader, machine: &Machine<T>, mains: &Mains<T>) -> Result<()> {
     let (pump, supply) = (&mains.pump, &machine.supply);
-    let given = pump.displacement.plain() / TAU * pump.speed.plain() * pump.volumetric_efficiency.plain();
+    let idle = pump.displacement.plain() / TAU * pump.speed.plain();
+    let rise = supply.pressure.plain() - supply.tank_pressure.plain();
+    let torque = pump.displacement.plain() / TAU * rise / pump.hydromechanical_efficiency.plain();
+    // What an engine loses at the supply pressure.
+    let lost = pump.engine.as_ref().map_or(0.0, |of| of.droop.plain() * torque / of.rated_torque.plain());
+    let given = idle * (pump.volumetric_efficiency.plain() - lost.min(1.0));
     let asked = |valve: &Valve<T>| {
         let drop = match (&valve.compensator, &mains.load_sensing) {
             (Compensator::Before(setting), _) => setting.plain(),
             (Compensator::Behind, Some(sensing)) => sensing.margin.plain(),
             _ => 0.5 * (supply.pressure.plain() - supply.tank_pressure.plain()),
         };
-        valve.nominal_flow.plain() * libm::sqrt(drop / valve.edge_pressure_drop.plain())
+        valve.largest_feed() * valve.nominal_flow.plain() * libm::sqrt(drop / valve.edge_pressure_drop.plain())
     };
     let asked = machine.cylinders.iter().map(|cylinder| (asked(&cylinder.valve), &cylinder.valve.name));
     let Some((most, valve)) = asked.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(most, _)| *most > given) else {
@@ -210,6 +217,7 @@ fn pump<T: Number>(name: &str, table: &Reader, supply: &Supply<T>) -> Result<Opt
         name: name.into(),
         displacement: table.quantity("displacement")?,
         speed: table.quantity("speed")?,
+        engine: engine(table)?,
         volumetric_efficiency: efficiency(table, "volumetric-efficiency")?,
         hydromechanical_efficiency: efficiency(table, "hydromechanical-efficiency")?,
         control,
@@ -231,6 +239,23 @@ fn load_sensing<T: Number>(table: &Reader) -> Result<Option<LoadSensing<T>>> {
         };
     };
     Ok(Some(LoadSensing { margin, time_constant: table.quantity_or_default("ls-time-constant")? }))
+}
+
+/// `None`: the speed is constant.
+fn engine<T: Number>(table: &Reader) -> Result<Option<Engine<T>>> {
+    let Some(droop) = table.optional_quantity::<T>("droop")? else {
+        return match table.has("rated-torque") {
+            true => Err(table
+                .error(ErrorKind::ConflictingKeys, "rated-torque", "counts for nothing without `droop`")
+                .help("give `droop`, the share of the speed that is lost at this torque, or leave it out")),
+            false => Ok(None),
+        };
+    };
+    if droop.plain() >= 1.0 {
+        let message = "the engine would stand still at its rated torque";
+        return Err(table.error(ErrorKind::OutOfRange, "droop", message).help("give a share: 0.05, or \"5 %\""));
+    }
+    Ok(Some(Engine { droop, rated_torque: table.quantity("rated-torque")? }))
 }
 
 fn control<T: Number>(table: &Reader, supply: &Supply<T>) -> Result<PressureControl<T>> {

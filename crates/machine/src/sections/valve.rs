@@ -5,7 +5,7 @@ use crate::model::{Compensator, PrintedBlend, Valve, ValveKind};
 use crate::nearest::suggestion;
 use crate::number::Number;
 use crate::reader::Reader;
-use crate::sections::{signal_chain, Result};
+use crate::sections::{metering, signal_chain, Result};
 
 pub fn read<T: Number>(name: &str, table: &Reader) -> Result<Valve<T>> {
     let stroke: T = table.quantity("stroke")?;
@@ -20,22 +20,33 @@ pub fn read<T: Number>(name: &str, table: &Reader) -> Result<Valve<T>> {
             return Err(table.error(ErrorKind::ConflictingKeys, key, message).help(format!("leave `{key}` out")));
         }
     }
+    let around = metering::Around {
+        kind,
+        nominal_flow: table.quantity("nominal-flow")?,
+        overlap: table.quantity_or_default("overlap")?,
+        return_ratio: match table.optional("return-area-ratio")? {
+            Some(field) => field.pair()?,
+            None => [T::c(1.0); 2],
+        },
+    };
+    let metering = metering::read(table, &around)?;
+    let meter_out = metering::meter_out(table, kind, &metering)?;
+    let metering::Around { nominal_flow, overlap, return_ratio, .. } = around;
     let valve = Valve {
         name: name.into(),
         kind,
         stroke,
-        nominal_flow: table.quantity("nominal-flow")?,
+        nominal_flow,
         edge_pressure_drop: edge_pressure_drop(table, &compensator)?,
         transition_pressure: table.quantity("transition-pressure")?,
         printed_blend: table.table("printed")?.map(printed_blend).transpose()?,
         natural_frequency: table.quantity("natural-frequency")?,
         damping_ratio: table.quantity("damping-ratio")?,
-        overlap: table.quantity_or_default("overlap")?,
+        overlap,
+        metering,
+        meter_out,
         leakage: table.quantity_or_default("leakage")?,
-        return_ratio: match table.optional("return-area-ratio")? {
-            Some(field) => field.pair()?,
-            None => [T::c(1.0); 2],
-        },
+        return_ratio,
         load_check: load_check || !compensator.is_none(),
         compensator,
         velocity_limit: table.optional_quantity("velocity-limit")?,

@@ -12,6 +12,8 @@ pub mod leakage;
 pub mod load_holding;
 pub mod load_sensing;
 pub mod mains;
+pub mod meter_out;
+pub mod metering;
 pub mod orifice;
 pub mod pilot_check;
 pub mod port_valves;

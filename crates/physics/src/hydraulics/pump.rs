@@ -2,12 +2,14 @@
 //!
 //! Q = e D w - k dp                 flow into the mains                                     Wilson (1946)
 //! M = D dp (e + c)                 torque of the shaft
+//! w = max(0, w_0 - s M)            speed of the shaft under its load
 //! P = w M = dp Q + k dp^2 + c w D dp     power of the shaft: delivered, leaked, rubbed away
 //!
 //! | symbol | meaning | unit |
 //! | e      | displacement in use, 0 to 1; a fixed pump has 1           | -          |
 //! | D      | displacement per angle, that per revolution over 2 pi     | m^3/rad    |
-//! | w      | speed of the shaft                                        | rad/s      |
+//! | w, w_0 | speed of the shaft, and without a load                    | rad/s      |
+//! | s      | droop of the engine: fall of speed per torque, 0 where the speed is constant | rad/(s N m) |
 //! | dp     | pressure rise from the tank to the mains                  | Pa         |
 //! | k      | conductance of the leakage, from the volumetric efficiency at the set pressure: (1 - eta_v) D w / dp_set |
 //! | c      | rubbing torque, from the hydromechanical efficiency at full displacement: 1/eta_hm - 1                   |
@@ -17,7 +19,7 @@
 //! p_set is constant, or follows the load ([`super::load_sensing`]).
 //!
 //! Limits of validity: losses are linear in pressure (no cavitation of the suction, no compressibility within the pump), the
-//! shaft's speed is given, and the leakage does not depend on the displacement.
+//! engine follows its load at once, and the leakage does not depend on the displacement.
 
 use hydrocrane_num::Real;
 
@@ -25,8 +27,10 @@ parameters! {
     pub struct Pump {
         /// m^3/rad
         displacement,
-        /// rad/s
+        /// w_0, rad/s
         speed,
+        /// s, rad/(s N m)
+        droop,
         /// m^3/(s Pa)
         leakage,
         /// Torque of rubbing as a share of D dp.
@@ -50,28 +54,34 @@ parameters! {
 const LEAST_RISE: f64 = 1e3;
 
 impl<T: Real> Pump<T> {
-    /// Flow without losses at full displacement, m^3/s.
+    /// Flow without losses at full displacement, m^3/s, at a share `e` of the displacement and the pressure rise `dp` (Pa).
     #[inline(always)]
-    pub fn full_flow(&self) -> T {
-        self.displacement * self.speed
+    pub fn full_flow(&self, e: T, dp: T) -> T {
+        self.displacement * self.shaft_speed(e, dp)
+    }
+
+    /// rad/s
+    #[inline(always)]
+    pub fn shaft_speed(&self, e: T, dp: T) -> T {
+        (self.speed - self.droop * (self.displacement * dp * (e + self.rubbing))).max(T::c(0.0))
     }
 
     /// Flow into the mains, m^3/s, at a share `e` of the displacement and the pressure rise `dp` (Pa).
     #[inline(always)]
     pub fn flow(&self, e: T, dp: T) -> T {
-        e * self.full_flow() - self.leakage * dp
+        e * self.full_flow(e, dp) - self.leakage * dp
     }
 
     /// Power of the shaft, W.
     #[inline(always)]
     pub fn shaft_power(&self, e: T, dp: T) -> T {
-        self.full_flow() * dp * (e + self.rubbing)
+        self.full_flow(e, dp) * dp * (e + self.rubbing)
     }
 
     /// Powers lost by leakage and by rubbing, W.
     #[inline(always)]
-    pub fn losses(&self, dp: T) -> (T, T) {
-        (self.leakage * dp.square(), self.full_flow() * dp * self.rubbing)
+    pub fn losses(&self, e: T, dp: T) -> (T, T) {
+        (self.leakage * dp.square(), self.full_flow(e, dp) * dp * self.rubbing)
     }
 }
 
@@ -94,7 +104,29 @@ mod tests {
     const FULL: f64 = 45e-6 / std::f64::consts::TAU * 157.0;
 
     fn pump() -> Pump<f64> {
-        Pump { displacement: 45e-6 / std::f64::consts::TAU, speed: 157.0, leakage: 0.05 * FULL / 210e5, rubbing: 0.08 }
+        Pump {
+            displacement: 45e-6 / std::f64::consts::TAU,
+            speed: 157.0,
+            droop: 0.0,
+            leakage: 0.05 * FULL / 210e5,
+            rubbing: 0.08,
+        }
+    }
+
+    /// 8 % of the speed at 150 N m.
+    fn on_an_engine() -> Pump<f64> {
+        Pump { droop: 0.08 * 157.0 / 150.0, ..pump() }
+    }
+
+    #[test]
+    fn an_engine_slows_down_under_its_load_and_stalls_at_last() {
+        let pump = on_an_engine();
+        assert_eq!(pump.shaft_speed(0.7, 0.0), 157.0);
+        // The pressure at which the pump takes 150 N m at full displacement.
+        let dp = 150.0 / (pump.displacement * 1.08);
+        assert!((pump.shaft_speed(1.0, dp) / 157.0 - 0.92).abs() < 1e-12);
+        assert!((pump.shaft_power(1.0, dp) - 150.0 * 0.92 * 157.0).abs() < 1e-6);
+        assert_eq!(pump.shaft_speed(1.0, 100.0 * dp), 0.0);
     }
 
     #[test]
@@ -107,11 +139,12 @@ mod tests {
 
     #[test]
     fn what_the_shaft_gives_is_delivered_or_lost() {
-        let pump = pump();
-        for (e, dp) in [(1.0, 150e5), (0.3, 200e5), (0.0, 210e5), (0.5, 0.0)] {
-            let (leaked, rubbed) = pump.losses(dp);
-            let gap = pump.shaft_power(e, dp) - dp * pump.flow(e, dp) - leaked - rubbed;
-            assert!(gap.abs() < 1e-9 * FULL * 210e5, "{e} {dp}: {gap}");
+        for pump in [pump(), on_an_engine()] {
+            for (e, dp) in [(1.0, 150e5), (0.3, 200e5), (0.0, 210e5), (0.5, 0.0)] {
+                let (leaked, rubbed) = pump.losses(e, dp);
+                let gap = pump.shaft_power(e, dp) - dp * pump.flow(e, dp) - leaked - rubbed;
+                assert!(gap.abs() < 1e-9 * FULL * 210e5, "{e} {dp}: {gap}");
+            }
         }
     }
 

@@ -15,15 +15,19 @@
 //! With a load check valve the flows from the supply are not below zero: oil does not return from a port. A pressure compensator
 //! ([`super::compensator`]) takes its part of the drop from the supply to a port.
 //!
+//! The edge from a port to the tank may have a spool of its own that keeps a return pressure ([`super::meter_out`]).
+//!
 //! Between a chamber and its port a valve that holds the load ([`super::load_holding`]) may stand in series with the edge to the
 //! tank. The leakage of both edges of the port flows in proportion to its opening.
 //!
-//! Overlap closes both directions within +-overlap. Leakage (75) is laminar over each edge; unlike (75), which
+//! Overlap closes both directions within +-overlap, where no curve ([`super::metering`]) says how an edge opens. Leakage (75) is laminar over each edge; unlike (75), which
 //! opens it on the closed edges only, it is always there, so the law stays smooth (an open edge drowns it).
 
 use super::compensator::Compensator;
 use super::load_holding::{HeldPressures, LoadHolding};
 use super::load_sensing::Connection;
+use super::meter_out::MeterOut;
+use super::metering::{Edge, Metering};
 use super::orifice::Orifice;
 use hydrocrane_num::{smooth, Real};
 
@@ -34,6 +38,12 @@ pub struct SpoolValve<T> {
     pub edge_b: Orifice<T>,
     /// m
     pub overlap: T,
+    /// Opening that has the nominal flow at the nominal drop: stroke less overlap, m.
+    pub nominal_opening: T,
+    /// `None`: all edges open in proportion to the spool, beyond the overlap.
+    pub metering: Option<Metering<T>>,
+    /// Of the edges from port A and from port B to the tank; `None`: the same spool opens them.
+    pub meter_out: [Option<MeterOut<T>>; 2],
     /// Laminar conductance of an edge, m^3/(s Pa).
     pub leakage: T,
     /// r_A, r_B: areas of the edges to the tank over those from the supply.
@@ -55,6 +65,9 @@ impl<T: Copy> SpoolValve<T> {
             edge_a: self.edge_a.map(f),
             edge_b: self.edge_b.map(f),
             overlap: f(self.overlap),
+            nominal_opening: f(self.nominal_opening),
+            metering: self.metering.as_ref().map(|metering| metering.map(f)),
+            meter_out: self.meter_out.map(|of| of.map(|of| of.map(f))),
             leakage: f(self.leakage),
             return_ratio: self.return_ratio.map(&mut *f),
             regenerative: f(self.regenerative),
@@ -63,6 +76,12 @@ impl<T: Copy> SpoolValve<T> {
             connection: self.connection.map(f),
             holding: self.holding.map(|valve| valve.map(|valve| valve.map(f))),
         }
+    }
+
+    /// The curves of its edges.
+    #[inline(always)]
+    pub fn metering(&self) -> Option<&Metering<T>> {
+        self.metering.as_ref().filter(|_| cfg!(feature = "mobile"))
     }
 
     /// Whether the flow of one port may depend on the pressure of the other.
@@ -119,7 +138,8 @@ impl<T: Real> SpoolValve<T> {
     /// Flows from the supply to port A and from there to the tank, m^3/s.
     #[inline(always)]
     pub fn flows_at_a(&self, spool: T, p: &PortPressures<T>) -> (T, T) {
-        let (extend, retract) = self.openings(spool);
+        let (extend, retract) = self.openings(spool, [Edge::SupplyToA, Edge::AToTank]);
+        let retract = self.metered_out(0, -spool, p.a).unwrap_or(retract);
         let (fed, drained) = (self.compensator.drop(p.supply, p.load, p.a), p.a - p.tank);
         // At most one edge of a port is open: one root per port serves both.
         let per_opening = self.edge_a.flow_per_opening(T::select(spool.lt(T::c(0.0)), drained, fed));
@@ -131,13 +151,13 @@ impl<T: Real> SpoolValve<T> {
     /// The same for port B.
     #[inline(always)]
     pub fn flows_at_b(&self, spool: T, p: &PortPressures<T>) -> (T, T) {
-        let (extend, retract) = self.openings(spool);
+        let (extend, retract) = self.openings(spool, [Edge::BToTank, Edge::SupplyToB]);
         let (fed, drained) = (self.compensator.drop(p.supply, p.load, p.b), p.b - p.tank);
         let zero = T::c(0.0);
         let regenerative = zero.lt(self.regenerative);
         let per_opening = self.edge_b.flow_per_opening(T::select(regenerative | spool.lt(zero), fed, drained));
         let to_supply = T::select(regenerative, extend + retract, retract);
-        let to_tank = T::select(regenerative, zero, extend);
+        let to_tank = T::select(regenerative, zero, self.metered_out(1, spool, p.b).unwrap_or(extend));
         let (share, leakage) = self.held(1, spool, self.return_ratio[1] * to_tank, p);
         let from_supply = self.checked(1, to_supply * per_opening + leakage * fed);
         (from_supply, share * per_opening + leakage * drained)
@@ -158,9 +178,31 @@ impl<T: Real> SpoolValve<T> {
         (T::select(chamber.lt(p.tank), opening, held), self.leakage * open)
     }
 
+    /// Opening (m) of the edge from a `port` to the tank that a spool of its own has, if there is one.
+    #[inline(always)]
+    fn metered_out(&self, port: usize, travel: T, pressure: T) -> Option<T> {
+        let of = self.meter_out(port)?;
+        Some(self.nominal_opening * of.opening(&self.connection, travel, pressure))
+    }
+
+    /// The spool of its own of the edge from a `port` to the tank.
+    #[inline(always)]
+    pub fn meter_out(&self, port: usize) -> Option<&MeterOut<T>> {
+        self.meter_out[port].as_ref().filter(|_| cfg!(feature = "mobile"))
+    }
+
     #[inline(always)]
     fn holding(&self, port: usize) -> Option<&LoadHolding<T>> {
         self.holding[port].as_ref().filter(|_| cfg!(feature = "mobile"))
+    }
+
+    /// Openings (m) of the edges in the order of [`Edge`]. In a regenerative valve the one from the supply to port B opens both ways.
+    pub fn edge_openings(&self, spool: T) -> [T; 4] {
+        let (to_a, from_a) = self.openings(spool, [Edge::SupplyToA, Edge::AToTank]);
+        let (from_b, to_b) = self.openings(spool, [Edge::BToTank, Edge::SupplyToB]);
+        let (zero, regenerative) = (T::c(0.0), T::c(0.0).lt(self.regenerative));
+        let to_tank = T::select(regenerative, zero, from_b * self.return_ratio[1]);
+        [to_a, from_a * self.return_ratio[0], to_b + T::select(regenerative, from_b, zero), to_tank]
     }
 
     /// Losses of the compensator at the edges to port A and to port B, W, with the flows through `edges`.
@@ -187,10 +229,15 @@ impl<T: Real> SpoolValve<T> {
         }
     }
 
-    /// Openings (m) of the edges that extend and of those that retract the piston.
+    /// Openings (m) of the edge of a port that extends and of the one that retracts the piston.
     #[inline(always)]
-    fn openings(&self, spool: T) -> (T, T) {
-        (smooth::positive_part(spool - self.overlap), smooth::positive_part(-spool - self.overlap))
+    fn openings(&self, spool: T, [extending, retracting]: [Edge; 2]) -> (T, T) {
+        match self.metering() {
+            Some(metering) => {
+                (metering.opening(extending, spool, self.overlap), metering.opening(retracting, -spool, self.overlap))
+            }
+            None => (smooth::positive_part(spool - self.overlap), smooth::positive_part(-spool - self.overlap)),
+        }
     }
 }
 
@@ -222,6 +269,7 @@ mod tests {
     use super::super::counterbalance::Counterbalance;
     use super::super::orifice::OrificeLaw;
     use super::*;
+    use hydrocrane_num::curve::MonotoneCurve;
 
     fn valve(regenerative: bool, overlap: f64) -> SpoolValve<f64> {
         let edge = Orifice {
@@ -236,6 +284,9 @@ mod tests {
             edge_a: edge,
             edge_b: edge,
             overlap,
+            metering: None,
+            nominal_opening: 0.05,
+            meter_out: [None; 2],
             leakage: 0.0,
             return_ratio: [1.0; 2],
             regenerative: f64::from(u8::from(regenerative)),
@@ -274,6 +325,39 @@ mod tests {
         let (narrow_up, narrow_down) = (narrow.flows(0.01, &P), narrow.flows(-0.01, &P));
         assert_eq!((narrow_up.supply_to_a, narrow_up.b_to_tank), (up.supply_to_a, 0.5 * up.b_to_tank));
         assert_eq!((narrow_down.supply_to_b, narrow_down.a_to_tank), (down.supply_to_b, 0.25 * down.a_to_tank));
+    }
+
+    #[test]
+    fn a_spool_of_its_own_for_the_return_keeps_its_pressure() {
+        let out = SpoolValve { meter_out: [Some(MeterOut { pressure: 55e5, range: 10e5 }), None], ..valve(false, 0.0) };
+        let plain = valve(false, 0.0);
+        // At 60 bar it is half open, whatever the feed; below 55 bar it is closed.
+        for spool in [-0.01, -0.04] {
+            let (flows, full) = (out.flows(spool, &P), plain.flows(-0.05, &P));
+            assert!((flows.a_to_tank / (0.5 * full.a_to_tank) - 1.0).abs() < 1e-12);
+            assert_eq!(flows.supply_to_b, plain.flows(spool, &P).supply_to_b);
+            assert_eq!(out.flows(spool, &PortPressures { a: 50e5, ..P }).a_to_tank, 0.0);
+        }
+        assert_eq!(out.flows(0.02, &P).a_to_tank, 0.0);
+        assert_eq!(out.flows(0.02, &P).b_to_tank, plain.flows(0.02, &P).b_to_tank);
+    }
+
+    #[test]
+    fn each_edge_opens_by_its_own_curve() {
+        let notched = |area: f64| Some(MonotoneCurve::new(&[[0.0, 0.0], [0.2, 0.0], [0.6, area], [1.0, 1.0]]));
+        let curves = [notched(0.1), notched(0.2), notched(0.3), notched(0.4)];
+        let plain = valve(false, 0.0);
+        let curved =
+            SpoolValve { metering: Some(Metering { stroke: 0.05, full: [0.05; 4], curves }), ..valve(false, 0.0) };
+        // At 60 % of the stroke; the plain edge has that opening.
+        let (up, down) = (curved.flows(0.03, &P), curved.flows(-0.03, &P));
+        let by_area = |area: f64, sense: f64| plain.flows(sense * 0.05 * area, &P);
+        let near = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-12, "{a} {b}");
+        near(up.supply_to_a, by_area(0.1, 1.0).supply_to_a);
+        near(up.b_to_tank, by_area(0.4, 1.0).b_to_tank);
+        near(down.a_to_tank, by_area(0.2, -1.0).a_to_tank);
+        near(down.supply_to_b, by_area(0.3, -1.0).supply_to_b);
+        assert_eq!((curved.flows(0.009, &P).supply(), curved.flows(-0.009, &P).tank()), (0.0, 0.0));
     }
 
     #[test]

@@ -6,10 +6,11 @@ use hydrocrane_ode::BlockArrow;
 use hydrocrane_sim::{build, Model};
 use std::sync::Arc;
 
-const MACHINES: [&str; 7] = [
+const MACHINES: [&str; 8] = [
     "rottne-f9-lab",
     "rottne-f9-pump",
     "rottne-f9-mobile",
+    "rottne-f9-ls",
     "hiab-xs031",
     "single-cylinder",
     "rig-rottne",
@@ -35,7 +36,8 @@ fn models() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     MACHINES.into_iter().flat_map(|name| [(name, model(name)), (name, frictionless(name))])
 }
 
-/// Fixed pumps, torque limits, soft hoses, unloading, flow sharing, load-holding and port valves, lines, accumulators and measured pressures on chains of one and
+/// Fixed pumps, torque limits, engines, soft hoses, unloading, flow sharing, curves, separate meter-out, load-holding and port valves, lines, accumulators and
+/// measured pressures on chains of one and
 /// three joints.
 fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     let fixed = r#"
@@ -57,6 +59,8 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
         volumetric-efficiency = 0.9
         hydromechanical-efficiency = 0.85
         torque-limit = "30 N m"
+        droop = "12 %"
+        rated-torque = "25 N m"
         [mains]
         volume = "1 l"
     "#;
@@ -100,7 +104,23 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     let gas = "[accumulator.main]\nvolume = \"0.7 l\"\nprecharge = \"80 bar\"\n";
     let held = unloaded.clone() + &on_both_sides;
     let lifting = sharing.clone() + &holding("lift", "piston-side") + &holding("tilt", "rod-side");
+    let curve = |valve: &str, edge: &str, points: &str| format!("[valve.{valve}.metering.{edge}]\n{points}\n");
+    let notch = "travel = [0, 0.1, 0.2, 0.6, 1]\narea = [0, 0, 0.05, 0.3, 0.9]";
+    let wide = "travel = [0, 0.3, 0.8, 1]\nflow = [\"0 l/min\", \"1 l/min\", \"9 l/min\", \"9 l/min\"]";
+    let notched = sharing.clone()
+        + "overlap = \"2 mm\"\n"
+        + &[("supply-to-a", notch), ("a-to-tank", wide), ("supply-to-b", wide), ("b-to-tank", notch)]
+            .map(|(edge, points)| curve("lift", edge, points))
+            .concat()
+        + &curve("tilt", "b-to-tank", notch);
+    let separate = sharing.clone()
+        + "return-pressure = [\"40 bar\", \"3 bar\"]\nreturn-area-ratio = [0.6, 1.3]\n\
+           [valve.extension]\noverlap = \"0.1 mm\"\nreturn-pressure = \"70 bar\"\nreturn-pressure-range = \"60 bar\"\n";
+    let regenerative = curve("extension", "supply-to-b", notch) + &curve("extension", "a-to-tank", wide);
     [
+        ("hiab-xs031", notched),
+        ("hiab-xs031", separate),
+        ("rottne-f9-lab", regenerative),
         ("hiab-xs031", "[supply]\nmeasured = \"yes\"\n".to_string()),
         ("single-cylinder", on_both_sides),
         ("hiab-xs031", at_ports[0].clone()),
