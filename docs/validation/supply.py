@@ -70,7 +70,7 @@ SHARES = {
 
 
 PATH_TEXT = """The path of `tip-vertical-line` (8 s, tip control, the crane's own sensors) with compensated sections on
-pumps of 18 ml and at most 180 bar: one motion, so what differs is the supply alone. Spools of their own for meter-in
+pumps of 18 ml and at most 180 bar: one motion, so only the supply differs. Separate spools for meter-in
 and meter-out are not modelled yet."""
 
 
