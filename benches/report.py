@@ -88,7 +88,7 @@ def exudyn(results: Results) -> str:
     text = table(["step [ms]", "tip error against its own limit [µm]", "time [ms]", "time in ours"], rows)
     lines = "\n".join(f"* {line}" for line in DIFFERENCES)
     return (
-        f"{text}\n\nWhat its model lacks or has otherwise:\n\n{lines}\n\n"
+        f"{text}\n\nDifferences of its model:\n\n{lines}\n\n"
         f"With all of this its tip stays within {digits(section['apart_m'] * 1e3, 2)} mm of that of the full model."
     )
 

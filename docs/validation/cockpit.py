@@ -180,9 +180,9 @@ does.
 {table}
 
 A key passes the page, the next sample of the controller (10 ms), the next message of the simulation (15 ms) and the
-next frame before it is seen; how long the crane itself then takes to move is the crane's affair.
+next frame before it is visible; the response time of the crane itself is not included.
 
-What is computed does not depend on any of this: a saved drive of 60 s, with changes of mode, supply, friction,
+The computed motion does not depend on any of this: a saved drive of 60 s, with changes of mode, supply, friction,
 sensors and load on the way, is repeated by the native core to the same tip within 1e-9 m
 (`tests/python/cockpit/test_cockpit.py`).
 """

@@ -158,7 +158,7 @@ def recovery(seeds: int) -> list[str]:
         "by 10 %, flow, spool, oil and leakage by 20 % (standard deviations), and the sensors. One `ramp` and one",
         "`step` at 1 kHz, each calibrated by itself, are fitted starting from the file. Columns: median and "
         "root-mean-square error, seeds within",
-        "10 % (stiffness) and 25 % (damping), 95 % intervals that hold the true value; the last two over all",
+        "10 % (stiffness) and 25 % (damping), 95 % intervals that contain the true value; the last two over all",
         "fourteen parameters of the rig, and for the one whose intervals hold least often.\n",
         "| rig | seeds | stiffness: median | rms | within 10 % | held | damping: median | rms | within 25 % | held "
         "| all held | worst |",
@@ -200,11 +200,11 @@ def foreign(seeds: int) -> list[str]:
         rows.append(f"| `{name}` | {sum(hits)} of {len(hits)} | {rms} |")
     every = [hit for hits in held.values() for hit in hits]
     return [
-        f"{fewer} cylinders from a maker of logs of its own (`tests/python/identification/foreign_rig.py`): laws in",
+        f"{fewer} cylinders from an independent program (`tests/python/identification/foreign_rig.py`): laws in",
         "NumPy, integrated by SciPy, sensors with errors of their own. Friction, bristles, valve, oil and leakage are",
         "drawn far from the rig's file (Coulomb 100 to 300 N, Stribeck velocity 3 to 20 mm/s). Levels of constant",
         "velocity, a ramp and pulses go into one default call of `identify_friction`: the static map comes from the",
-        "same sensors, and its covariance goes along. 95 % intervals that hold the true value, and the",
+        "same sensors, and its covariance is used too. 95 % intervals that hold the true value, and the",
         f"root-mean-square error; {warned} of {fewer} fits warned.\n",
         "| value | held | rms error |",
         "|---|---|---|",
@@ -289,14 +289,14 @@ def table_5(seeds: int) -> list[str]:
     low, high = np.array(found[NAMES[0]]), np.array(found[NAMES[1]])
     negative, furthest = np.count_nonzero(high < 0), 1.54e4 / np.abs(high).max()
     return [
-        f"The thesis reads both parameters off by straight lines, (126) and (127). {seeds} seeds of the Rottne rig",
+        f"The thesis determines both parameters from straight lines, (126) and (127). {seeds} seeds of the Rottne rig",
         "of the machine file, the mean of each log's readings:\n",
         "| parameter | true | mean of the seeds | standard deviation | negative |",
         "|---|---|---|---|---|",
         f"| stiffness, N/m | 1.1e5 | {low.mean():.3g} | {low.std():.2g} | {np.count_nonzero(low < 0)} of {seeds} |",
         f"| damping, N s/m | 754 | {high.mean():.3g} | {high.std():.2g} | {negative} of {seeds} |",
         "\nThe velocity that the damping is divided by is the derivative of a potentiometer with noise and",
-        "hysteresis; that alone may turn the sign.",
+        "hysteresis; this alone may change the sign.",
         f"Table 5's values are {furthest:.0f} times as large as the largest of these (E19).",
     ]
 

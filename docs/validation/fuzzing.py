@@ -28,7 +28,7 @@ multiplied by 1e-300 to 1e300; a value, unit or key by another; lines or tables 
 from another file; bytes changed; deep nesting; very long texts and lists. In logs also cells, columns and
 delimiters. A seed and a number make an input again.
 
-Worker processes try the inputs. An input fails if it
+Worker processes read the inputs. An input fails if it
 
 * panics, or in Python raises anything but the package's own errors,
 * is not done after 5 s of processor time,

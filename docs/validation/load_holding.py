@@ -164,7 +164,7 @@ def page() -> str:
         "",
         f"{len(found)} operating points, {hunting} of them unstable by eigenvalues; runs agree in {agreed}.",
         f"The others are within {border:.1f} 1/s of the border, too slow for {DURATION:g} s to show.",
-        "A cell holds the growth rate and frequency of the least damped swing, and the swing of the velocity in a run.",
+        "A cell: growth rate and frequency of the least damped oscillation, and the velocity oscillation of a run.",
         "",
         *table(found),
         "",

@@ -146,7 +146,7 @@ def missing(folder: Path) -> list[str]:
 
 def said(fit: StaticFit) -> list[str]:
     """The warnings of a fit as a list."""
-    return ["What the program says of the fit:", "", *(f"* {text}" for text in fit.warnings)] if fit.warnings else []
+    return ["Warnings of the fit:", "", *(f"* {text}" for text in fit.warnings)] if fit.warnings else []
 
 
 def parameter_table(fit: StaticFit) -> list[str]:
@@ -217,21 +217,21 @@ def wec_section(folder: Path) -> list[str]:
         "",
         "**Balance.** Pull of the test machine = lower gas spring - upper gas spring + (lower - upper hydraulic "
         "pressure) x area + friction. Areas by the source: hydraulic piston 1.375 in^2 both ways, gas springs "
-        "0.0127 m^2 (upper) and 0.0115 m^2 (lower). Velocity is positive where the position grows. Gas pressures "
+        "0.0127 m^2 (upper) and 0.0115 m^2 (lower). Velocity is positive when the position increases. Gas pressures "
         "are read as absolute and hydraulic ones as gauge, as the header says.",
         "",
         "**Assumed.** The areas hold for this machine; the pull is positive outwards (its sign follows from the "
         "gas springs: it rises by the force that they gain over the stroke); `lbs` are pounds-force; inertia is "
-        f"left out, since the moving mass is not stated ({WEC_MASS:g} kg in the check for vibration alone).",
+        f"neglected, because the moving mass is not stated ({WEC_MASS:g} kg only in the check for vibration).",
         "",
         "**Cannot be known.** Weight, the air's pressure on the rod, and zeros of pressures and load cell add up "
-        "to one constant force, which no data here part from Coulomb friction that differs between the directions. "
-        f"If Coulomb friction is alike both ways, the constant is {shift:.0f} N. Pressure is measured at the "
-        "manifold or in the chamber: what oil lost between them counts as friction.",
+        "to one constant force. No data here separate it from Coulomb friction that differs between the directions. "
+        f"If Coulomb friction is equal in both directions, the constant is {shift:.0f} N. Pressure is measured at the "
+        "manifold or in the chamber: pressure losses between them count as friction.",
         "",
         f"Fitted to {len(fitted)} steady windows of the first 200 s, which hold speeds up to {top * 1e3:.0f} mm/s "
-        "alone: two each way, so that friction is taken as a constant and a part in proportion to speed, nothing "
-        "checks that form, and what goes beyond those speeds is extrapolation.",
+        "only: two levels each way. So friction is modelled as a constant plus a part proportional to speed. Nothing "
+        "checks that form, and values above those speeds are extrapolated.",
         "",
         *parameter_table(fit),
         "",
@@ -242,7 +242,7 @@ def wec_section(folder: Path) -> list[str]:
         *rows,
         "",
         "The range is mostly that of gas springs and oil pressure, which are measured; the last column says how "
-        "far the same balance is off with no friction at all.",
+        "large the error of the same balance is without friction.",
         "",
         _beyond(held_out, fit, top),
         "",
@@ -262,7 +262,7 @@ def _beyond(held_out: FrictionPoints, fit: StaticFit, top: float) -> str:
         parts.append(f"{word} they lie {sizes}")
     return (
         f"Beyond {top * 1e3:.0f} mm/s the straight lines of the slow part are continued: {parts[0]}; {parts[1]}. "
-        "Friction of this machine is no straight line over speed."
+        "Friction of this machine is not linear in speed."
     )
 
 
@@ -286,18 +286,18 @@ def servo_section(folder: Path) -> list[str]:
         "voltage moves a free piston out and back. Position 0.02 m/V, pressure 10 bar/V.",
         "",
         "**Pairing.** The pressures of both sides come from separate runs. A run of side A and one of side B of "
-        "the same voltage and the same sample number are put side by side by the time since the valve opened; "
+        "the same voltage and the same sample number are aligned by the time since the valve opened; "
         "position and velocity are those of the run of side A. Friction = p_A A_A - p_B A_B.",
         "",
-        "**Assumed.** Equal voltages give equal motion in both runs; the cylinder lies, so that no weight acts; "
+        "**Assumed.** Equal voltages give equal motion in both runs; the cylinder is horizontal, so no weight acts; "
         "bore 16 mm and rod 10 mm are exact; the pressure sensors have no zero error. The moving mass "
-        f"({SERVO_MASS:g} kg) enters the check for vibration alone.",
+        f"({SERVO_MASS:g} kg) enters only the check for vibration.",
         "",
-        "The position stands at one value at the far end of the stroke, again and again (flag `clipped`): its "
+        "The position repeatedly stays at one value at the far end of the stroke (flag `clipped`): its "
         "range ends there, and such samples are in no window.",
         "",
         "**Cannot be known.** A zero error of 0.1 bar on side A moves friction by 2.0 N, one on side B by 1.2 N, "
-        "in opposite senses out and back: Coulomb friction of both directions carries it, and the intervals do not.",
+        "with opposite signs out and back: it is part of both Coulomb frictions, but not of the intervals.",
         "",
         f"Fitted to {len(fitted)} steady windows of sample 1. Form, chosen by likelihood with viscous exponent 1: "
         f"{fit.form_text}.",
@@ -306,7 +306,7 @@ def servo_section(folder: Path) -> list[str]:
         "",
         *said(fit),
         "",
-        f"Judged on {len(held_out)} windows of sample 2: rms {rms:.2f} N, largest {np.abs(errors[1]).max():.2f} N; "
+        f"Compared with {len(held_out)} windows of sample 2: rms {rms:.2f} N, largest {np.abs(errors[1]).max():.2f} N; "
         f"{rms / float(np.mean(np.abs(held_out.force))):.1%} of the mean friction, {rms / span:.1%} of the range "
         "over both directions.",
         "",
@@ -323,7 +323,7 @@ def page(folder: Path) -> str:
         "",
         "<!-- generated by docs/validation/measured.py -->",
         "",
-        "Logs of machines that others measured, judged on parts that were held out: friction identified from two "
+        "Logs of machines that others measured, compared on parts that were not fitted: friction identified from two "
         "cylinders, and weight, friction and payload of a crane against its pressures. A simulated motion of a "
         "crane is compared with a measured one [on another page](measured-pvg32.md). The data are not part of "
         "the project: `python "

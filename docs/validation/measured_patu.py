@@ -131,14 +131,14 @@ def section(folder: Path) -> list[str]:
         "*Friction by the jump*: the measured force jumps by 3.7 to 4.9 kN between holding and lifting, half to all "
         f"of which is friction; taken as {FRICTION[0] * 1e-3:g} kN, standard deviation {FRICTION[1] * 1e-3:g} kN.",
         "",
-        "What the program says of the first fit:",
+        "Warnings of the first fit:",
         "",
         *(f"* {text.replace(f'{folder / CYCLE}: ', '')}" for text in found["alone"].warnings),
         "",
         "The payload is not stated with the data. The angle sensors and the length of the tilt cylinder disagree by "
         f"{angle[0]:.1f} deg in the median; the last fit leaves that angle free about this value and finds "
         f"{angle[1]:.1f} deg. A piston at rest has some friction between minus and plus break-away; the tilt cylinder "
-        "rests throughout, so that its residual says no more than that it stays within.",
+        "rests throughout, so its residual only shows that it stays within this range.",
         "",
         "**Driven by its logged commands** the crane is simulated in [a page of its own](measured-pvg32.md), with the "
         "pressure-compensated sections of its PVG 32.",

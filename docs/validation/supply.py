@@ -74,8 +74,8 @@ SHARES = {
 
 
 PATH_TEXT = """The path of `tip-vertical-line` (8 s, tip control, the crane's own sensors) with compensated sections on
-pumps of 18 ml and at most 180 bar: one motion, so what differs is the supply, and in the last row the return:
-spools of their own keep 50 bar in the piston sides and 3 bar in the rod sides while these drain."""
+pumps of 18 ml and at most 180 bar: one motion, so only the supply differs, and in the last row the return:
+separate spools keep 50 bar in the piston sides and 3 bar in the rod sides while these drain."""
 
 
 def runs() -> dict[str, hc.Run]:

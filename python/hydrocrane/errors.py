@@ -1,7 +1,7 @@
-"""One exception tree for everything that can be wrong with what a person hands in.
+"""One exception tree for all input errors.
 
 Every exception derives from :class:`HydrocraneError`, which is a ``ValueError``; its text is one message that
-says what is wrong, where, and what would be right.
+states what is wrong, where, and the nearest valid choice.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class InputError(HydrocraneError):
 
 
 class OutOfReachError(HydrocraneError):
-    """A pose or stroke that the machine cannot take.
+    """A pose or stroke that the machine cannot reach.
 
     Examples
     --------
@@ -61,7 +61,7 @@ class OutOfReachError(HydrocraneError):
 
 
 class SimulationError(HydrocraneError):
-    """A simulation cannot go on from where it is.
+    """A simulation cannot continue from its state.
 
     Examples
     --------
@@ -141,7 +141,7 @@ def translated(kind: type[HydrocraneError] = InputError) -> Iterator[None]:
 
 
 def shortened(message: str) -> str:
-    """A message without the middle of what it quotes, where it is too long; begin and end say what and the cure."""
+    """A long message without the middle of its quotation; begin and end keep the error and the cure."""
     left_out = len(message) - LONGEST_MESSAGE
     if left_out <= 0:
         return message

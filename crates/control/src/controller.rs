@@ -63,7 +63,7 @@ pub enum Fault {
     BadMeasurement(String),
     #[error("the stick is not a finite number between -1 and 1")]
     BadStick,
-    #[error("this controller takes the {0} stick mode only")]
+    #[error("this controller supports the {0} stick mode only")]
     WrongStick(&'static str),
     #[error("{0}")]
     Failed(String),

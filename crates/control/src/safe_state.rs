@@ -88,7 +88,7 @@ impl<const N: usize> SafeState<N> {
         for &(signal, kind) in because {
             let (what, why) = self.names.fault(signal, kind);
             self.notices.push(format!(
-                "{what} {why}; the crane stops and its spools go to neutral until it has read plausibly for {} s and the \
+                "{what} {why}; the crane stops and its spools go to neutral until its reading has been plausible for {} s and the \
                  stick is released: check the sensor and its cable",
                 self.monitor.recovery_time()
             ));
@@ -114,7 +114,7 @@ impl<const N: usize> SafeState<N> {
         for &Returned { signal, kind, from } in back {
             let (what, why) = self.names.fault(signal, kind);
             self.notices.push(format!(
-                "{what} {why}; control went on without it for {:.0} ms from {from:.3} s on: check the sensor and its cable",
+                "{what} {why}; control continued without it for {:.0} ms from {from:.3} s on: check the sensor and its cable",
                 1e3 * (t - from)
             ));
         }
@@ -184,7 +184,7 @@ impl<const N: usize> Controller for SafeState<N> {
                 self.missed = [[0.0; 3]; N];
                 self.monitor.clear();
                 self.inner.reset(measured);
-                self.notices.push("all sensors read plausibly and the stick is released: control starts anew".into());
+                self.notices.push("all sensors read plausibly and the stick is released: control restarts".into());
             }
         } else if gaps.iter().any(|(_, kind)| matches!(kind, Kind::Frozen(_))) {
             // It has misled the controller since long before it was found.
@@ -279,9 +279,9 @@ impl Names {
         };
         let why = match kind {
             Kind::NoReading => "gives no reading".to_string(),
-            Kind::OutOfRange => "is out of range: the machine cannot be where it reads".to_string(),
+            Kind::OutOfRange => "is out of range: the machine cannot have this position".to_string(),
             Kind::Jump(by) => {
-                format!("jumped by {:.3} {} in one sample, which nothing else confirms", by * size.0, size.1)
+                format!("jumped by {:.3} {} in one sample, which no other reading confirms", by * size.0, size.1)
             }
             Kind::Frozen(missed) => {
                 format!("is frozen: it has not changed while the piston moved by {:.1} mm", missed.abs() * 1e3)

@@ -37,10 +37,10 @@ impl Cause {
         match aim {
             Aim::Stick => {
                 let cure = if cure.is_empty() { String::new() } else { format!("; {cure}") };
-                format!("the tip stands or hardly moves though the stick is out: {why}{cure}")
+                format!("the tip stands or hardly moves although the stick is deflected: {why}{cure}")
             }
             Aim::Place(place) => format!(
-                "the tip stops before its goal {}: {why}; give a goal that is free to reach on a straight line, or steer there",
+                "the tip stops before its goal {}: {why}; give a goal that a free straight line reaches, or steer there",
                 place_name(place)
             ),
         }
@@ -57,15 +57,15 @@ impl Cause {
                 let why = "it does not follow its set-point; the load may be too heavy for the supply pressure";
                 (why.to_string(), "")
             }
-            Cause::Region => ("a region to keep out of lies ahead".to_string(), "steer away from it"),
+            Cause::Region => ("a keep-out region lies ahead".to_string(), "steer away from it"),
             Cause::Holding(joint) => {
                 let whose = listed("joint", &names.joints, &[*joint]);
                 let near = "comes so near its dead centre that closed valves could not hold it";
-                (format!("straight on {whose} {near}"), ANOTHER_WAY)
+                (format!("on the straight line {whose} {near}"), ANOTHER_WAY)
             }
             Cause::Range(joints) => {
                 let whose = if joints.is_empty() { String::new() } else { listed(": joint", &names.joints, joints) };
-                (format!("straight on leads out of the range of the joints{whose}"), ANOTHER_WAY)
+                (format!("the straight line leads out of the range of the joints{whose}"), ANOTHER_WAY)
             }
         }
     }
@@ -85,7 +85,7 @@ pub fn runaway(names: &Names, joint: usize) -> String {
 /// Says that cylinder `c` does not hold its place, though nothing measures its load.
 pub fn yielding(names: &Names, c: usize) -> String {
     format!(
-        "{} goes farther from its place at rest though its valve opens against that: its load may be too heavy for the \
+        "{} moves away from its rest position although its valve opens against it: its load may be too heavy for the \
          supply pressure; the valve stays closed until the tip is moved again; carry less, or state the load in `payload.mass`",
         listed("cylinder", &names.cylinders, &[c])
     )
@@ -95,8 +95,8 @@ pub fn yielding(names: &Names, c: usize) -> String {
 pub fn sinks(names: &Names, cylinders: &[usize]) -> String {
     let what = listed("cylinder", &names.cylinders, cylinders);
     format!(
-        "the tip stands and sinks slowly: {what} cannot hold it here, because the load is too heavy for the supply pressure; steer to \
-         where it weighs less, or set it down"
+        "the tip stands and sinks slowly: {what} cannot hold it here, because the load is too heavy for the supply pressure; move it to \
+         where it needs less force, or set it down"
     )
 }
 
@@ -160,7 +160,6 @@ mod tests {
         assert!(text(Cause::Range(vec![])).contains("range of the joints;"));
         assert!(sinks(&names, &[0]).contains("sinks slowly: cylinder `lift` cannot hold it here"));
         let told = Cause::Region.text(&names, Aim::Place([1.0, -0.5]));
-        assert!(told
-            .starts_with("the tip stops before its goal (1.000, -0.500) m: a region to keep out of lies ahead; give"));
+        assert!(told.starts_with("the tip stops before its goal (1.000, -0.500) m: a keep-out region lies ahead; give"));
     }
 }

@@ -253,8 +253,8 @@ impl<const N: usize> State<N> {
             Wanted::Levers(levers) => Wish::Joints(self.rates(s, &levers)),
         };
         if let Some(travel) = self.travel.take().filter(|travel| !travel.over) {
-            let why = if wish.is_zero() { "the goal is dropped" } else { "the stick takes over" };
-            self.news.push(format!("{why}: the tip goes to {} no further", travel.goal.name()));
+            let why = if wish.is_zero() { "the goal is cancelled" } else { "the stick takes over" };
+            self.news.push(format!("{why}: the tip no longer goes to {}", travel.goal.name()));
         }
         wish
     }
@@ -481,7 +481,7 @@ fn checked_goal(goal: Goal) -> Result<Goal, Fault> {
     if goal.place.iter().all(|r| r.is_finite()) && speeds.iter().all(|v| v.is_finite() && *v >= 0.0) {
         return Ok(goal);
     }
-    Err(Fault::Failed(format!("the goal {} or its speed is not a number that the tip can go by", goal.name())))
+    Err(Fault::Failed(format!("the goal {} or its speed is not a valid number", goal.name())))
 }
 
 /// Near a dead centre a torque is no cylinder force, and a pose can have no modes.
@@ -523,7 +523,7 @@ impl<const N: usize> Controller for Tip<N> {
         let command = state.step(&self.model, &self.settings, &q, &p, gaps, stick);
         if command.iter().any(|u| !u.is_finite()) {
             self.state = None;
-            return Err(Fault::Failed("the spool command is not a finite number; tip control starts anew".to_string()));
+            return Err(Fault::Failed("the spool command is not a finite number; tip control restarts".to_string()));
         }
         for (out, u) in spool.iter_mut().zip(command) {
             *out = u;
@@ -557,7 +557,7 @@ impl<const N: usize> Controller for Tip<N> {
             });
             let outside = free.map(|place| format!("; {} is far enough", place_name(place)));
             format!(
-                "it lies in a region to keep out of, or nearer to it than the margin of {:.3} m{}",
+                "it lies in a keep-out region, or nearer to it than the margin of {:.3} m{}",
                 keep_out.margin,
                 outside.unwrap_or_default()
             )

@@ -63,10 +63,10 @@ impl Columns {
         for (at, line) in lines {
             if rows.len() >= MOST_ROWS {
                 let message = format!("the log has more than {MOST_ROWS} rows");
-                return Err((ErrorKind::TooLarge, message, "save fewer samples, or a part of it".into()));
+                return Err((ErrorKind::TooLarge, message, "save fewer samples, or only a part of the log".into()));
             }
             rows.push(row(line, delimiter, &names).map_err(|message| {
-                let cure = "give one number for each column, or leave the line out".to_string();
+                let cure = "give one number for each column, or omit the line".to_string();
                 (ErrorKind::BadSeries, format!("line {} of the log: {message}", at + 1), cure)
             })?);
         }

@@ -174,8 +174,8 @@ pub fn parse(file: &Arc<SourceFile>) -> Result<Node, MachineError> {
     }
     if weight(&file.text) > MOST_WEIGHT {
         let place = Place::File { file: file.clone(), span: 0..0 };
-        return Err(MachineError::new(ErrorKind::TooLarge, place.locate(), "the text holds more values than are read")
-            .help("give shorter lists, and leave out what is not needed"));
+        return Err(MachineError::new(ErrorKind::TooLarge, place.locate(), "the text holds too many values")
+            .help("give shorter lists, and omit what is not needed"));
     }
     let document = Document::parse(file.text.as_str()).map_err(|error| syntax_error(file, &error))?;
     if document.as_table().is_empty() {

@@ -111,7 +111,7 @@ fn machine_tree(source: &Source) -> Result<Node> {
     match tree.entries().unwrap_or_default().iter().find(|entry| entry.key == "scenario") {
         Some(entry) => Err(entry
             .place
-            .error(ErrorKind::WrongKindOfFile, "scenario", "this is a scenario, and a machine is wanted")
+            .error(ErrorKind::WrongKindOfFile, "scenario", "this is a scenario, but a machine is expected")
             .help(FOR_A_SCENARIO)),
         None => Ok(tree),
     }
@@ -217,13 +217,17 @@ fn extended_base(source: &Source, node: &Node, opened: &mut Vec<String>) -> Resu
     }
     if opened.len() >= MOST_EXTENDED {
         let message = format!("more than {MOST_EXTENDED} files extend each other");
-        return Err(place.error(ErrorKind::TooLarge, "extends", message).help("extend a file that stands alone"));
+        return Err(place
+            .error(ErrorKind::TooLarge, "extends", message)
+            .help("extend a file that does not lead back to this one"));
     }
     opened.push(identity(source));
     let base = open_extended(source, name).map_err(|error| relocate(&error, place, "extends"))?;
     if opened.contains(&identity(&base)) {
         let message = format!("`{name}` is this file, or leads back to it");
-        return Err(place.error(ErrorKind::ExtendsCycle, "extends", message).help("extend a file that stands alone"));
+        return Err(place
+            .error(ErrorKind::ExtendsCycle, "extends", message)
+            .help("extend a file that does not lead back to this one"));
     }
     extended(&base, opened)
 }
@@ -335,7 +339,7 @@ pub fn open(source: &str, what: &str, bundled: &[(&'static str, &'static str)]) 
             let all = [("machine", bundled_machines()), ("scenario", bundled_scenarios())];
             let other = all.iter().find(|(kind, files)| *kind != what && files.iter().any(|(name, _)| *name == source));
             if let Some((kind, _)) = other {
-                let message = format!("`{source}` is a bundled {kind}, and a {what} is wanted");
+                let message = format!("`{source}` is a bundled {kind}, but a {what} is expected");
                 let error = MachineError::new(ErrorKind::WrongKindOfFile, Location::Source(source.into()), message);
                 return Err(error.help(if *kind == "machine" { FOR_A_MACHINE } else { FOR_A_SCENARIO }));
             }
@@ -372,7 +376,7 @@ fn decode(name: &str, bytes: Vec<u8>) -> Result<String> {
         let valid = error.utf8_error().valid_up_to();
         let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
         let place = Place::File { file: Arc::new(SourceFile { name: name.into(), text }), span: valid..valid + 1 };
-        MachineError::new(ErrorKind::NotText, place.locate(), "this is no UTF-8 text")
+        MachineError::new(ErrorKind::NotText, place.locate(), "this is not UTF-8 text")
             .help("is it a machine or scenario file? Save it as UTF-8")
     })
 }

@@ -65,7 +65,7 @@ impl Log {
                 .help("add `class = \"...\"` (measured, fitted, literature, assumed, setting) to its table or to [machine]"));
         };
         let class = choose(text, &CLASSES).map_err(|help| {
-            let message = format!("`{text}` is no provenance class");
+            let message = format!("`{text}` is not a provenance class");
             class_place.error(ErrorKind::InvalidChoice, &format!("{key} (its class)"), message).help(help)
         })?;
         let entry = Provenance { key: key.into(), class, source: origin.source.clone(), value: Recorded::default() };

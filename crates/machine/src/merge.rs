@@ -61,13 +61,13 @@ pub fn apply_override(root: &mut Node, change: &Override) -> Result<(), MachineE
     let segments: Vec<&str> = key.split('.').map(str::trim).collect();
     if segments.iter().any(|segment| segment.is_empty()) {
         return Err(place
-            .error(ErrorKind::UnknownKey, key, "this is no dotted key")
+            .error(ErrorKind::UnknownKey, key, "this is not a dotted key")
             .help("write it like `supply.pressure`"));
     }
     for (depth, segment) in segments.iter().copied().enumerate() {
         let NodeKind::Table(entries) = &mut node.kind else {
             return Err(place
-                .error(ErrorKind::WrongType, &path, "a value, not a table: nothing lies below it")
+                .error(ErrorKind::WrongType, &path, "a value, not a table: it has no keys below it")
                 .help(format!("override `{path}` itself")));
         };
         if depth == 1 && COLLECTIONS.contains(&segments[0]) && !entries.iter().any(|entry| entry.key == segment) {

@@ -167,7 +167,7 @@ fn build(
     if let Some(entry) =
         tables.iter().find(|e| of_a_machine(&e.key)).filter(|_| tables.iter().all(|e| e.key != "scenario"))
     {
-        let message = "this is a machine file, and a scenario is wanted";
+        let message = "this is a machine file, but a scenario is expected";
         return Err(entry.place.error(ErrorKind::WrongKindOfFile, &entry.key, message).help(load::FOR_A_MACHINE));
     }
     for change in load::placed(overrides) {
@@ -349,7 +349,7 @@ fn check_series(at: &[f64], values: &[f64], time: &Field, series: &Field) -> Res
     }
     match at.windows(2).find(|pair| pair[1] <= pair[0]) {
         Some(pair) => {
-            let message = format!("the times do not grow: {} s follows {} s", pair[1], pair[0]);
+            let message = format!("the times do not increase: {} s follows {} s", pair[1], pair[0]);
             Err(time.error(ErrorKind::BadSeries, message).help("sort the times, each once"))
         }
         None => Ok(()),

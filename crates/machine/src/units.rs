@@ -145,14 +145,14 @@ pub fn own_scalar(text: &'static str) -> (f64, Unit) {
 
 /// `"(0.199, -0.061) m"`: two numbers and their common unit.
 pub fn parse_point(text: &str) -> Result<([f64; 2], Unit), UnitError> {
-    let malformed = || UnitError::Malformed(format!("`{text}` is no point"));
+    let malformed = || UnitError::Malformed(format!("`{text}` is not a point"));
     let (inside, unit) = text.trim().strip_prefix('(').and_then(|rest| rest.split_once(')')).ok_or_else(malformed)?;
     let (x, z) = inside.split_once(',').ok_or_else(malformed)?;
     Ok(([parse_number(x.trim())?, parse_number(z.trim())?], parse_unit(unit)?))
 }
 
 fn parse_number(text: &str) -> Result<f64, UnitError> {
-    let malformed = || UnitError::Malformed(format!("`{text}` is no number"));
+    let malformed = || UnitError::Malformed(format!("`{text}` is not a number"));
     text.parse().map_err(|_| malformed())
 }
 
@@ -223,7 +223,7 @@ impl UnitParser<'_> {
                 -1.0
             } else if self.eat('*') || self.eat('·') || self.starts_factor() {
                 if divided {
-                    let hint = format!("`{}` is ambiguous: put what is divided by in parentheses", self.text.trim());
+                    let hint = format!("`{}` is ambiguous: put the divisor in parentheses", self.text.trim());
                     return Err(UnitError::Malformed(hint));
                 }
                 1.0

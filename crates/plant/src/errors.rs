@@ -21,9 +21,9 @@ pub enum BuildError {
     BarrelOnChild(String, String),
     #[error("cylinder.{0}: no joint coordinate between the ends of its stroke was found; the linkage cannot close")]
     NoStroke(String),
-    #[error("link.{0}: its mass or moment of inertia is out of all proportion to the other links'; the motion of the joints cannot be resolved in double precision")]
+    #[error("link.{0}: its mass or moment of inertia differs too much from those of the other links; the motion of the joints cannot be resolved in double precision")]
     Unresolvable(String),
-    #[error("joint.{0}.limits: the cylinder `{1}` turns back inside these limits, so a stroke would mean two joint coordinates; narrow them")]
+    #[error("joint.{0}.limits: the cylinder `{1}` reverses inside these limits, so one stroke would belong to two joint coordinates; narrow them")]
     DeadCentreInside(String, String),
     #[error("the derivative of `{0}` is not finite in the middle of the joint limits; some value of this machine is extreme")]
     NotFinite(String),
@@ -52,8 +52,8 @@ pub enum PoseError {
     )]
     OutsideStroke { joint: String, coordinate: f64, cylinder: String, position: f64, lower: f64, upper: f64 },
     #[error(
-        "the tip at {tip:.3} m with what hangs {hang:.3} m below it lies in the ground, whose surface is at {surface:.3} m: \
-         the ground would push with {pushed:.0} N, more than crane and load weigh ({weight:.0} N); raise the tip"
+        "the tip at {tip:.3} m, with a load that hangs {hang:.3} m below it, is inside the ground, whose surface is at {surface:.3} m: \
+         the ground would push with {pushed:.0} N, more than the weight of crane and load ({weight:.0} N); raise the tip"
     )]
     InTheGround { tip: f64, hang: f64, surface: f64, pushed: f64, weight: f64 },
     #[error(
@@ -61,6 +61,6 @@ pub enum PoseError {
          opening balances its leakage between tank and supply pressure; lower the payload or choose mode \"hold\""
     )]
     NotSteady { cylinder: String, force: f64 },
-    #[error("mode \"steady\": a pump that senses the load stands by while the spools are closed, and nothing feeds them; choose mode \"hold\"")]
+    #[error("mode \"steady\": a load-sensing pump is in standby while the spools are closed, and nothing feeds them; choose mode \"hold\"")]
     LoadSensing,
 }

@@ -48,7 +48,7 @@ impl LiveSimulator {
         let mut assembly = assemble(&scenario, settings, &mut host).map_err(|error| assembly_error(&error))?;
         let stage = assembly.stages.remove(0);
         let OwnedDriver::Controller(controller, plan) = stage.driver else {
-            return Err(PyValueError::new_err("spool commands move the crane: there is nothing to steer"));
+            return Err(PyValueError::new_err("spool commands move the crane: there are no sticks to move"));
         };
         let axes = match plan.sticks.kind {
             hydrocrane_sim::StickKind::Tip => vec!["x".to_string(), "z".to_string()],

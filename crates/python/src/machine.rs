@@ -438,7 +438,7 @@ impl Machine {
         for (x, u) in x.chunks_exact(width).zip(u.chunks_exact(n)) {
             let derivative = self.model.reference_derivative(x, u, payload).ok_or_else(|| {
                 PyValueError::new_err(
-                    "the reference model knows the corrected laws only; this machine has as-printed ones",
+                    "the reference model has only the corrected laws; this machine has as-printed ones",
                 )
             })?;
             data.extend(derivative);

@@ -57,8 +57,8 @@ pub(crate) fn failed(model: &dyn Model, stepper: &Stepper, failure: StepFailure)
     } else if failure == StepFailure::NotFinite {
         let least = 1e6 * stepper.least_part();
         let message = format!(
-            "even steps cut to {least:.0} us do not follow the motion either; shorten the step, or take `rodas5p`, \
-             which chooses its steps"
+            "fixed steps divided down to {least:.0} us cannot follow the motion; shorten the step, or use `rodas5p`, \
+             which has step size control"
         );
         (OutcomeKind::SolverFailed, message)
     } else {

@@ -142,7 +142,7 @@ impl Live {
         }
         let goal = Goal { place, speed, share: 1.0, given: 0.0, until: f64::INFINITY };
         if self.deflections.iter().any(|d| d.abs() > self.sticks().dead_zone) {
-            return Err(format!("the tip cannot go to {}: a stick is out; release it first", goal.name()));
+            return Err(format!("the tip cannot go to {}: a stick is deflected; release it first", goal.name()));
         }
         if let Some(why) = self.controller.refuses(place) {
             return Err(format!("the tip cannot go to {}: {why}", goal.name()));

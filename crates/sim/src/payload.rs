@@ -29,8 +29,8 @@ pub struct PayloadEvent {
 
 /// Name, meaning and sign in the balance of the account's terms.
 pub const PAYLOAD_TERMS: [(&str, &str, f64); 2] = [
-    ("load", "energy that loads bring less what they take away", 1.0),
-    ("impact", "heat of taking up loads that lie still", -1.0),
+    ("load", "energy of loads picked up minus energy of loads released", 1.0),
+    ("impact", "heat of picking up loads at rest", -1.0),
 ];
 
 /// The loads of one run.
@@ -110,5 +110,5 @@ pub(crate) fn fault(changes: &[PayloadChange]) -> Option<String> {
     }
     let times: Vec<f64> = std::iter::once(0.0).chain(changes.iter().map(|c| c.time)).collect();
     let back = times.windows(2).find(|pair| !(pair[1].is_finite() && pair[1] > pair[0]))?;
-    Some(format!("the payload changes at {} s after {} s; its times must grow from above zero", back[1], back[0]))
+    Some(format!("the payload changes at {} s after {} s; its times must be positive and increasing", back[1], back[0]))
 }

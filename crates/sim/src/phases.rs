@@ -138,7 +138,7 @@ fn fault(first: &Phase, later: &[Phase]) -> Option<String> {
     for phase in later {
         if !(phase.from.is_finite() && phase.from > time) {
             return Some(format!(
-                "a phase begins at {} s after {time} s; their times must grow from above zero",
+                "a phase begins at {} s after {time} s; their times must be positive and increasing",
                 phase.from
             ));
         }
@@ -165,5 +165,7 @@ pub(crate) fn states_fault(before: &dyn Model, after: &dyn Model) -> Option<Stri
     let lost = old.iter().find(|name| !new.contains(name));
     let gained = new.iter().find(|name| !old.contains(name));
     let name = lost.or(gained).map_or("in another order", String::as_str);
-    Some(format!("the machine has other states ({name}); on the way its values can change, not what states it has"))
+    Some(format!(
+        "the machine has other states ({name}); during a run its values can change, but not its set of states"
+    ))
 }

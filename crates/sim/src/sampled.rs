@@ -156,7 +156,7 @@ impl Sampled {
         }
         self.hand.move_to(now);
         if let Some(goal) = self.hand.refused() {
-            let text = format!("the goal {} counts for nothing: a stick is out; release it first", goal.name());
+            let text = format!("the goal {} is ignored: a stick is deflected; release it first", goal.name());
             self.events.push(Event { time: now, text });
         }
         let mut command = std::mem::take(&mut self.command);

@@ -33,7 +33,7 @@ pub(crate) fn given_up(
     }
     if let Some(advance) = stepper.crawls() {
         let message = format!(
-            "{CRAWL_ATTEMPTS} steps went on by only {advance:.1e} s; a law jumps here (friction or orifice law as printed?): \
+            "{CRAWL_ATTEMPTS} steps advanced by only {advance:.1e} s; a law jumps here (friction or orifice law as printed?): \
              take fixed steps (`step`), smooth the friction by `smoothing-velocity`, or loosen the tolerance"
         );
         return Some(Outcome { kind: OutcomeKind::SolverFailed, time: stepper.t, message });

@@ -81,11 +81,11 @@ pub(crate) fn unusual(course: &SupplyPressure, machine: &Machine) -> Option<Warn
         time: 0.0,
         kind: "implausible-value",
         text: format!(
-            "the measured supply pressure is {:.4} bar at most, the machine reckons with {:.4} bar",
+            "the measured supply pressure is {:.4} bar at most, the machine states {:.4} bar",
             1e-5 * highest,
             1e-5 * wanted
         ),
-        cure: "check its column and its unit (Pa where none is stated), or `supply.pressure` of the machine".into(),
+        cure: "check its column and its unit (Pa if none is stated), or `supply.pressure` of the machine".into(),
     })
 }
 
@@ -97,8 +97,8 @@ pub(crate) fn overridden(scenario: &Scenario) -> Option<Warning> {
     scenario.supply.as_ref().map(|_| Warning {
         time,
         kind: "override-without-effect",
-        text: "`supply.pressure` is given, and the run follows a measured supply pressure".into(),
-        cure: "leave one of the two out; what a controller reckons with is `believed`".into(),
+        text: "`supply.pressure` is given, but the run follows a measured supply pressure".into(),
+        cure: "omit one of the two; use `believed` for the value that a controller assumes".into(),
     })
 }
 

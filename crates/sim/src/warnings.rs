@@ -227,14 +227,14 @@ impl Found {
                     bar(value),
                     bar(ratings[c])
                 ),
-                "carry less or move the spool more gently; if the cylinder bears it, state \
+                "carry less or move the spool more gently; if the cylinder is rated for it, state \
                  `cylinder.<name>.pressure-rating`"
                     .to_string(),
             ),
             Finding::BelowVacuum(c) => (
                 "pressure-below-vacuum",
                 format!(
-                    "the pressure in cylinder `{}` falls to {:.1} bar, below vacuum: no oil pulls like this",
+                    "the pressure in cylinder `{}` falls to {:.1} bar, below vacuum: oil cannot carry such tension",
                     machine.cylinders[c].name,
                     bar(value)
                 ),
@@ -246,36 +246,36 @@ impl Found {
             Finding::OutsideLimits(i) => (
                 "joint-outside-limits",
                 format!("joint {} is at {}", machine.joints[i].name, model.joint_limits()[i].compared(&machine.joints[i], value)),
-                "stop the cylinder sooner; nothing in the model holds the joint at this limit".to_string(),
+                "stop the cylinder sooner; the model has no stop at this limit".to_string(),
             ),
             Finding::DeadCentre(i) => (
                 "dead-centre-passed",
                 format!(
-                    "joint {} is past the dead centre of its linkage, at {}: its cylinder moves it the other way there",
+                    "joint {} is past the dead centre of its linkage, at {}: its cylinder moves it in the opposite direction there",
                     machine.joints[i].name,
                     model.joint_limits()[i].compared(&machine.joints[i], value)
                 ),
-                "start farther inside the limits or stop the cylinder sooner; what follows is not what the machine does"
+                "start farther inside the limits or stop the cylinder sooner; the result after this time is not what the machine does"
                     .to_string(),
             ),
             Finding::LedgerOpen => (
                 "energy-ledger-open",
                 format!("{:.2} % of the energy that flowed is unaccounted for", 100.0 * value),
-                "tighten `rtol` or shorten the step; where pressures are far above the rating, the model does not hold"
+                "tighten `rtol` or shorten the step; if pressures are far above the rating, the model is not valid"
                     .to_string(),
             ),
             Finding::StepTooLong => (
                 "step-too-long",
-                format!("even steps cut to {:.0} us do not follow the motion everywhere", 1e6 * value),
-                "shorten `step`, or take `rodas5p`, which chooses its steps".to_string(),
+                format!("fixed steps divided down to {:.0} us do not follow the motion everywhere", 1e6 * value),
+                "shorten `step`, or use `rodas5p`, which has step size control".to_string(),
             ),
             Finding::PumpSaturated => (
                 "pump-saturated",
                 format!(
-                    "the pump gives less than the valves ask for: the mains fall {:.0} bar below the pressure that it is set to",
+                    "the pump delivers less than the valves demand: the mains pressure falls {:.0} bar below the set pressure",
                     bar(value)
                 ),
-                "move fewer functions at once, or more gently, or take a larger `pump.<name>.displacement`; `tip` \
+                "move fewer functions at once, or more gently, or use a larger `pump.<name>.displacement`; `tip` \
                  slows down for the pump that it knows, other controllers do not"
                     .to_string(),
             ),
@@ -309,11 +309,9 @@ pub fn without_sensors(machine: &Machine, time: f64, reads_pressures: bool, tip:
     Some(Warning {
         time,
         kind: "signal-without-sensor",
-        text: format!(
-            "{measured}: the controller reads the truth there, though its sensors are those of the data sheets"
-        ),
+        text: format!("{measured}: the controller reads the true value there, although it uses data-sheet sensors"),
         cure: format!(
-            "state `[sensor.<name>]` with `measures = \"{first}\"` in the machine file, or take ideal sensors{}",
+            "state `[sensor.<name>]` with `measures = \"{first}\"` in the machine file, or use ideal sensors{}",
             if estimable { "; without pressure sensors, state `control.tip.pressures = \"estimated\"`" } else { "" }
         ),
     })
@@ -328,7 +326,7 @@ pub fn moved_starts(model: &dyn Model, q: &[f64], x: &[f64]) -> Vec<Warning> {
             time: 0.0,
             kind: "start-rests-on-stop",
             text: format!(
-                "joint {} rests on the end stop of cylinder `{}` at {}, not at {}: the supply cannot press it so far",
+                "joint {} rests on the end stop of cylinder `{}` at {}, not at {}: the supply pressure is too low to press it so far",
                 joint.name,
                 machine.cylinders[i].name,
                 in_words(joint, x[model.layout().q(i)]),

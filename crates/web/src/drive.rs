@@ -113,8 +113,9 @@ impl Drive {
     pub fn ended(&self) -> Option<(&'static str, f64, String)> {
         let stuck = self.stuck.as_ref().map(|problem| {
             let reason = problem.message();
-            let message =
-                format!("the next phase of the replay cannot begin: {reason}; move a stick before it and drive on");
+            let message = format!(
+                "the next phase of the replay cannot begin: {reason}; move a stick before that time to take over"
+            );
             ("bad-state", self.live.time(), message)
         });
         stuck.or_else(|| self.live.outcome().map(|o| (o.kind.name(), o.time, o.message.clone())))

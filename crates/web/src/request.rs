@@ -135,7 +135,7 @@ impl Request {
             )));
         }
         if self.dead_zone == 1.0 {
-            return Err(Problem::plain("a dead zone of 1 leaves nothing of the stick"));
+            return Err(Problem::plain("a dead zone of 1 covers the whole stick"));
         }
         Ok(())
     }
@@ -147,7 +147,7 @@ impl Request {
             let Some(other) = self.overrides.get(&key) else { continue };
             let other = override_value(&key, other)?;
             if let Some(wrong) = scenario::contradiction(&OverrideValue::Number(value), unit, &key, &other) {
-                return Err(Problem::plain(format!("`{field}` {wrong}; leave one out")));
+                return Err(Problem::plain(format!("`{field}` {wrong}; omit one")));
             }
         }
         Ok(())

@@ -1,4 +1,4 @@
-"""What a crane can hold at its tip: payload over its poses, and against reach and height."""
+"""Payload that a crane can hold at its tip: over its poses, and against reach and height."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ class LoadChart:
     q, tip : (k_1, ..., k_n, n), (k_1, ..., k_n, 2) arrays
         Poses and their tips, m.
     payload : (k_1, ..., k_n) array
-        kg; NaN where even the empty crane cannot be held.
+        kg; NaN if even the empty crane cannot be held.
     limiting : (k_1, ..., k_n) array of int
-        Index of the cylinder that gives out first; -1 where none does up to the ceiling.
+        Index of the cylinder that limits the payload; -1 if none does up to the ceiling.
     supply_pressure : float
         Pa.
 
@@ -61,20 +61,20 @@ class LoadChart:
 
     @property
     def crane(self) -> Machine:
-        """The same as `machine`, under its name from before."""
+        """The same as `machine`, under its former name."""
         return self.machine
 
     def against_reach(self, height: Height = "best") -> tuple[Array, Array]:
         """Reach (r,), m, and the payload (r,), kg, that the crane holds there.
 
-        At each place the pose that holds most counts; 0 where even the empty crane cannot be held. The places do not
-        depend on the grid of poses: they are refined until the curve changes by less than 1 %.
+        At each place the pose with the highest payload counts; 0 if even the empty crane cannot be held. The places do
+        not depend on the grid of poses: they are refined until the curve changes by less than 1 %.
 
         Parameters
         ----------
         height : {"best", "worst"} or float
-            The height of the tip, m, at which the payload is meant: the best or the worst that can be reached at this
-            reach, or a given one; NaN where the tip cannot be at that height.
+            Height of the tip, m: the best or the worst that can be reached at this
+            reach, or a given one; NaN if the tip cannot be at that height.
         """
         best, worst = self._best_and_worst
         if height == "best":
@@ -220,9 +220,9 @@ def load_chart(machine: MachineLike, *, samples: int = 50, ceiling: float = 1e5)
     ----------
     machine : Machine, str or path
     samples : int
-        Poses per turning joint of the map; curves against reach find their own.
+        Poses per turning joint of the map; curves against reach have a separate grid.
     ceiling : float
-        Payload, kg, at which the search ends where no cylinder is the limit (next to a vertical boom).
+        Payload, kg, at which the search ends if no cylinder is the limit (next to a vertical boom).
 
     Examples
     --------
@@ -239,7 +239,7 @@ def load_chart(machine: MachineLike, *, samples: int = 50, ceiling: float = 1e5)
 
 
 def capacity(machine: Machine, poses: Array, ceiling: float) -> tuple[Array, np.ndarray]:
-    """Payload (...), kg, at which the first cylinder gives out in poses (..., n), and which one, -1 for none.
+    """Payload (...), kg, at which the first cylinder reaches its limit in poses (..., n), and which one, -1 for none.
 
     A cylinder's force lies within [-p_s A2, p_s A1]. The static forces are affine in the payload, so two evaluations
     per pose give the payload at which each cylinder reaches its limit; the smallest one counts. NaN where even the

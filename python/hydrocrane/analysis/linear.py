@@ -1,4 +1,4 @@
-"""What follows from a pose alone: natural modes of small motions."""
+"""Analysis of a single pose: natural modes of small motions."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FRICTION = ("held", "released", "smoothed")
 # How the friction of a result reads in tables and on pictures.
 FRICTION_WORDS = {
     "held": "at rest: bristles (LuGre) hold the pistons, static friction is left out",
-    "released": "in larger motions: friction has no slope, bristles do not hold",
+    "released": "in larger motions: friction has no derivative, bristles do not hold",
     "smoothed": "at rest, as simulated: smoothed static friction is a damper",
 }
 Friction = Literal["held", "released", "smoothed"]
@@ -47,13 +47,13 @@ class Modes:
     frequency : (k,) array
         Natural frequency ``|lambda| / (2 pi)`` of each oscillating pair, Hz.
     damping : (k,) array
-        Damping ratio ``-Re(lambda) / |lambda|``; negative where the motion grows.
+        Damping ratio ``-Re(lambda) / |lambda|``; negative if the motion grows.
     state : tuple of str
-        The state that takes most part in each mode.
+        The state with the largest participation in each mode.
     eigenvalues : (n_states,) complex array
         All eigenvalues, 1/s.
     friction : str
-        What friction does, as of :func:`modes`.
+        Treatment of friction, as in :func:`modes`.
     warnings : tuple of ResultWarning
         What the numbers do not show.
 
@@ -82,9 +82,9 @@ class Modes:
 def modes(machine: MachineLike, q: ArrayLike, *, payload: float | None = None, friction: Friction = "held") -> Modes:
     """Natural modes at the ``hold`` equilibrium of pose q (n,), valves closed.
 
-    They are the eigenvalues of the exact Jacobian, less the slope of friction that is no property of the crane. A mode
-    is named by its largest participation factor, the product of the left and right eigenvector entries: it does not
-    depend on the units of the states.
+    They are the eigenvalues of the exact Jacobian, without the slope of friction that is not a property of the crane. A
+    mode is named after its largest participation factor, the product of the left and right eigenvector entries, which
+    does not depend on the units of the states.
 
     Parameters
     ----------
@@ -94,10 +94,10 @@ def modes(machine: MachineLike, q: ArrayLike, *, payload: float | None = None, f
     payload : float, optional
         kg at the tip; the machine's own by default.
     friction : {"held", "released", "smoothed"}
-        ``held``: bristles (LuGre) hold the pistons, as they do while the pistons move less than the bristles bend;
-        static friction, which has no slope at rest but that of its smoothing, is released. ``released``: no friction
+        ``held``: bristles (LuGre) hold the pistons, as long as the pistons move less than the bristle deflection;
+        static friction, whose only slope at rest is that of its smoothing, is removed. ``released``: no friction
         and no bristles, as in motions much larger than that: the natural frequencies of links and oil.
-        ``smoothed``: the Jacobian as the simulation has it at rest, the smoothing of static friction included.
+        ``smoothed``: the Jacobian of the simulation at rest, with the smoothing of static friction.
 
     Examples
     --------
@@ -193,7 +193,7 @@ def smoothing_warnings(
 
 
 def modes_to_show(machine: Machine, q: ArrayLike, *, payload: float | None = None) -> list[Modes]:
-    """The modes as friction holds the crane, and those that a table shows beside them, each warning once.
+    """The modes for the given friction, and those that a table shows beside them, each warning once.
 
     Bristles: released, as in larger motions. Static friction: as it is smoothed.
     """
@@ -210,7 +210,7 @@ def modes_to_show(machine: Machine, q: ArrayLike, *, payload: float | None = Non
 def _released(machine: Machine, jacobian: Array, state: Array, payload: float | None, freed: np.ndarray) -> Array:
     """The Jacobian at rest without the friction of the `freed` cylinders.
 
-    At rest the rates act on the accelerations through friction and end stops alone, since Coriolis forces are quadratic
+    At rest the rates act on the accelerations only through friction and end stops: Coriolis forces are quadratic
     in the rates: M d(qdd)/d(qd) = -J_l^T diag(d) J_l, with d the sum of both slopes.
     """
     rates, q = places(machine, "joint", "qd"), state[places(machine, "joint", "q")]
@@ -275,7 +275,7 @@ def _smoothing_warning(
         return (
             ResultWarning(
                 "static-friction-smoothed",
-                f"{what}{size}, which is no property of the crane: it is left out of these modes",
+                f"{what}{size}, which is not a property of the crane: these modes omit it",
                 'small motions about rest need model = "lugre" in [friction]; in motion these modes hold',
             ),
         )
@@ -283,13 +283,13 @@ def _smoothing_warning(
         ResultWarning(
             "static-friction-smoothed",
             f"{what}{size}: these damping ratios are those of the smoothing, and modes may be missing",
-            'take friction="held", which leaves it out, or model = "lugre" in [friction]',
+            'take friction="held", which omits it, or model = "lugre" in [friction]',
         ),
     )
 
 
 def _recording_warning(frequency: Array) -> tuple[ResultWarning, ...]:
-    """Modes that a run recorded at the default interval does not show, but as slower ones."""
+    """Modes that a run recorded at the default interval shows at a wrong, lower frequency."""
     interval = Scenario.record_interval
     fast = frequency[frequency * interval * _SHOWS > 1.0]
     if not fast.size:
@@ -314,9 +314,9 @@ class ModeMap:
     q, tip : (k_1, ..., k_n, n), (k_1, ..., k_n, 2) arrays
         Poses and their tips.
     frequency, damping : (k_1, ..., k_n) arrays
-        Hz and ratio; NaN where supply pressure cannot hold the crane, or nothing but the spools oscillates.
+        Hz and ratio; NaN if supply pressure cannot hold the crane, or only the spools oscillate.
     friction : str
-        What friction does, as of :func:`modes`.
+        Treatment of friction, as in :func:`modes`.
     warnings : tuple of ResultWarning
         What the numbers do not show, one of each kind, from the fastest of the modes mapped.
     """
@@ -335,8 +335,8 @@ def mode_map(
 ) -> ModeMap:
     """Slowest mode that is not a spool's own, over a grid of poses clear of the end stops.
 
-    Poses that need more than supply pressure to hold are left out: no valve brings the crane to rest there.
-    Parameters as of :func:`modes`; `samples` is the number of poses per turning joint.
+    Poses that need more than supply pressure to hold are omitted: no valve brings the crane to rest there.
+    Parameters as in :func:`modes`; `samples` is the number of poses per turning joint.
 
     Examples
     --------
@@ -370,8 +370,8 @@ def _slowest(machine: Machine, q: Array, payload: float | None, friction: Fricti
 def pose_grid(machine: Machine, samples: int, *, inset: float = 1e-6) -> Array:
     """Regular grid of poses (k_1, ..., k_n, n) inside the limits.
 
-    Turning joints get `samples` points; a telescope gets fewer, it matters less. `inset` is the share of each range
-    that is kept clear at both ends: exactly at a limit the inverse relations may already be undefined.
+    Turning joints get `samples` points; a telescope gets fewer, because it matters less. `inset` is the share of each
+    range that is kept clear at both ends: exactly at a limit the inverse relations may already be undefined.
     """
     if samples < 2:
         raise InputError(f"samples must be at least 2, got {samples}")

@@ -1,4 +1,4 @@
-"""Exact derivatives of a run by keys of its machine file, for fits, tuning and questions of what matters.
+"""Exact derivatives of a run by keys of its machine file, for fits, tuning and ranking of parameters.
 
 A key is a dotted key of the machine file with a numeric value, ``supply.pressure``; one value of a pair or point is
 ``friction.test.coulomb[0]``. Theory, accuracy and limits: docs/theory/sensitivities.md.
@@ -47,12 +47,12 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Solution:
-    """Signals and their slopes at the times of one experiment, up to wherever it got.
+    """Signals and their derivatives at the times of one experiment, up to its end.
 
     Attributes
     ----------
     times : (m,) array
-        s. A run that breaks off has fewer than were asked for, its last state included.
+        s. A run that ends early has fewer than requested, its last state included.
     y : (m, n_signals) array
         SI.
     slopes : (m, n_signals, n_keys) array
@@ -74,14 +74,14 @@ class Experiment:
     scenario : str, path or Scenario
         With spool commands; sensitivities of sampled controllers are not computed.
     keys : str or sequence of str
-        What to differentiate by.
+        Keys by which to differentiate.
     signals : sequence of str, optional
-        States and outputs to give back, by their names; default is all of them but ``energy.oil``.
+        States and outputs to return, by their names; default is all except ``energy.oil``.
     times : (m,) array_like, optional
         When to record, s, increasing, within the duration; default is the scenario's record interval.
     resolve_slopes : bool
-        Choose step sizes so that the slopes keep the tolerance too. Without it the states are, to the last bit, those
-        of :func:`hydrocrane.simulate` by the same method, and the slopes rough wherever a law has a kink.
+        Choose step sizes so that the sensitivities keep the tolerance too. Without it the states are, to the last bit,
+        those of :func:`hydrocrane.simulate` by the same method, and the sensitivities inaccurate at kinks of the laws.
     **changes
         Fields of the scenario or its solver to change, as in :func:`hydrocrane.simulate`.
     """
@@ -123,7 +123,7 @@ class Experiment:
 
     @property
     def known_signals(self) -> tuple[str, ...]:
-        """Names of all states and outputs that have slopes."""
+        """Names of all states and outputs that have sensitivities."""
         outputs = (name for name, _, _ in self.machine.core.output_info if name != WITHOUT_SLOPE)
         return (*self.machine.state_names, *outputs)
 
@@ -135,13 +135,13 @@ class Experiment:
     def run(
         self, values: ArrayLike | Mapping[str, float] | None = None, progress: Progress | None = None
     ) -> SensitivityRecord:
-        """What the core computes with these `values` (n_keys,) of the keys, SI; default is the machine's."""
+        """The core's result with these `values` (n_keys,) of the keys, SI; default is the machine's."""
         given = None if values is None else self._checked_values(values).tolist()
         with interruptible() as should_stop, translated():
             return self._core.run(given, _watch(should_stop, progress, float(self.plan.duration)))
 
     def select(self, raw: SensitivityRecord) -> Solution:
-        """The signals of this experiment out of what :meth:`run` gives."""
+        """The signals of this experiment out of the result of :meth:`run`."""
         y, slopes = np.asarray(raw["values"])[:, self._columns], np.asarray(raw["slopes"])[:, self._columns]
         return Solution(np.asarray(raw["t"]), y, slopes, Outcome(*raw["outcome"]))
 
@@ -181,7 +181,7 @@ class Experiment:
 
 
 def solve(experiment: Experiment, values: ArrayLike | Mapping[str, float] | None = None) -> Solution:
-    """Run an experiment and give its signals with their slopes as plain arrays: the fast way, for fits.
+    """Run an experiment and return its signals with their derivatives as plain arrays: the fast way, for fits.
 
     Parameters
     ----------
@@ -194,7 +194,7 @@ def solve(experiment: Experiment, values: ArrayLike | Mapping[str, float] | None
 
 
 class Sensitivities:
-    """The slopes of everything a run records.
+    """Sensitivities of all recorded signals of a run.
 
     Attributes
     ----------
@@ -202,7 +202,7 @@ class Sensitivities:
         Over ``time`` and ``parameter``: d(signal)/d(parameter) for every state and output by its name, with ``units``
         and ``long_name``; coordinates ``parameter_value`` and ``parameter_unit``.
     relative : bool
-        Slopes are times the parameter's value: the change of the signal per whole of the parameter.
+        Sensitivities are multiplied by the parameter's value: change of the signal per 100 % of the parameter.
 
     Examples
     --------
@@ -227,7 +227,7 @@ class Sensitivities:
 
     @cached_property
     def run(self) -> Run:
-        """The run itself, as :func:`hydrocrane.simulate` gives it without ledger."""
+        """The run itself, as from :func:`hydrocrane.simulate` without ledger."""
         made, raw = self._experiment, self._raw
         recorded = Recording(
             time=np.asarray(raw["t"]),
@@ -282,19 +282,20 @@ def sensitivities(
         Keys of the machine file with numeric values, such as ``friction.lift.bristle-stiffness``, ``payload.mass`` or
         ``friction.lift.coulomb[0]``.
     relative : bool
-        Multiply each slope by its parameter's value, so that slopes by different keys can be compared.
+        Multiply each sensitivity by its parameter's value, so that those by different keys can be compared.
     resolve_slopes : bool
-        Choose step sizes so that the slopes keep the tolerance too. Without it the states are, to the last bit, those
-        of :func:`hydrocrane.simulate` by the same method, and the slopes rough wherever a law has a kink.
+        Choose step sizes so that the sensitivities keep the tolerance too. Without it the states are, to the last bit,
+        those of :func:`hydrocrane.simulate` by the same method, and the sensitivities are inaccurate where a law has a
+        kink.
     progress : callable, optional
-        Called now and then with (time reached, duration), s.
+        Called from time to time with (time reached, duration), s.
     **changes
         Fields of the scenario or its solver to change, as in :func:`hydrocrane.simulate`.
 
     Returns
     -------
     Sensitivities
-        Also where the run ends early: then up to there.
+        Also if the run ends early: then up to its end.
 
     Examples
     --------
@@ -307,7 +308,9 @@ def sensitivities(
     if relative:
         for parameter in experiment.parameters:
             if parameter.value == 0.0:
-                raise InputError(f"`{parameter.key}` is zero, nothing is relative to it; leave out relative=True")
+                raise InputError(
+                    f"`{parameter.key}` is zero, so nothing can be relative to it; leave out relative=True"
+                )
     began = time.perf_counter()
     raw = experiment.run(progress=progress)
     return Sensitivities(experiment, raw, time.perf_counter() - began, relative)
@@ -333,7 +336,7 @@ def _checked_times(times: ArrayLike | None, plan: Scenario) -> Array:
 def _watch(
     should_stop: Callable[[], bool] | None, progress: Progress | None, duration: float
 ) -> Callable[[float], bool] | None:
-    """What the core asks now and then: tells the progress, and says whether to stop."""
+    """Called by the core from time to time: reports progress, and returns whether to stop."""
     if should_stop is None and progress is None:
         return None
 

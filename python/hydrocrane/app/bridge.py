@@ -93,7 +93,7 @@ def _bound(address: Peer) -> socket.socket:
             bound = undo.enter_context(socket.socket(family, socket.SOCK_DGRAM))
             bound.bind(where)
         except OSError as error:
-            raise InputError(f"the bridge cannot have udp://{host}:{port}: {error.strerror or error}") from None
+            raise InputError(f"the bridge cannot use udp://{host}:{port}: {error.strerror or error}") from None
         bound.setblocking(False)
         undo.pop_all()
         return bound
@@ -172,7 +172,7 @@ class Bridge:
     def _take(self, data: bytes, peer: Peer) -> None:
         now, client = time.monotonic(), self._client
         if client.peer not in (None, peer) and now - client.heard < _SILENCE:
-            self._refuse(peer, 0, "another program has the bridge; it is free a second after that falls silent")
+            self._refuse(peer, 0, "another program uses the bridge; it is free after a second of silence")
             return
         try:
             packet = read(data, len(self.part.inputs))
@@ -198,8 +198,8 @@ class Bridge:
         checked(self.part, packet.values)
         if peer == self._client.peer and packet.time <= self._client.time:
             raise InputError(
-                f"the time of packets grows; {packet.time} s came after {self._client.time} s, so that this one is "
-                "dropped: send a reset to begin anew"
+                f"the time of packets must increase; {packet.time} s came after {self._client.time} s, so this one is "
+                "ignored: send a reset to restart"
             )
 
     def _reset(self, packet: Packet) -> None:
@@ -222,7 +222,7 @@ class Bridge:
         """A step of a controller, for the packet that has its measurements."""
         step, period = packet.time - self.part.time, self.part.period
         if math.isfinite(step) and not period / _UNEVEN < step < period * _UNEVEN:
-            self._tell(f"samples are {step:.4g} s apart; the controller reckons with {period:.4g} s", "uneven")
+            self._tell(f"samples are {step:.4g} s apart; the controller assumes {period:.4g} s", "uneven")
         self._step(packet.time, packet.values, Flag(0))
 
     def _step(self, now: float, values: tuple[float, ...], flags: Flag) -> None:
@@ -234,7 +234,7 @@ class Bridge:
                 self._ended = str(error)
         if self._ended:
             flags |= Flag.ended
-            self._tell(f"{self._ended}; send a reset to begin anew", self._ended)
+            self._tell(f"{self._ended}; send a reset to restart", self._ended)
         if self.part.fault is not None:
             flags |= Flag.fault
             self._tell(self.part.fault, self.part.fault)

@@ -45,10 +45,10 @@ def part_of(
         return Plant(machine, start, seconds, sensors=sensors)
     plan = hc.load_scenario(target).changed(overrides=dict(settings))
     if at:
-        raise InputError(f"{target} states where it begins; --at is for machines")
+        raise InputError(f"{target} states its start; --at is for machines")
     if plan.closed_loop:
         if period is not None or sensors != "ideal":
-            raise InputError(f"{target} states period and sensors of its controller; leave --period and --sensors out")
+            raise InputError(f"{target} states period and sensors of its controller; omit --period and --sensors")
         return Driven(plan)
     machine = plan.load_machine()
     return Plant(machine, plan.initial_state(machine), seconds, sensors=sensors)

@@ -212,7 +212,7 @@ def loadchart(
     output: Output = None,
     height: Annotated[
         str | None,
-        typer.Option(help="Height of the tip: best, worst, or such as '1.5 m'; both if left out."),
+        typer.Option(help="Height of the tip: best, worst, or such as '1.5 m'; default: both."),
     ] = None,
     samples: Annotated[int, typer.Option(help="Poses per turning joint of the map, not of the curves.", min=2)] = 50,
     settings: Settings = [],  # noqa: B006
@@ -227,7 +227,7 @@ def loadchart(
     wanted = tip_height(height)
     loaded = named_machine(machine, settings)
     path = picture_path(output, f"{loaded.name}-loadchart.png")
-    with waiting("going over the workspace"):
+    with waiting("computing the workspace"):
         chart = capacity.load_chart(loaded, samples=samples)
         table, figure = load_table(chart, wanted), plots.load_chart(loaded, chart, height=wanted)
     say(table)
@@ -260,7 +260,7 @@ def modes(
         for warning in found.warnings:
             warn(str(warning))
     if samples:
-        with waiting("going over the workspace"):
+        with waiting("computing the workspace"):
             drawn = linear.mode_map(loaded, samples=samples, payload=payload)
         write_figure(plots.mode_map(loaded, drawn), path)
 
@@ -300,10 +300,10 @@ def check(
 
 @app.command(epilog="Example:  hydrocrane new my-crane --machine rottne-f9-lab")
 def new(
-    folder: Annotated[Path, typer.Argument(help="Folder to be made.")],
+    folder: Annotated[Path, typer.Argument(help="Folder to create.")],
     machine: Annotated[str, typer.Option(help="Bundled machine to start from.")] = "rottne-f9-lab",
     pump: Annotated[
-        str | None, typer.Option(help="Hang it on a pump: fixed, pressure-compensated or ls (load-sensing).")
+        str | None, typer.Option(help="Add a pump: fixed, pressure-compensated or ls (load-sensing).")
     ] = None,
 ) -> None:
     """Write a machine file and a scenario to start one's own crane from."""

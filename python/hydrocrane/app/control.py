@@ -42,7 +42,7 @@ def run_benchmark(
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for table and picture.")] = Path("results"),
     machine: Annotated[str, typer.Option(help="Bundled machine or path of a machine file.")] = "rottne-f9-lab",
     settings: Annotated[list[str], typer.Option("--set", help="Override a machine key: KEY=VALUE.")] = [],  # noqa: B006
-    seed: Annotated[int, typer.Option(help="Draws the errors of the sensors.")] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of the sensors' errors.")] = 0,
     quick: Annotated[bool, typer.Option("--quick", help="A few cases in place of all.")] = False,
 ) -> None:
     """Run the tasks of the tip-control benchmark; print a table, write it as CSV and JSON, and draw a page."""
@@ -79,8 +79,8 @@ def run_tune(
     output: Annotated[Path | None, typer.Option("-o", "--output", help="File for the block of gains.")] = None,
     controller: Annotated[str, typer.Option(help="tip, or pi, which the benchmark compares with.")] = "tip",
     settings: Annotated[list[str], typer.Option("--set", help="Override a machine key: KEY=VALUE.")] = [],  # noqa: B006
-    trials: Annotated[int, typer.Option(help="Most sets of gains to simulate.")] = 60,
-    seed: Annotated[int, typer.Option(help="Draws the errors of the sensors.")] = 0,
+    trials: Annotated[int, typer.Option(help="Largest number of sets of gains to simulate.")] = 60,
+    seed: Annotated[int, typer.Option(help="Seed of the sensors' errors.")] = 0,
 ) -> None:
     """Search the gains of a controller by simulation, and report them before and after."""
     from hydrocrane.app.options import overrides

@@ -29,17 +29,17 @@ def fit(
     scenario: Annotated[str, typer.Argument(help="Bundled scenario or path of a scenario file.")],
     logs: Annotated[list[Path], typer.Argument(help="Measured logs.")],
     parameter: Annotated[list[str], typer.Option("-p", "--parameter", help="Key to fit; repeat for more.")],
-    mapping: Annotated[Path | None, typer.Option(help="Which column is which signal, TOML.")] = None,
-    signal: Annotated[list[str], typer.Option(help="Compare this signal alone; repeat for more.")] = [],  # noqa: B006
+    mapping: Annotated[Path | None, typer.Option(help="Mapping of columns to signals, TOML.")] = None,
+    signal: Annotated[list[str], typer.Option(help="Compare only this signal; repeat for more.")] = [],  # noqa: B006
     motion: Annotated[
         MotionChoice, typer.Option(help="Simulate the motion, or take it as measured and compare forces.")
     ] = MotionChoice.simulated,
     interpolation: Annotated[
-        InterpolationChoice, typer.Option(help="How a logged command goes on between samples.")
+        InterpolationChoice, typer.Option(help="Interpolation of a logged command between samples.")
     ] = InterpolationChoice.linear,
-    bandwidth: Annotated[float, typer.Option(help="Of a measured motion, Hz.")] = 2.0,
+    bandwidth: Annotated[float, typer.Option(help="Bandwidth of a measured motion, Hz.")] = 2.0,
     window: Annotated[str | None, typer.Option(help="Part of the logs, FROM:TO, s.")] = None,
-    hold_out: Annotated[str | None, typer.Option(help="Judged, not fitted: last share, 0.3, or FROM:TO, s.")] = None,
+    hold_out: Annotated[str | None, typer.Option(help="Compared, not fitted: last share, 0.3, or FROM:TO, s.")] = None,
     prior: Annotated[
         list[str], typer.Option(help="Standard deviation, SI: KEY=VALUE, or KEY=none; repeat for more.")
     ] = [],  # noqa: B006
@@ -48,7 +48,7 @@ def fit(
     ] = [],  # noqa: B006
     settings: Annotated[list[str], typer.Option("--set", help="Override a machine key: KEY=VALUE.")] = [],  # noqa: B006
     payload: Annotated[float | None, typer.Option(help="Mass at the tip, kg.")] = None,
-    starts: Annotated[int, typer.Option(help="Searches; all but the first from drawn values.")] = 1,
+    starts: Annotated[int, typer.Option(help="Number of searches; all but the first start from drawn values.")] = 1,
     seed: Annotated[int, typer.Option(help="Draws the starts.")] = 0,
     report: Annotated[Path | None, typer.Option(help="Page with values, quality, pictures: .html.")] = None,
     write: Annotated[Path | None, typer.Option(help="Part of a machine file: .toml.")] = None,

@@ -26,22 +26,22 @@ def _group() -> None:
 )
 def identify_friction(
     logs: Annotated[
-        list[Path], typer.Argument(help="Logs of constant velocities; those that say so may be ramps or steps.")
+        list[Path], typer.Argument(help="Logs of constant velocities; ramps or steps if the log states it.")
     ] = [],  # noqa: B006
     rig: Annotated[str, typer.Option(help="Machine with one cylinder: bundled rig or path of a file.")] = "rig-rottne",
-    mapping: Annotated[Path | None, typer.Option(help="Which column is which signal, TOML.")] = None,
+    mapping: Annotated[Path | None, typer.Option(help="Mapping of columns to signals, TOML.")] = None,
     ramp: Annotated[list[Path], typer.Option(help="Log of a slowly opening valve, from rest.")] = [],  # noqa: B006
     step: Annotated[list[Path], typer.Option(help="Log of small steps, from rest.")] = [],  # noqa: B006
-    payload: Annotated[float | None, typer.Option(help="Load on the rod, kg; else as the logs say.")] = None,
+    payload: Annotated[float | None, typer.Option(help="Load on the rod, kg; default: as the logs state.")] = None,
     zero: Annotated[str | None, typer.Option(help="Seconds at zero pressure, FROM:TO, e.g. 0:1.")] = None,
     window: Annotated[str | None, typer.Option(help="Seconds of every log to use, FROM:TO, e.g. 2:60.")] = None,
     load_cell: Annotated[bool, typer.Option("--load-cell", help="Take the load's weight from `force`.")] = False,
-    rod_mass: Annotated[float, typer.Option(help="What moves on the cylinder's side of the load cell, kg.")] = 0.0,
+    rod_mass: Annotated[float, typer.Option(help="Moving mass on the cylinder's side of the load cell, kg.")] = 0.0,
     exponents: Annotated[
         str,
         typer.Option(help="chosen (by likelihood), fixed (as in the rig's file), free, or e.g. viscous-exponent=1."),
     ] = "chosen",
-    cylinder: Annotated[str | None, typer.Option(help="Name that the cylinder has in the machine file.")] = None,
+    cylinder: Annotated[str | None, typer.Option(help="Name of the cylinder in the machine file.")] = None,
     report: Annotated[Path | None, typer.Option(help="Page with every stage: .html.")] = None,
     write: Annotated[Path | None, typer.Option(help="Block for a machine file: .toml.")] = None,
 ) -> None:

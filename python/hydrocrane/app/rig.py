@@ -43,7 +43,7 @@ def run_experiment(
     ),
     payload: Annotated[float | None, typer.Option(help="Load on the rod, kg.")] = None,
     supply: Annotated[str | None, typer.Option(help='Supply pressure with its unit, e.g. "100 bar".')] = None,
-    seed: Annotated[int, typer.Option(help="Draws the errors of the sensors.")] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of the sensors' errors.")] = 0,
     sensors: Annotated[str, typer.Option(help="data-sheet or ideal.")] = "data-sheet",
     bits: Annotated[int | None, typer.Option(help="Resolution of the converters.")] = None,
     load_cell: Annotated[bool, typer.Option("--load-cell/--no-load-cell", help="Log the force on the rod.")] = True,

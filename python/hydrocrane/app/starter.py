@@ -28,7 +28,7 @@ def write_starter(folder: Path, machine: str, pump: str | None = None) -> tuple[
         rf'^(\s*machine\s*=\s*)"{re.escape(driven)}"', r'\1"machine.toml"', scenario, count=1, flags=re.MULTILINE
     )
     if not count:
-        raise InputError(f"the bundled scenario of {machine} does not name its machine on a line of its own")
+        raise InputError(f"the bundled scenario of {machine} does not name its machine on a separate line")
     described = _core.bundled_text("machine", machine) + (pump_text(machine, pump) if pump else "")
     return write_text(machine_file, described), write_text(scenario_file, own)
 

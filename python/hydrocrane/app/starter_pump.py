@@ -15,7 +15,7 @@ SPEED, EFFICIENCY, SPARE = 1450.0, 0.94, 1.05
 
 HEAD = """
 # --- Supply -----------------------------------------------------------------------------------------------------------
-# One pump for all valves: supply.pressure is what it is set to at most. `hydrocrane check` says what does not fit.
+# One pump for all valves: supply.pressure is its highest set pressure. `hydrocrane check` reports what does not fit.
 
 [pump.main]
 class = "assumed"
@@ -26,14 +26,14 @@ speed = "{speed:.0f} rpm"
 volumetric-efficiency = {efficiency}
 hydromechanical-efficiency = 0.9
 """
-CONTROL = """control-range = "4 bar"      # this far below its setting the pump has all of its displacement
-time-constant = "50 ms"      # of the swivel
-# torque-limit = "60 N m"    # what the engine gives it
+CONTROL = """control-range = "4 bar"      # at this pressure below its setting the displacement is full
+time-constant = "50 ms"      # of the displacement
+# torque-limit = "60 N m"    # limit of the engine
 """
-SENSING = """ls-margin = "20 bar"         # beyond the highest load pressure
+SENSING = """ls-margin = "20 bar"         # above the highest load pressure
 ls-time-constant = "20 ms"   # of the line from the valves
 """
-UNLOADING = """# ls-margin = "15 bar"       # unloads the pump: it idles this far beyond the highest load pressure
+UNLOADING = """# ls-margin = "15 bar"       # unloads the pump: it idles this far above the highest load pressure
 """
 MAINS = """
 [mains]
@@ -45,12 +45,12 @@ relief-gradient = "4 l/(min bar)"
 # relief-pressure = "..."    # 1.15 times supply.pressure; with a fixed pump supply.pressure
 """
 SECTIONS = """
-# Compensated sections: the flow follows the spool and not the load. Add to the table [valve.<name>] of each 4/3 valve:
-#   compensator = "before-spool"         # or "behind-spool": all sections share what the pump gives
+# Compensated sections: the flow depends on the spool, not on the load. Add to [valve.<name>] of each 4/3 valve:
+#   compensator = "before-spool"         # or "behind-spool": all sections share the flow of the pump
 #   compensator-setting = "8 bar"        # with "before-spool": drop over the edge, below ls-margin - control-range
 #   nominal-pressure-drop = "16 bar"     # of nominal-flow: twice that drop
-#   return-area-ratio = [0.4, 1.0]       # a narrow edge from the chamber that carries the load brakes it
-# A load is held by a counterbalance valve:
+#   return-area-ratio = [0.4, 1.0]       # a narrow edge from the chamber with the load brakes it
+# A counterbalance valve holds a load:
 #   [counterbalance.lift]
 #   cylinder = "lift"
 #   side = "piston-side"
@@ -67,9 +67,7 @@ def pump_text(machine: str, pump: str) -> str:
         raise unknown("pump", pump, tuple(KINDS))
     crane = load_machine(machine)
     if "mains.p" in crane.state_names:
-        raise InputError(
-            f"{machine} has a pump already; start from a machine with an ideal supply, or leave --pump out"
-        )
+        raise InputError(f"{machine} has a pump already; start from a machine with an ideal supply, or omit --pump")
     kind, flows = KINDS[pump], _flows(crane)
     displacement = 1e6 * SPARE * sum(flows[:2]) / (EFFICIENCY * SPEED / 60)
     enough_for = f"what {'the two largest valves take' if len(flows) > 1 else 'the valve takes'} without load"

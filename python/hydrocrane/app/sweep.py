@@ -26,7 +26,9 @@ def sweep(
     ] = None,
     workers: Annotated[int | None, typer.Option(help="Threads; by default one per core.")] = None,
     scheduler: Annotated[str | None, typer.Option(help="Dask scheduler, e.g. tcp://host:8786.")] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Begin anew; what is in the store is lost.")] = False,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Start again; the contents of the store are lost.")
+    ] = False,
     picture: Annotated[Path | None, typer.Option(help="Also draw a figure against the keys, into this file.")] = None,
     measure: Annotated[str | None, typer.Option(help="Which figure to draw; by default the first.")] = None,
 ) -> None:

@@ -30,7 +30,7 @@ def recording(run: Run) -> tuple[Request, Array]:
     missing = [name for name in machine.state_names if name not in data]
     if missing or not data.sizes["time"]:
         lack = f"`{missing[0]}`" if missing else "rows"
-        raise InputError(f"this run has no {lack}, so that the crane cannot be drawn; simulate it again")
+        raise InputError(f"this run has no {lack}, so the crane cannot be drawn; simulate it again")
     columns: dict[str, Array] = {"time": data.time.values}
     for name, values in data.items():
         if values.dims == ("time",) and values.dtype.kind == "f":

@@ -193,7 +193,7 @@ def _check_start(machine: Machine, results: Sequence[Result]) -> None:
         if _price(result) == math.inf:
             raise InputError(
                 f"the task {result.case.task.name} ({result.case.condition}) does not come to its end with the gains "
-                f"of {machine.name}, so that there is nothing to improve: {result.outcome.kind}, {result.message}"
+                f"of {machine.name}, so there is nothing to improve: {result.outcome.kind}, {result.message}"
             )
 
 

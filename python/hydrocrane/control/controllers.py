@@ -1,4 +1,4 @@
-"""Controllers: those that come with the package by name, and people's own in the sampled loop."""
+"""Controllers: those of the package by name, and your own in the sampled loop."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ PACKAGE = Path(__file__).parents[1]
 
 @dataclass(frozen=True)
 class Observation:
-    """What a controller sees at a sample.
+    """Input of a controller at a sample.
 
     Attributes
     ----------
     t : float
         s.
     q, qd : (n,) arrays
-        Joint coordinates and rates, rad or m, and per second. In a scenario q is what the sensors read and qd the
-        difference of the last two readings; from :class:`hydrocrane.Simulator` both are the crane's own.
+        Joint coordinates and rates, rad or m, and per second. In a scenario q is the sensor reading and qd the
+        difference of the last two readings; from :class:`hydrocrane.Simulator` both are the crane's true values.
     p : (n_cyl, 2) array
-        Chamber pressures p1, p2, Pa gauge; measured or true as q is.
+        Chamber pressures p1, p2, Pa gauge; measured or true like q.
     tip : (2,) array
         x, z in the inertial frame at q, m.
     measured : dict
-        What the sensors read, by signal.
+        Sensor readings by signal.
 
     Examples
     --------
@@ -59,7 +59,7 @@ class Observation:
 
 @runtime_checkable
 class Controller(Protocol):
-    """A controller of one's own: an object with these two methods, or a function like `step`.
+    """Your own controller: an object with these two methods, or a function like `step`.
 
     It may also have an attribute ``set_point``, (x, z) of the tip in m, which is then recorded.
 
@@ -77,7 +77,7 @@ class Controller(Protocol):
     """
 
     def reset(self, machine: Machine, obs: Observation, /) -> None:
-        """Start anew on a crane."""
+        """Restart on a crane."""
 
     def step(self, obs: Observation, command: Stick, /) -> ArrayLike:
         """Spool commands (n_cyl,), m, positive extends."""
@@ -87,7 +87,7 @@ StepFunction: TypeAlias = Callable[["Observation", Stick], ArrayLike]
 
 
 class Stepping(Protocol):
-    """A controller without a memory to clear: `reset` may be left out."""
+    """A controller without internal state: `reset` may be omitted."""
 
     def step(self, obs: Observation, command: Stick, /) -> ArrayLike:
         """As of :class:`Controller`."""
@@ -149,7 +149,7 @@ class SampledController:
         try:
             values = [float(u) for u in np.ravel(command)]
         except (TypeError, ValueError) as error:
-            told = f"the controller gave {command!r}, which is no list of {cylinders} spool commands in m"
+            told = f"the controller gave {command!r}, which is not a list of {cylinders} spool commands in m"
             raise InputError(f"{told} ({type(error).__name__}: {error})") from None
         if len(values) != cylinders:
             names = ", ".join(self._crane.cylinder_names)

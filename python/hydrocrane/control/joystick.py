@@ -1,4 +1,4 @@
-"""What the operator does with the sticks, against time."""
+"""Sticks of the operator, against time."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Stick:
     axes : (2,) or (n_cyl,) array
         Deflections in -1 to 1: x (forward) and z (up), or one per cylinder.
     full_speed : float or None
-        Speed of the tip that a full deflection asks for, m/s, where the joystick says so.
+        Speed of the tip at full deflection, m/s, if the joystick states it.
 
     Examples
     --------
@@ -54,7 +54,7 @@ class Stick:
 
     @property
     def velocity(self) -> Array:
-        """Velocity (2,) of the tip asked for, m/s."""
+        """Commanded velocity (2,) of the tip, m/s."""
         if self.mode != "tip" or self.full_speed is None:
             raise InputError("only a stick of mode `tip` with a full_speed asks for a velocity")
         return self.axes * self.full_speed
@@ -82,18 +82,18 @@ class Joystick:
         ``x`` and ``z`` in mode ``tip`` (one stick moves the tip), cylinder names in modes ``lever`` and ``height`` (one
         axis per cylinder): deflections (k,) in -1 to 1. An axis left out stays centred.
     mode : {"tip", "lever", "height"}
-        ``height``: a lever asks for the speed of its piston, and one joint, the telescope, holds the tip's height, see
+        ``height``: a lever commands the speed of its piston, and one joint, the telescope, holds the tip's height, see
         docs/howto/hold-the-height.md.
     interpolation : {"hold", "linear"}
     dead_zone : float
-        Share of the deflection around the centre that does nothing; the rest counts from 0 to 1.
+        Dead zone around the centre, share of the deflection; the rest counts from 0 to 1.
     full_speed : float, optional
         Speed of the tip at full deflection, m/s; default is the machine's or the controller's own. In mode ``height``
         it is that of goals.
     ramp : float
         Time that a stick takes from its centre to its end, s.
     precision : (k,) array_like
-        Share of the full speed that counts at each time, 0 to 1, for precise work; empty: all of it.
+        Share of the full speed at each time, 0 to 1, for precise work; empty: full speed.
 
     Examples
     --------
@@ -142,7 +142,7 @@ class Joystick:
                 if name not in TIP_AXES:
                     raise unknown("stick axis", name, TIP_AXES)
         if scenario_quantity("joystick.dead-zone", "dead_zone", self.dead_zone) >= 1:
-            raise InputError(f"dead_zone must be below 1, else it leaves nothing of the stick; got {self.dead_zone!r}")
+            raise InputError(f"dead_zone must be below 1, otherwise it covers the whole stick; got {self.dead_zone!r}")
         scenario_quantity("joystick.ramp", "ramp", self.ramp)
         if self.full_speed is not None:
             scenario_quantity("joystick.full-speed", "full_speed", self.full_speed)
@@ -173,7 +173,7 @@ class Joystick:
             ``stick.x`` and so on.
         mode : {"tip", "lever", "height"}
         columns : mapping, optional
-            Log column -> axis, where the names differ.
+            Log column -> axis, if the names differ.
         **more
             Other fields of a joystick; ``interpolation`` is ``linear`` unless given.
         """
@@ -189,9 +189,7 @@ class Joystick:
             if name not in table:
                 raise unknown("column of the log", name, table)
         if not columns:
-            raise InputError(
-                f"the log has no column of a stick axis; it has {', '.join(table)}; say which with columns="
-            )
+            raise InputError(f"the log has no column of a stick axis; it has {', '.join(table)}; name it with columns=")
         axes = {axis: table[name] for name, axis in columns.items()}
         if mode == "tip" and not set(axes) & set(TIP_AXES):
             raise InputError(
@@ -213,7 +211,7 @@ class Joystick:
         return np.column_stack([self.axes.get(name, centred) for name in names])
 
     def at(self, t: float, cylinders: tuple[str, ...] = ()) -> Stick:
-        """The sticks at time t, after the dead zone and without the ramp, for loops of one's own."""
+        """The sticks at time t, after the dead zone and without the ramp, for your own loops."""
         table = self.table(cylinders)
         row = int(np.searchsorted(self.time, t + 1e-12, side="right")) - 1
         if row < 0:
@@ -227,7 +225,7 @@ class Joystick:
         return Stick(self.mode, self._share(row, t) * beyond, self.full_speed)
 
     def _share(self, row: int, t: float) -> float:
-        """Share of the full speed that counts at time t, after the time of `row`."""
+        """Share of the full speed at time t, after the time of `row`."""
         if row < 0 or not self.precision.size:
             return 1.0
         if self.interpolation == "linear":

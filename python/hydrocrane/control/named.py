@@ -1,4 +1,4 @@
-"""The controllers that come with the package, stepped by a program of one's own."""
+"""The controllers of the package, stepped by your own program."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 
 
 class NamedController:
-    """A controller by name, sample by sample: beside one's own simulation, in front of a real machine, or inside
-    another controller.
+    """A controller by name, sample by sample: with your own simulation, with a real machine, or inside another
+    controller.
 
-    It has the methods of every controller, `reset` and `step`, so that a scenario takes it as well.
+    It has the methods of every controller, `reset` and `step`, so a scenario accepts it too.
 
     Parameters
     ----------
     name : {"tip", "heinze-pid", "lever"}
     machine : Machine, str or path, optional
-        What the controller takes the crane to be, with its gains and its period (``control.period``); default is the
-        machine that :meth:`reset` is given.
+        Controller model, with its gains and its period (``control.period``); default is the machine that
+        :meth:`reset` is given.
     monitor : bool, optional
-        Whether readings are watched, and the spools centred where they are not plausible; default is as in a scenario:
-        not for ``lever``, which measures nothing.
+        Whether readings are checked, and the spools centred if they are not plausible; default is as in a scenario:
+        not for ``lever``, which reads no sensors.
     delay : float
-        Time from a sample until the command leaves, s, which the monitor reckons with.
+        Time from a sample until the command leaves, s, which the monitor assumes.
 
     Raises
     ------
     InputError
-        An unknown name, or a delay that is no time.
+        An unknown name, or an invalid delay.
 
     Examples
     --------
@@ -68,27 +68,27 @@ class NamedController:
 
     @property
     def period(self) -> float:
-        """Time between samples that the controller reckons with, s."""
+        """Time between samples that the controller assumes, s."""
         return self._made().period
 
     @property
     def set_point(self) -> tuple[float, float] | None:
-        """Where the controller wants the tip (x, z) after the last step, m, where it has such a place."""
+        """Set-point of the tip (x, z) after the last step, m, if the controller has one."""
         place = None if self._core is None else self._core.set_point
         return None if place is None else (place[0], place[1])
 
     @property
     def fault(self) -> str | None:
-        """Why the last step gave no command, so that the spools go to their centres; ``None`` where it gave one."""
+        """Why the last step gave no command, so the spools go to their centres; ``None`` if it gave one."""
         return self._fault
 
     @property
     def notices(self) -> tuple[str, ...]:
-        """What has happened since :meth:`reset` that whoever runs the machine should know."""
+        """Events since :meth:`reset`, for the operator of the machine."""
         return tuple(self._told)
 
     def reset(self, machine: MachineLike, obs: Observation) -> None:
-        """Start anew on a crane from a first observation."""
+        """Restart on a crane with a first observation."""
         machine = self._known or as_machine(machine)
         joints = [f"joint.{joint}.q" for joint in machine.joint_names]
         self._signals = joints + [f"cylinder.{c}.p{side}" for c in machine.cylinder_names for side in (1, 2)]
@@ -99,15 +99,15 @@ class NamedController:
     def step(self, obs: Observation, command: Stick) -> list[float]:
         """Spool commands (n_cyl,), m, positive extends, for an observation and the sticks.
 
-        What counts are the sensors' readings, ``obs.measured``; signals that are not among them are taken from
-        ``obs.q`` and ``obs.p``. Where the controller has no command, all are zero and :attr:`fault` says why.
+        It uses the sensor readings, ``obs.measured``; signals that are not among them are taken from
+        ``obs.q`` and ``obs.p``. If the controller has no command, all are zero and :attr:`fault` states the reason.
 
         Raises
         ------
         SimulationError
             Before the first :meth:`reset`.
         InputError
-            A stick of another shape than its mode has, or an observation of another crane.
+            A stick with another shape than its mode, or an observation of another crane.
         """
         if self._core is None:
             raise SimulationError("call reset(machine, obs) before the first step")

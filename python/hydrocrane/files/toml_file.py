@@ -22,14 +22,14 @@ def read_toml(path: Path, what: str) -> TomlTable:
     Raises
     ------
     InputError
-        Where the file cannot be read, is no UTF-8 text or no TOML, or is nested deeper than `DEEPEST` levels.
+        Where the file cannot be read, is not UTF-8 text or no TOML, or is nested deeper than `DEEPEST` levels.
     """
     try:
         text = path.read_text(encoding="utf-8")
     except OSError as error:
         raise InputError(f"cannot read the {what} {path}: {error.strerror}; check the path") from None
     except UnicodeDecodeError:
-        raise InputError(f"{path} is no UTF-8 text; is it a {what}?") from None
+        raise InputError(f"{path} is not UTF-8 text; is it a {what}?") from None
     return parsed(text, str(path))
 
 

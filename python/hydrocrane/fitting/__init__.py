@@ -1,4 +1,4 @@
-"""Any values of a machine fitted to logs of it: :func:`fit`."""
+"""Fit any values of a machine to its logs: :func:`fit`."""
 
 from hydrocrane.fitting.fit import fit
 from hydrocrane.fitting.quality import SignalQuality

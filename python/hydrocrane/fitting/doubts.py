@@ -39,7 +39,7 @@ def doubts(
         *doubtful_columns(differences),
         *_quality(quality),
         *_misfit(quality),
-        *(f"the logs do not tell {text}: its prior decides; add logs in which they act apart" for text in known.untold),
+        *(f"the logs do not tell {text}: its prior decides; add logs that separate them" for text in known.untold),
         *_together(task, known),
         *_blocks(known),
     )
@@ -58,7 +58,7 @@ def _search(task: Task, found: Found) -> Iterator[str]:
         if unknown.prior is not None and abs(value - unknown.prior[0]) > 3.0 * unknown.prior[1]:
             away = abs(value - unknown.prior[0]) / unknown.prior[1]
             yield (
-                f"`{unknown.name}` moved by {away:.1f} standard deviations of what was known of it, from "
+                f"`{unknown.name}` moved by {away:.1f} standard deviations of its prior, from "
                 f"{unknown.prior[0]:.4g} to {value:.4g}: is it the right machine, log and unit? If the file is wrong, "
                 "say so with priors="
             )
@@ -72,7 +72,7 @@ def doubtful_columns(differences: Mapping[tuple[str, str], Difference]) -> Itera
     for (log, signal), d in differences.items():
         own = _correlation(d.run, d.log)
         if own < AGAINST:
-            found = f"{log}: `{signal}` goes against the model (correlation {own:.2f})"
+            found = f"{log}: `{signal}` runs against the model (correlation {own:.2f})"
             yield f"{found}; is its sign wrong? Map sign = -1"
         if own < ALIKE:
             others = {
@@ -83,7 +83,7 @@ def doubtful_columns(differences: Mapping[tuple[str, str], Difference]) -> Itera
                 there = _correlation(np.interp(other.time, d.time, d.run), other.log)
                 better = here > own + BETTER and there > _correlation(other.run, other.log)
                 if better and signal < name:
-                    yield f"{log}: `{signal}` reads as `{name}` should: are the columns swapped?"
+                    yield f"{log}: `{signal}` looks like `{name}`: are the columns exchanged?"
 
 
 def _quality(quality: Sequence[SignalQuality]) -> Iterator[str]:
@@ -124,7 +124,7 @@ def _together(task: Task, known: Information) -> Iterator[str]:
     for i, j in zip(*np.triu_indices(len(names), 1), strict=True):
         # Of two errors of sensors nobody asks which it is.
         if i < task.keys and abs(correlation[i, j]) > TOGETHER:
-            pair = f"`{names[i]}` and `{names[j]}` stand for each other"
+            pair = f"`{names[i]}` and `{names[j]}` have the same effect"
             yield f"{pair} (correlation {correlation[i, j]:.3f}); hold one of them"
 
 

@@ -1,4 +1,4 @@
-"""Fit values of a machine to logs: the call that people make."""
+"""Fit values of a machine to logs: the public function."""
 
 from __future__ import annotations
 
@@ -58,33 +58,33 @@ def fit(
     Parameters
     ----------
     scenario : str, path or Scenario
-        Says which machine, and what the logs do not: commands, pose, controller.
+        States the machine, and everything that the logs do not contain: commands, pose, controller.
     logs : path, DataFrame, Dataset, mapping, Run, or several
-        With a time column. Columns named as signals of a run, ``cylinder.lift.p1``, are compared with these; columns
-        ``cylinder.<name>.command`` are the spool commands that the run replays; angles and pressures at the start place
-        the crane.
+        With a time column. Columns named like signals of a run, ``cylinder.lift.p1``, are compared with these; columns
+        ``cylinder.<name>.command`` are the spool commands that the run replays; angles and pressures at the start give
+        the start of the crane.
     parameters : sequence of str
         Keys of the machine file, ``friction.lift.coulomb[0]``, ``payload.mass``, ``link.jib.mass``; and errors of
         the sensor of a signal: ``cylinder.lift.p1.zero`` (in its unit), ``.span`` (share), ``.delay`` (s).
     mapping : path or dict, optional
-        Which column of the logs is which signal, with unit and sign (docs/reference/log-files.md).
+        Assigns columns of the logs to signals, with unit and sign (docs/reference/log-files.md).
     signals : sequence of str, optional
-        What to compare; default is all that the log and the model have in common.
+        Signals to compare; default is all that the log and the model have in common.
     motion : {"simulated", "measured"}
-        ``simulated``: the run follows from the commands. ``measured``: joints move as their sensors say; compared is
-        A_1 p_1 - A_2 p_2 of each cylinder, ``cylinder.<name>.pressure_force``, with weight, inertia and static
-        friction. Valve, supply and oil then do not matter.
+        ``simulated``: the run follows from the commands. ``measured``: joints move as measured, and
+        A_1 p_1 - A_2 p_2 of each cylinder, ``cylinder.<name>.pressure_force``, is compared with weight, inertia and
+        static friction. Valve, supply and oil then do not matter.
     interpolation : {"linear", "hold"}
-        How a logged command goes on between its samples.
+        Interpolation of a logged command between its samples.
     bandwidth : float
-        Of a measured motion and its forces, Hz: what is faster is filtered out of both alike.
+        Of a measured motion and its forces, Hz: faster components are filtered out of both.
     at_rest : bool
-        Of a measured motion also compare pistons that may stand still, without friction: it is anything up to the
-        break-away force there, so values and intervals may be off by that.
+        For a measured motion, also compare pistons that may stand still, without friction. Friction there is anything
+        up to the break-away force, so values and intervals may be wrong by that.
     window : (float, float), optional
-        From when to when of each log is looked at, s of its clock.
+        Part of each log that is used, s of its clock.
     hold_out : float or (float, float), optional
-        Not fitted but judged: the last share of each log, or a stretch, s.
+        Compared, but not fitted: the last share of each log, or a stretch, s.
     priors : mapping, optional
         Standard deviation, or (mean, standard deviation), SI, by parameter; None for no prior. Default is a share of
         the value by the class of its source: 2 % measured, 5 % setting, 10 % fitted, 20 % literature, 100 % assumed or
@@ -94,15 +94,15 @@ def fit(
     robust : bool
         Weigh outliers down (Huber).
     ties : mapping, optional
-        Keys that move in proportion to a parameter, as the machine file has them, by the parameter:
-        ``{"friction.lift.breakaway": "friction.lift.coulomb"}``. Without it a fitted Coulomb friction leaves break-away
-        friction where it is, and a warning says so where their ratio shifts.
+        Keys that change in proportion to a parameter, with the ratio of the machine file, by the parameter:
+        ``{"friction.lift.breakaway": "friction.lift.coulomb"}``. Without a tie a fitted Coulomb friction leaves
+        break-away friction constant, and a warning says so if their ratio changes.
     starts : int
-        Searches; those after the first begin at values drawn from the priors by `starts_seed`.
+        Number of searches; those after the first begin at values drawn from the priors by `starts_seed`.
     executor : Executor, optional
-        Runs the starts, for example ``dask.distributed.Client(...).get_executor()``; default is here, in turn.
+        Runs the starts, for example ``dask.distributed.Client(...).get_executor()``; default is this process, in turn.
     progress : callable, optional
-        Called with what is being done.
+        Called with a text about the progress.
     **changes
         Fields of the scenario or its solver to change, as in :func:`hydrocrane.simulate`.
 
@@ -113,7 +113,7 @@ def fit(
     Raises
     ------
     HydrocraneError
-        Where a name, a file or an argument cannot be right, or the model cannot be run at the start.
+        If a name, a file or an argument is invalid, or the model cannot be run at the start.
 
     Examples
     --------

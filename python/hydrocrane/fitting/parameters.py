@@ -68,7 +68,7 @@ def key_value(machine: Machine, key: str) -> float:
     values = np.atleast_1d(real_array(machine.value(path).si, path))
     if element not in ("", "0]", "1]") or (element and values.size < 2):
         raise InputError(
-            f"`{key}` is no value of the machine file; the values of a pair are `{path}[0]` and `{path}[1]`"
+            f"`{key}` is not a value of the machine file; the values of a pair are `{path}[0]` and `{path}[1]`"
         )
     if not element and np.ptp(values) > 0.0:
         raise InputError(f"`{path}` holds two values: name one of them, `{path}[0]` or `{path}[1]`")

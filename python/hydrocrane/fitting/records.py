@@ -122,7 +122,7 @@ def chosen_signals(
         found = [name for name in known if name in there and (name in also or _changes(log, name))]
         if not found:
             raise InputError(
-                f"{log.source}: no column is named as a signal of the model; it has {', '.join(there)}. Say in a "
+                f"{log.source}: no column is named as a signal of the model; it has {', '.join(there)}. State in a "
                 'mapping which column is which signal, for example [signal."cylinder.lift.p1"] column = "..."'
             )
         return found
@@ -180,7 +180,7 @@ def _readings(log: Log, name: str, unit: str, values: Mapping[str, Array]) -> Ar
         )
     readings = np.where(log.spoilt(name), np.nan, log[name])
     if not _changes(log, name):
-        raise InputError(f"{log.source}: `{name}` never changes; leave it out of signals, and check its sensor")
+        raise InputError(f"{log.source}: `{name}` never changes; omit it from signals, and check its sensor")
     if np.isfinite(readings).sum() < LEAST_SAMPLES:
         raise InputError(f"{log.source}: `{name}` has fewer than {LEAST_SAMPLES} usable readings")
     return readings

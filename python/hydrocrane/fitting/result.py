@@ -1,4 +1,4 @@
-"""What a fit found: values with intervals, how well the model follows the logs, and what the logs cannot tell."""
+"""Result of a fit: values with intervals, how well the model follows the logs, and what the logs cannot identify."""
 
 from __future__ import annotations
 
@@ -43,9 +43,9 @@ class Fit:
     motion : str
         ``simulated`` or ``measured``.
     notes : tuple of str
-        What was noticed in the logs.
+        Remarks about the logs.
     ties : tuple of Tie
-        Keys that moved in proportion to fitted ones.
+        Keys that changed in proportion to fitted ones.
 
     Examples
     --------
@@ -120,7 +120,7 @@ class Fit:
 
     @property
     def cannot_tell(self) -> tuple[str, ...]:
-        """Combinations of parameters of which the logs say less than was known before."""
+        """Combinations of parameters that the logs identify no better than the priors."""
         return self.information.untold
 
     @cached_property
@@ -170,13 +170,13 @@ class Fit:
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """What a reader must know before trusting the result, the most important first."""
+        """Warnings to read before trusting the result, the most important first."""
         behind = left_behind(self.start, self.machine, self.keys, self.ties)
         return (*doubts(self.task, self.found, self.information, self.quality, self.differences), *behind)
 
     @cached_property
     def figure(self) -> Figure:
-        """Model and log over each other, one chart per signal of each log; what was held out is shaded."""
+        """Model and log in one chart per signal of each log; the held-out part is shaded."""
         from hydrocrane.plots.fitting import fit_charts
 
         return fit_charts(self)
@@ -189,11 +189,11 @@ class Fit:
             low, high = self.interval(name)
             ends = f"95 %: {low:.5g} to {high:.5g}, was {self.prior(name):.5g}"
             lines.append(f"  {name:<{width}}  {self.value(name):.5g} {self.unit(name)}, {ends}")
-        lines += [f"  {tie.key} moves along, {tie.ratio:.4g} times `{tie.leader}`" for tie in self.ties]
+        lines += [f"  {tie.key} moves with it, {tie.ratio:.4g} times `{tie.leader}`" for tie in self.ties]
         for q in self.quality:
             held = f", held out {q.held_out:.3g} ({q.held_out_share:.1%})" if np.isfinite(q.held_out) else ""
             lines.append(f"  {q.log}: {q.signal} rms {q.rms:.3g} {q.unit} ({q.share:.1%} of its range){held}")
-        lines += [f"the logs do not tell {text}" for text in self.cannot_tell]
+        lines += [f"the logs do not identify {text}" for text in self.cannot_tell]
         return "\n".join([*lines, *(f"warning: {text}" for text in self.warnings), *self.notes])
 
     def toml(self, *, date: str = "") -> str:

@@ -200,7 +200,7 @@ class Setup:
         count = sum(int(record.used.sum()) for record in records)
         if count <= len(unknowns):
             raise InputError(
-                f"{count} readings cannot tell {len(unknowns)} parameters; take longer logs or fewer parameters"
+                f"{count} readings cannot identify {len(unknowns)} parameters; take longer logs or fewer parameters"
             )
         return Task(unknowns, tuple(models), Reading(tuple(error for error, _ in errors)), len(own), keys, self.robust)
 

@@ -120,7 +120,7 @@ def replayed(plan: Scenario, machine: Machine, log: Log, interpolation: str) -> 
         )
     if begin > 0.0 and plan.closed_loop:
         raise InputError(
-            f"{log.source} begins at {begin:g} s; a controller has a past, so its run begins at 0 s: leave window out"
+            f"{log.source} begins at {begin:g} s; a controller has a memory, so its run begins at 0 s: omit window"
         )
     if logged:
         changes["commands"] = {c: _command(log, c, begin, interpolation) for c in logged}
@@ -178,7 +178,7 @@ def starts_moving(machine: Machine, log: Log) -> str:
         if abs(slope) * span > max(0.02 * travel, 5.0 * noise_of(values).total) and travel > 0.0:
             return (
                 f"{log.source} begins in motion (`{name}` changes by {slope:.3g} per s), the run at rest; begin the "
-                "window where the crane stands, window=(from, to)"
+                "window where the crane is at rest, window=(from, to)"
             )
     return ""
 

@@ -271,12 +271,12 @@ def first_readings(
         try:
             found["bristle-stiffness"][motion.name] = stiffness(motion, law)
         except InputError as error:
-            warnings.append(f"{motion.name}: no reading of the stiffness: {error}")
+            warnings.append(f"{motion.name}: no initial estimate of the stiffness: {error}")
     known = [r.value for r in found["bristle-stiffness"].values()]
     taken = float(np.mean(known)) if known else number(rig, key_of(rig, "friction", "bristle-stiffness"))
     for motion in (m for log in steps for m in motions(log, rig, payload)):
         try:
             found["bristle-damping"][motion.name] = damping(motion, law, taken)
         except InputError as error:
-            warnings.append(f"{motion.name}: no reading of the damping: {error}")
+            warnings.append(f"{motion.name}: no initial estimate of the damping: {error}")
     return found, warnings

@@ -1,4 +1,4 @@
-"""From the logs of a rig to the friction of its cylinder: every stage in its order, failures in their place."""
+"""From the logs of a rig to the friction of its cylinder: all stages in order, with their failures."""
 
 from __future__ import annotations
 
@@ -70,33 +70,33 @@ def identify_friction(
     ramps, steps : as `logs`
         Logs from rest of a slowly opening valve and of small steps within the bristles' reach.
     mapping : path or dict, optional
-        Which column of the logs is which signal, see ``docs/reference/log-files.md``.
+        Assigns columns of the logs to signals, see ``docs/reference/log-files.md``.
     payload : float, optional
-        Load on the rod, kg; by default what the logs state, else the rig's own.
+        Load on the rod, kg; by default as the logs state, else the rig's own.
     zero : (float, float), optional
-        From when to when (s) both chambers were open to the tank with the load supported, in every log. By default the
-        calibration that a log states.
+        Seconds (from, to) in which both chambers were open to the tank with the load supported, in every log. By
+        default the calibration that a log states.
     window : (float, float), optional
-        From when to when (s) every log is used; the zero may lie outside. A ramp or step must rest where it begins.
+        Seconds (from, to) of every log to use; the zero may lie outside. A ramp or step must be at rest at its begin.
     load_cell : bool
         Take the load's weight from ``force``.
     rod_mass : float
-        What moves on the cylinder's side of the load cell, kg.
+        Moving mass on the cylinder's side of the load cell, kg.
     exponents : {"chosen", "fixed", "free"} or dict
-        As for ``hydrocrane.identification.fit_static``. Exponents that are held, are held at the values of the
+        As for ``hydrocrane.identification.fit_static``. Held exponents have the values of the
         rig's file.
     progress : callable, optional
-        Called with what is being done.
+        Called with a text about the progress.
 
     Returns
     -------
     Identification
-        With everything that could be found, and why the rest could not.
+        Everything that could be identified, and why the rest could not.
 
     Raises
     ------
     HydrocraneError
-        Where a file cannot be read or an argument cannot be right. What is wrong with the readings fails a stage.
+        If a file cannot be read or an argument is invalid. Faulty readings fail their stage instead.
 
     Examples
     --------
@@ -202,7 +202,7 @@ class _Campaign:
         rig = self.found.rig
         if any(largest_error(rig, name) is None for name in PRESSURES):
             self.found.warnings.append(
-                f"the file of {rig.name} has no sensors of p1 and p2: intervals know nothing of their bias and span"
+                f"the file of {rig.name} has no sensors of p1 and p2: intervals do not include their bias and span"
             )
         lacking = [record for record in self.usable if record.zero is None]
         bias = max((self._bias(record) for record in lacking), default=0.0)
@@ -235,7 +235,7 @@ class _Campaign:
         """Windows of every steady log; logs without any, or in which friction drives, are left out."""
         reasons = []
         for record in self._of(STEADY):
-            self.tell(f"looking for steady motion in {record.name}")
+            self.tell(f"searching steady motion in {record.name}")
             windows = steady_windows(record.log, self._parameters(record), load_cell=self.load_cell)
             known = {flag.message for flag in record.log.flags}
             span = span_error(self.found.rig)
@@ -354,7 +354,7 @@ def _why(windows: SteadyWindows) -> str:
 def _dead(record: Record) -> str:
     """What else is wrong with a log whose friction cannot be: pressures that never change."""
     still = [name for name in PRESSURES if np.ptp(record.log[name]) == 0.0]
-    texts = (f"; `{name}` never changes: its sensor is dead or stands at the end of its range" for name in still)
+    texts = (f"; `{name}` never changes: its sensor is dead or at the end of its range" for name in still)
     return "".join(texts)
 
 
@@ -368,7 +368,7 @@ def _driving(windows: SteadyWindows, bias: float, span: float) -> str:
         if 2 * len(driving) > len(here):
             push = -sign * float(np.median([w.force for w in here]))
             return (
-                f"{name}, friction would push the piston on with {push:.0f} N; are p1 and p2 exchanged, is the sign of "
+                f"{name}, friction would drive the piston with {push:.0f} N; are p1 and p2 exchanged, is the sign of "
                 "x right, are rig and load those of the log? It was left out"
             )
     return ""

@@ -132,7 +132,7 @@ def fit_dynamic(
         )
     passive = _passive_up_to(machine, estimate)
     if np.isfinite(passive):
-        warnings.append(f"friction with this damping gives energy back above {passive:.3g} m/s")
+        warnings.append(f"friction with this damping returns energy above {passive:.3g} m/s")
     table = key_of(machine, "friction", DYNAMIC[0]).rsplit(".", 1)[0]
     return DynamicFit(machine, table, readings, estimate, residuals, passive, static, tuple(warnings))
 
@@ -243,7 +243,7 @@ def _strained(estimate: Estimate, unknowns: Sequence[Unknown], joint: JointPrior
     if far[worst] < STRAINED:
         return []
     return [
-        f"the logs pull {worst} to {far[worst]:.0f} standard deviations from what is known of it; check load, rig file "
+        f"the logs pull {worst} to {far[worst]:.0f} standard deviations from its prior; check load, rig file "
         "and sensors before trusting anything here"
     ]
 

@@ -156,7 +156,7 @@ class DynamicFit:
         return [
             ("Dynamic friction, first readings", self._first_readings),
             ("Dynamic friction", self._fit),
-            ("What the fit left free", self._unknowns),
+            ("Correlations and nuisance parameters", self._unknowns),
             ("Block with bristles for the machine file", self._block),
         ]
 
@@ -190,7 +190,7 @@ class DynamicFit:
             for name, value, with_0, with_1 in zip(found.names, self._from_logs(), *known, strict=True)
         )
         heads = ("unknown", "found, SI", "standard deviation", *(f"correlation with {name}" for name in DYNAMIC))
-        return Section("What the fit left free", table=Table(heads, rows))
+        return Section("Correlations and nuisance parameters", table=Table(heads, rows))
 
     def _block(self) -> Section:
         return Section("Block with bristles for the machine file", code=self.toml())

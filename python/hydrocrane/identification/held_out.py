@@ -103,7 +103,7 @@ class HeldOut:
         share = np.where(self.known, np.abs(self.error) / self.promised, 0.0)
         at = int(np.argmax(share))
         return (
-            "the form does not carry over to levels it was not fitted to: predicted from the others, the level at "
+            "the form does not predict levels that it was not fitted to: predicted from the others, the level at "
             f"{self.velocity[at] * 1e3:.3g} mm/s is off by {self.error[at]:+.3g} N, {share[at]:.2g} promised standard "
             f"deviations (root mean square of all levels {self.ratio:.2g}; {self.rms:.3g} N, {self.rms_within:.3g} N "
             "within the fit). Either the map follows its levels too closely or has another form: do not trust it "

@@ -116,7 +116,7 @@ class Misfit:
             found.append(
                 f"the map does not describe these data: its levels scatter by {self.floor:.3g} N "
                 f"({100 * self.floor / self.force:.2g} % of the friction) beyond the errors of their points "
-                f"({errors}), and the intervals are as wide as this asks for"
+                f"({errors}), and the intervals are widened accordingly"
             )
         if self.likely:
             first, *others = self.likely
@@ -125,10 +125,10 @@ class Misfit:
         elif self.notable:
             tested = ", ".join(cause.name for cause in self.causes)
             found.append(
-                f"no cause of the misfit shows among {tested}; look at the residuals, and repeat levels in "
+                f"no cause of these residuals was found among {tested}; look at the residuals, and repeat levels in "
                 "another order"
                 if tested
-                else "too few levels to look for a cause of the misfit; repeat levels in another order"
+                else "too few levels to look for a cause of the residuals; repeat levels in another order"
             )
         return tuple(found)
 

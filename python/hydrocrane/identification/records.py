@@ -181,5 +181,5 @@ def _role(log: Log, asked: str) -> str:
     if own is None:
         return asked or STEADY
     if asked and own != asked:
-        raise InputError(f"{log.source} was handed over as a {asked}, but says that it is a `{experiment}`")
+        raise InputError(f"{log.source} was handed over as a {asked}, but states that it is a `{experiment}`")
     return own

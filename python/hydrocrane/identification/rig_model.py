@@ -244,7 +244,7 @@ def _even(log: Log) -> Log:
 def _command(log: Log) -> Array:
     command = log["command"]
     if not np.isfinite(command).all():
-        raise InputError(f"{log.source}: the command has gaps, so that nobody knows what moved the piston; cut the log")
+        raise InputError(f"{log.source}: the command has gaps, so the motion cannot be simulated; cut the log")
     if not command.any():
         raise InputError(f"{log.source}: the spool was never opened; a dynamic fit needs a log of a motion")
     return command

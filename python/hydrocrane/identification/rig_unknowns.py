@@ -60,7 +60,7 @@ def check_bristles(rig: Machine) -> None:
     """A rig that can be fitted has one cylinder, and bristles at it."""
     if len(rig.cylinder_names) != 1 or f"cylinder.{rig.cylinder_names[0]}.z" not in rig.state_names:
         raise InputError(
-            f"{rig.name} is no rig with one cylinder and bristle friction; a dynamic fit needs one, with "
+            f"{rig.name} is not a rig with one cylinder and bristle friction; a dynamic fit needs one, with "
             'model = "lugre" and a guess of each parameter in its file, as in rig-rottne'
         )
 

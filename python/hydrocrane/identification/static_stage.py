@@ -69,7 +69,7 @@ class StaticIdentification:
             ("Static friction", self._map),
             ("Parameters", self._parameters),
             ("Forms of the map", self._forms),
-            ("What is left over", self._left_over),
+            ("Residuals", self._left_over),
             ("Prediction of levels left out", self._held_out),
             ("Neighbouring residuals", self._neighbours),
             ("Correlation", self._correlation),
@@ -165,7 +165,7 @@ class StaticIdentification:
         """Residuals over everything that may be their cause."""
         misfit = self.fit.misfit
         if misfit is None or not misfit.causes:
-            return Section("What is left over", "Too few points to look for what friction depends on beside the map.")
+            return Section("Residuals", "Too few points to test what else friction depends on.")
         text = (
             f"The levels lie {misfit.floor:.2g} N off the map beyond the errors of their points, "
             f"{misfit.point_error:.2g} N in the median: {100 * misfit.floor / misfit.force:.2g} % of the friction"
@@ -176,7 +176,7 @@ class StaticIdentification:
             for cause in misfit.causes
         )
         table = Table(("depends on", "change of friction [%]", "chance without it", "shows"), rows)
-        return Section("What is left over", text, table, misfit.plot(), misfit.warnings)
+        return Section("Residuals", text, table, misfit.plot(), misfit.warnings)
 
     def _held_out(self) -> Section:
         """Levels predicted by a fit to the others."""
@@ -204,7 +204,7 @@ class StaticIdentification:
         """Correlation of residuals along time and velocity."""
         title, found = "Neighbouring residuals", self.fit.successions
         if not found:
-            return Section(title, "Too few windows and levels to look for correlation of what is left over.")
+            return Section(title, "Too few windows and levels to test the correlation of residuals.")
         rows = tuple(
             (
                 ORDERS[each.order][0], str(each.count), f"{each.correlation:+.2f}", f"{each.p_value:.2g}",
@@ -213,7 +213,9 @@ class StaticIdentification:
             for each in found
         )  # fmt: skip
         heads = ("residuals of", "readings", "correlation", "chance without it", "count as", "shows")
-        text = "Correlation of neighbours, less what the fit itself brings about; correlated readings count for less."
+        text = (
+            "Correlation of neighbours, corrected for the effect of the fit itself; correlated readings count for less."
+        )
         warnings = tuple(each.warning for each in found if each.shows)
         return Section(title, text, Table(heads, rows), warnings=warnings)
 

@@ -19,7 +19,7 @@ ILL_CONDITIONED = 1e4
 def warnings_of(fit: StaticFit, with_prior: bool) -> tuple[str, ...]:
     """Warnings of a fit, the most fundamental first."""
     return (
-        *(f"no points {name}: nothing is known of friction {name}" for name in missing_directions(fit)),
+        *(f"no points {name}: friction is unknown {name}" for name in missing_directions(fit)),
         *_levels(fit),
         *_bounds(fit),
         *_poorly_known(fit),
@@ -51,14 +51,14 @@ def _levels(fit: StaticFit) -> Iterator[str]:
         if f"stribeck-velocity.{name}" in not_identifiable:
             yield (
                 f"{name}: Stribeck friction is not seen in these levels (the slowest at {speed.min() * 1e3:.3g} mm/s) "
-                "and was left out: break-away force and Stribeck velocity stand for nothing measured. Add slower "
+                "and was left out: break-away force and Stribeck velocity are not measured values. Add slower "
                 "levels or break-away readings"
             )
             stribeck = 0.0
         elif not (speed < stribeck).any():
             yield (
                 f"{name}: no level slower than the Stribeck velocity ({stribeck * 1e3:.3g} mm/s); "
-                "break-away force and Stribeck velocity stand for each other: add slower levels"
+                "break-away force and Stribeck velocity have the same effect: add slower levels"
             )
         if (speed > FAR * stribeck).sum() < 2:
             yield (
@@ -85,7 +85,7 @@ def _poorly_known(fit: StaticFit) -> Iterator[str]:
             yield f"{label} is poorly known: {value:.3g}, 95 % interval {low:.3g} to {high:.3g}"
     spread = fit.spread
     if spread is not None and spread.condition > ILL_CONDITIONED:
-        yield f"parameters stand for each other: condition number {spread.condition:.2g}; see the correlation"
+        yield f"parameters have the same effect: condition number {spread.condition:.2g}; see the correlation"
 
 
 def _too_few(fit: StaticFit) -> Iterator[str]:
@@ -105,7 +105,7 @@ def _of_sensors(fit: StaticFit, with_prior: bool) -> Iterator[str]:
                 yield (
                     "the constant error of the force sensors decides how well Coulomb friction of a single direction "
                     "is known; its sum over both directions is known better. A zero calibration helps"
-                    + (", logs at a second supply pressure tell the spans" if any(fit.spans) else "")
+                    + (", logs at a second supply pressure identify the spans" if any(fit.spans) else "")
                 )
                 return
 

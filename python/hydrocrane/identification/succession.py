@@ -17,12 +17,12 @@ NOTABLE = 0.2
 # Orders that are looked at: what stands next to each other there, and what to do.
 ORDERS = {
     "time": (
-        "windows that follow each other in a log",
+        "consecutive windows of a log",
         "windows",
         "Something drifts over the windows: warm up, repeat levels in another order, or zero the sensors more often",
     ),
     "samples": (
-        "samples that follow each other",
+        "consecutive samples",
         "samples, or means of samples,",
         "The model lacks something that lasts for several of them: check the sensors, delay, load and oil",
     ),

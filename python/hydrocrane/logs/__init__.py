@@ -1,7 +1,6 @@
-"""Logs: what a data logger wrote, as checked signals in SI.
+"""Logs: files of a data logger as checked signals in SI.
 
-:func:`read_log` reads and checks a rig's log; :func:`columns_of` gives the plain columns that joysticks and comparisons
-take.
+:func:`read_log` reads and checks a rig's log; :func:`columns_of` gives plain columns for joysticks and comparisons.
 """
 
 from hydrocrane.logs.columns import columns_of, time_of

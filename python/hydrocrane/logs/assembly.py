@@ -67,7 +67,7 @@ class _Assembly:
                 names = (short, column, *(f"{short}.{i}" for i in range(2, len(self.table.columns) + 2)))
                 name = next(n for n in names if n not in wanted and n != "time")
                 if name not in names[:2]:
-                    self._flag("renamed", name, f"column `{column}` is signal `{name}`, since another has its name")
+                    self._flag("renamed", name, f"column `{column}` is signal `{name}`, because another has its name")
                 wanted[name] = Source(column)
         return wanted
 
@@ -127,8 +127,8 @@ class _Assembly:
         if log_unit(unit).absolute:
             if name in PRESSURES:
                 text = (
-                    f"`{name}` is absolute; {ATMOSPHERE / 1e5:g} bar of standard atmosphere are taken off, since rigs "
-                    "count from the air around them. Where the air pressure is known, give the difference as `offset`"
+                    f"`{name}` is absolute; {ATMOSPHERE / 1e5:g} bar of standard atmosphere are subtracted, because "
+                    "rigs measure relative to the air. If the air pressure is known, give the difference as `offset`"
                 )
             else:
                 text = f"`{name}` is absolute pressure and stays so; p1 and p2 of a rig are gauge"
@@ -180,7 +180,7 @@ class _Assembly:
         if times.size != values.size:
             raise InputError(f"{where}: `{clock}` has {times.size} values, `{column}` has {values.size}")
         if not _increases(times):
-            raise InputError(f"{where}: `{clock}` does not increase throughout, so that it holds no times")
+            raise InputError(f"{where}: `{clock}` does not increase throughout, so it is not a time column")
         text = f"`{name}` was sampled at times of its own, `{clock}`, and is interpolated at those of the log"
         self._flag("resampled", name, text)
         return np.interp(self.time, times, values, left=np.nan, right=np.nan)
@@ -201,7 +201,7 @@ def _time(table: Table, mapping: LogMapping | None, source: str) -> tuple[Array,
         raise InputError(f"{source} {no_column(table, entry.column)}")
     if column is None:
         raise InputError(
-            f"{source} has no time column; name it `time`, or say which it is, or the sample rate, under [time] of a "
+            f"{source} has no time column; name it `time`, or state which it is, or the sample rate, under [time] of a "
             f"mapping. It has {', '.join(dict.fromkeys([*table.columns, *table.words, *table.left_out]))}"
         )
     stated = table.unit_of(column)
@@ -227,4 +227,4 @@ def no_column(table: Table, wanted: str | int) -> str:
 
 
 def _foreign_unit(column: str, unit: str) -> str:
-    return f"the unit `{unit}` of column `{column}` is not known; its numbers stand as they are. Give it in a mapping"
+    return f"the unit `{unit}` of column `{column}` is not known; its numbers are used unchanged. Give it in a mapping"

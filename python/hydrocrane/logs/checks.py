@@ -95,7 +95,7 @@ def _time_flags(time: Array, data: xr.Dataset) -> list[Flag]:
     if (interval <= 0).any():
         first = int(np.argmax(interval <= 0))
         if (interval >= 0).all():
-            cause = "it stands there: times have too few digits, or rows stand twice; give `sample-rate` in a mapping"
+            cause = "it stands still: times have too few digits, or rows are repeated; give `sample-rate` in a mapping"
         else:
             back = float(-interval.min())
             cause = (
@@ -165,7 +165,7 @@ def _missing(time: Array, name: str, values: Array) -> list[Flag]:
         return [Flag("not-finite", name, float(time[0]), float(time[-1]), message, fatal=name in ("x", *PRESSURES))]
     longest = max(float(time[b - 1] - time[a]) for a, b in stretches) + float(np.median(np.diff(time)))
     text = (
-        f"`{name}` misses {lost} values in {len(stretches)} stretches, the longest {longest:.3g} s; windows go on "
+        f"`{name}` misses {lost} values in {len(stretches)} stretches, the longest {longest:.3g} s; windows continue "
         f"across up to {GAP - 1:g} samples and end at longer ones. Look for a loose contact or a full buffer"
     )
     if len(stretches) > MOST_RUNS:
@@ -194,7 +194,7 @@ def _hums(time: Array, signals: dict[str, Array]) -> list[Flag]:
             size = f"{hum.amplitude / 1e5:.3g} bar" if name in PRESSURES else f"{hum.amplitude:.3g} N"
             text = (
                 f"`{name}` carries {size} at {hum.frequency:.4g} Hz whatever the piston does: hum of {hum.mains:g} Hz "
-                "mains, not taken for motion. Shield and earth its cable, at one end"
+                "mains, it does not count as motion. Shield and earth its cable, at one end"
             )
             flags.append(Flag("hum", name, float(time[0]), float(time[-1]), text))
     return flags
@@ -221,7 +221,7 @@ def _stuck(time: Array, name: str, signals: dict[str, Array]) -> list[Flag]:
     for a, b in [s for s in long if _others_move(name, signals, *s)]:
         start, end = float(time[a]), float(time[b - 1])
         if values[a] in (top, bottom):
-            text = f"stands at the end of its range, {values[a]:.6g}, from {start:.6g} to {end:.6g} s; widen the range"
+            text = f"stays at the end of its range, {values[a]:.6g}, from {start:.6g} to {end:.6g} s; widen the range"
             flags.append(Flag("saturated", name, start, end, f"`{name}` {text} or leave this part out"))
         else:
             text = (
@@ -255,7 +255,7 @@ def _clipped(time: Array, name: str, values: Array) -> list[Flag]:
     for end in clipped_at(values):
         at = np.flatnonzero(values == end)
         text = (
-            f"`{name}` is cut off at {end:.6g} in {at.size} samples, again and again: its range or that of its "
+            f"`{name}` is cut off at {end:.6g} in {at.size} samples, repeatedly: its range or that of its "
             "converter ends there; widen it. No window holds such samples"
         )
         flags.append(Flag("clipped", name, float(time[at[0]]), float(time[at[-1]]), text))

@@ -1,4 +1,4 @@
-"""A log: signals over time in SI, and what is wrong with them."""
+"""A log: signals over time in SI, with the flags of its checks."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ class Log:
     ----------
     data : xarray.Dataset
         Over ``time``, s; each variable with `units` and `long_name`. The signals of a friction rig are ``x``, ``p1``,
-        ``p2``, and where there are any ``v``, ``force`` and ``command``. `attrs` hold what the file says about itself;
-        files of the virtual rig say ``experiment``, ``payload``, ``supply``, ``calibration`` and more.
+        ``p2``, and if present ``v``, ``force`` and ``command``. `attrs` hold the facts that the file states;
+        files of the virtual rig state ``experiment``, ``payload``, ``supply``, ``calibration`` and more.
     flags : tuple of Flag
-        What the checks found, fatal ones first.
+        Results of the checks, fatal ones first.
     source : str
         Where it came from.
 
@@ -79,7 +79,7 @@ class Log:
         return name in self.data
 
     def __getitem__(self, name: str) -> Array:
-        """(n,) values of a signal, SI; what no sensor reads, infinite or absurdly large, is NaN."""
+        """(n,) values of a signal, SI; missing, infinite or absurdly large readings are NaN."""
         if name not in self.data:
             known = [str(n) for n in self.data.variables]
             cure = f"name its column in a mapping, [signal.{name}]"
@@ -87,7 +87,7 @@ class Log:
         return readings(self.data[name].values)
 
     def usable(self, *signals: str) -> Log:
-        """This log, where it has the `signals` and no fatal flag; else an error that says what is missing or wrong."""
+        """This log, if it has the `signals` and no fatal flag; else an error that says what is missing or wrong."""
         for name in signals:
             self[name]
         if self.fatal:
@@ -95,14 +95,14 @@ class Log:
         return self
 
     def spoilt(self, *signals: str) -> np.ndarray:
-        """(n,) True where one of the `signals` is missing, frozen or at the end of its range."""
+        """(n,) True if one of the `signals` is missing, frozen or at the end of its range."""
         bad = self.stuck(*signals)
         for name in signals:
             bad |= ~np.isfinite(self[name])
         return bad
 
     def stuck(self, *signals: str) -> np.ndarray:
-        """(n,) True where one of the `signals` is frozen or at the end of its range."""
+        """(n,) True if one of the `signals` is frozen or at the end of its range."""
         time = self.time
         bad = np.zeros(time.size, dtype=bool)
         for flag in self.flags:
@@ -113,7 +113,7 @@ class Log:
         return bad
 
     def between(self, start: float, end: float) -> Log:
-        """The part from `start` to `end`, s, checked anew."""
+        """The part from `start` to `end`, s, checked again."""
         inside = (self.time >= start) & (self.time <= end)
         if not inside.any():
             raise InputError(f"{self.source}: no sample between {start:.6g} and {end:.6g} s")
@@ -148,15 +148,15 @@ def read_log(path: str | PathLike[str], mapping: MappingLike = None) -> Log:
         ``.csv`` (also ``.txt``, ``.tsv``, ``.dat``, ``.log``, ``.exp``, each also with ``.gz``), ``.mat`` of any
         version, ``.h5``, ``.nc`` or ``.mf4``.
     mapping : path, dict or LogMapping, optional
-        Which column is which signal, see ``docs/reference/log-files.md``; without it every numeric column is kept
+        Assigns columns to signals, see ``docs/reference/log-files.md``; without it every numeric column is kept
         under its own name.
 
     Raises
     ------
     ResultFileError
-        Where the file cannot be read.
+        If the file cannot be read.
     InputError
-        Where a column or unit is not what the mapping says.
+        If a column or unit does not match the mapping.
 
     Examples
     --------

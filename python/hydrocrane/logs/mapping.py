@@ -172,7 +172,7 @@ def _check_dimension(dimension: str, name: str, given: str, where: str) -> None:
         cure = ""
         if dimension in [_core.quantity(f"1 {unit}")[1] for unit in ("V", "A")]:
             cure = _OUTPUT_CURE
-        raise InputError(f"{where}: `{given}` is no unit of `{name}`; give one of {' or '.join(expected)}{cure}")
+        raise InputError(f"{where}: `{given}` is not a unit of `{name}`; give one of {' or '.join(expected)}{cure}")
 
 
 def expected_units(name: str) -> tuple[str, ...]:

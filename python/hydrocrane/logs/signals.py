@@ -13,7 +13,7 @@ class Signal(NamedTuple):
 
 
 SIGNALS = {
-    "x": Signal(("m",), "piston position, growing outwards"),
+    "x": Signal(("m",), "piston position, positive outwards"),
     "v": Signal(("m/s",), "piston velocity, positive outwards"),
     "p1": Signal(("Pa",), "piston-side pressure, gauge"),
     "p2": Signal(("Pa",), "rod-side pressure, gauge"),

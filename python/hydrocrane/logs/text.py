@@ -248,16 +248,17 @@ def _fill(found: Table, rows: list[list[str]], head: Head) -> None:
             found.clocks.append(added)
         signal = split_name(added)[0]
         if bad:
-            message = f"{len(bad)} cells of `{added}` are no numbers, the first is `{bad[0]}`; they count as missing"
+            message = f"{len(bad)} cells of `{added}` are not numbers, the first is `{bad[0]}`; they count as missing"
             found.notes.append(Flag("unreadable-cells", signal, np.nan, np.nan, message))
         if doubt:
-            message = f"`{added}`: {doubt}; export without marks of thousands"
+            message = f"`{added}`: {doubt}; export without thousands separators"
             found.notes.append(Flag("number-format", signal, np.nan, np.nan, message))
 
 
 def _tell_width(found: Table, count: int, first: str, named: int) -> None:
     message = (
-        f"{count} rows have more cells than the {named} of the header, the first begins with `{first}`; what is beyond "
-        "it is read without a name. Are there decimal commas where commas part the columns too? Export with semicolons"
+        f"{count} rows have more cells than the {named} of the header, the first begins with `{first}`; extra cells "
+        "are read without a name. Are there decimal commas while commas also separate the columns? "
+        "Export with semicolons"
     )
     found.notes.append(Flag("ragged-rows", "", np.nan, np.nan, message))

@@ -46,7 +46,7 @@ def load_machine(source: str | PathLike[str], overrides: Overrides | None = None
         Name of a bundled machine, or a path to a TOML file.
     overrides : mapping, optional
         Dotted key to value, for example ``{"supply.pressure": "100 bar", "payload.mass": 200}``; a number is SI,
-        a string carries its unit. They count before the file; a scenario's own payload counts before them.
+        a string needs its unit. They have priority over the file; a scenario's own payload has priority over them.
 
     Raises
     ------
@@ -68,12 +68,12 @@ def load_machine(source: str | PathLike[str], overrides: Overrides | None = None
 
 
 def as_machine(machine: MachineLike) -> Machine:
-    """`machine` itself, or the one that its name or path stands for.
+    """`machine` itself, or the machine with this name or path.
 
     Raises
     ------
     InputError
-        Where it is neither a machine, nor a name, nor a path.
+        If it is neither a machine, nor a name, nor a path.
     """
     if isinstance(machine, Machine):
         return machine
@@ -83,7 +83,7 @@ def as_machine(machine: MachineLike) -> Machine:
 
 
 def bundled_machines() -> tuple[str, ...]:
-    """Names of the machines that come with the package.
+    """Names of the machines of the package.
 
     Examples
     --------
@@ -230,7 +230,7 @@ class Machine:
         Raises
         ------
         InputError
-            Where nothing states it, also where a default applies.
+            If nothing states it, also if a default applies.
         """
         if key not in self._values:
             raise unknown(f"value of {self.name}", key, self._values)
@@ -276,7 +276,7 @@ class Machine:
 
     @property
     def keep_out(self) -> dict[str, Array]:
-        """Regions that controllers keep the tip out of, by name: corners (k, 2) in the inertial frame, m."""
+        """Keep-out regions of the controllers, by name: corners (k, 2) in the inertial frame, m."""
         return dict(self.core.keep_out)
 
     def clearance(self, place: ArrayLike) -> Array:
@@ -306,7 +306,7 @@ class Machine:
         Raises
         ------
         OutOfReachError
-            Where no pose inside the limits has these strokes.
+            If no pose inside the limits has these strokes.
         """
         x = vectors(x, "x", self.cylinder_names)
         return self._over(self.core.joints_from_strokes, x, error=OutOfReachError)
@@ -317,7 +317,7 @@ class Machine:
 
     @property
     def tip_gains(self) -> dict[str, float]:
-        """Gains of the controller ``tip`` by their keys in ``[control.tip]``, SI: the file's, else the defaults."""
+        """Gains of the controller ``tip`` by their keys in ``[control.tip]``, SI: from the file, else the defaults."""
         return dict(self.core.tip_gains)
 
     def cylinder_slopes(self, q: ArrayLike) -> Array:
@@ -342,7 +342,7 @@ class Machine:
         Returns
         -------
         list of (n,) arrays
-            Only poses inside the joint limits, best first; empty where nothing reaches. A batch of tips (..., 2)
+            Only poses inside the joint limits, best first; empty if none reaches it. A batch of tips (..., 2)
             gives lists nested in its leading axes.
         """
         tip = vectors(tip, "tip", ("x", "z"))
@@ -397,7 +397,7 @@ class Machine:
     def piston_speeds(self, q: ArrayLike, *, payload: float | None = None) -> Array:
         """Lowest and highest steady piston speed (..., n_cyl, 2) at full spool stroke under the load at rest, m/s.
 
-        Negative retracts. Zero where the supply cannot move the load.
+        Negative retracts. Zero if the supply cannot move the load.
         """
         return self._over(self.core.piston_speeds, self._joints(q), payload=payload)
 
@@ -421,7 +421,7 @@ class Machine:
         return self._over(self.core.kinetic_energy, self._joints(q), self._joints(qd, "qd"), payload=payload)
 
     def potential_energy(self, q: ArrayLike, *, payload: float | None = None) -> Array:
-        """Potential energy (...), J   (52), growing upwards."""
+        """Potential energy (...), J   (52), increasing upwards."""
         return self._over(self.core.potential_energy, self._joints(q), payload=payload)
 
     # --- hydraulics and friction --------------------------------------------------------------------------------
@@ -436,7 +436,7 @@ class Machine:
         dp : array_like
             Pressure drop across the edge, Pa; broadcasts against `spool`.
         cylinder : str, optional
-            Whose valve; the first cylinder's by default.
+            Cylinder of the valve; the first one by default.
         """
         return self._per_cylinder(self.core.orifice_flow, cylinder, spool=spool, dp=dp)
 
@@ -502,13 +502,13 @@ class Machine:
         ``hold`` has the spools centred, friction 0, and p1 A1 - p2 A2 equal to the static force with the lower
         chamber at the machine's back pressure; ``steady`` also opens the spools so that the pressures stay constant.
 
-        A piston that the supply cannot press so far into its end stop rests on the stop instead: the state then has
-        another joint coordinate than `q`, and a ``DoubtfulResult`` says so.
+        If the supply cannot press a piston so far into its end stop, the piston rests on the stop instead: the state
+        then has another joint coordinate than `q`, and a ``DoubtfulResult`` says so.
 
         Raises
         ------
         OutOfReachError
-            If the pose lies outside the joint limits, or nothing can hold the crane in it.
+            If the pose is outside the joint limits, or nothing can hold the crane in it.
         """
         states, doubts = self.rest(q, mode, payload=payload)
         for text in dict.fromkeys(str(doubt) for doubt in doubts):
@@ -518,7 +518,7 @@ class Machine:
     def rest(
         self, q: ArrayLike, mode: Literal["hold", "steady"] = "hold", *, payload: float | None = None
     ) -> tuple[Array, tuple[ResultWarning, ...]]:
-        """As :meth:`equilibrium`, with what makes the states doubtful in place of Python warnings."""
+        """As :meth:`equilibrium`, with warnings returned in place of Python warnings."""
         if mode not in ("hold", "steady"):
             raise unknown("equilibrium mode", mode, ("hold", "steady"))
         lead, (table,) = rows(self._joints(q))
@@ -539,29 +539,29 @@ class Machine:
         payload: float | None = None,
         earlier: int = 0,
     ) -> xr.Dataset:
-        """What the sensors would have read of a run, at the instants at which it was recorded.
+        """Sensor readings of a run, at the times at which it was recorded.
 
-        One run so serves any number of seeds. Transmitters lag behind the pressure, which goes in straight lines from
-        one record to the next; every sensor starts settled.
+        One run can be read with any number of seeds. Transmitters lag behind the pressure, which is linear between
+        records; every sensor starts settled.
 
         Parameters
         ----------
         recorded : Run or xarray.Dataset
             A run of this machine, or its data, with every state.
         sensors : {"data-sheet", "ideal"}
-            Sensors as the machine file has them, drawn by `seed`, or the truth.
+            Sensors as in the machine file with errors drawn by `seed`, or true values.
         faults : sequence of SensorFault
         payload : float, optional
             kg at the tip; that of the run by default.
         earlier : int
-            Readings that the sensors took before, at rest: another number leaves their errors as they are and draws
-            other noise, as a second run on the same sensors does.
+            Readings that the sensors took before, at rest: another number keeps their errors and draws
+            other noise, as in a second run with the same sensors.
 
         Returns
         -------
         xarray.Dataset
-            Over ``time``: every joint coordinate and chamber pressure and whatever else the machine has a sensor for,
-            each by the name of what is measured, with ``units`` and ``long_name``.
+            Over ``time``: every joint coordinate and chamber pressure and every other signal with a sensor,
+            each by the name of the signal, with ``units`` and ``long_name``.
         """
         data = recorded_data(recorded)
         mass = self.payload(data.attrs.get("payload") if payload is None else payload)
@@ -592,7 +592,7 @@ class Machine:
         return vectors(state, "state", self.state_names), vectors(spool_command, "spool_command", self.cylinder_names)
 
     def payload(self, payload: float | None = None) -> float:
-        """A mass at the tip in kg, checked; the machine's own where none is given."""
+        """A mass at the tip in kg, checked; the machine's own if none is given."""
         if payload is None:
             return self.payload_mass
         mass = real_array(payload, "payload")

@@ -54,7 +54,7 @@ def sensor_readings(
     time = np.ascontiguousarray(data.time.values, dtype=np.float64)
     states = np.stack([data[name].values for name in core.state_names], axis=-1).astype(np.float64)
     if not (np.isfinite(time).all() and np.isfinite(states).all() and (np.diff(time) > 0).all()):
-        raise InputError("the recorded times must grow, and times and states be finite")
+        raise InputError("the recorded times must increase, and times and states must be finite")
     before, rest = _rest(time, states, earlier)
     entries = [fault.entry for fault in faults]
     with translated():

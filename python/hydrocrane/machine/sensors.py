@@ -14,9 +14,9 @@ FAULTS = tuple(_core.scenario_choices("sensor-fault.<name>.kind"))
 
 @dataclass(frozen=True)
 class SensorFault:
-    """A sensor that fails at `time` (s) and, where `until` (s) is given, works again from then on.
+    """A sensor that fails at `time` (s) and works again from `until` (s) on, if given.
 
-    ``freeze``: the reading stays; ``jump``: it is off by `size` (SI); ``drop-out``: there is none (NaN).
+    ``freeze``: the reading stays constant; ``jump``: `size` (SI) is added; ``drop-out``: there is no reading (NaN).
 
     Examples
     --------

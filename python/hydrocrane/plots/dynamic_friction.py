@@ -39,7 +39,7 @@ def dynamic_fit(fit: DynamicFit) -> Figure:
         axes[2, k].axhline(0.0, color=MUTED, lw=0.7)
         for edge in (-1.96, 1.96):
             axes[2, k].axhline(edge, color=ACCENT, lw=0.7, ls="--")
-        axes[2, k].set(xlabel="time [s]", ylabel="left over [standard deviations]")
+        axes[2, k].set(xlabel="time [s]", ylabel="residual [standard deviations]")
     for row in axes[:, 0]:
         row.legend(loc="best")
     values = ", ".join(f"{name} {value:.4g}" for name, value in fit.params.items())

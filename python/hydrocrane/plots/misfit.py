@@ -41,5 +41,5 @@ def residual_causes(misfit: Misfit) -> Figure:
         chart.set(xlabel=label, title=cause.name, xscale="log" if cause.name == "velocity" else "linear")
     axes[0, 0].set_ylabel("measured - fitted [%]")
     axes[0, 0].legend(loc="best")
-    title(fig, "What is left over", "lines: fitted dependences, red where they show")
+    title(fig, "Residuals", "lines: fitted dependences, red where they show")
     return fig

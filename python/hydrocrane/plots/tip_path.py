@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 # Below the path, each against time where the run has it: variable, heading.
 PANELS = (
-    ("tip.deviation", "distance from the way of the set-point"),
+    ("tip.deviation", "distance from the path of the set-point"),
     ("payload", "payload"),
     ("supply.power", "power drawn from the pump"),
 )

@@ -1,4 +1,4 @@
-"""BibTeX for what a machine or a run rests on."""
+"""BibTeX for the sources of a machine or a run."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def cite(subject: MachineLike | Record) -> str:
     Parameters
     ----------
     subject : Machine, str, path or Run
-        A run adds its integration method. Sources that a machine file names in words come as comments.
+        A run adds its integration method. Sources that a machine file states as text are comments.
 
     Examples
     --------

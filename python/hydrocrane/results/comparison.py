@@ -1,4 +1,4 @@
-"""A measured log laid over a run: how far apart they are, and a picture of both."""
+"""A measured log compared with a run: differences, and a picture of both."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def _pairs(ours: Columns, table: dict[str, Array], columns: Mapping[str, str] | 
         pairs = {column: name for column, name in plain.items() if name in names}
         if not pairs:
             given = ", ".join(n for n in table if n.lower() not in TIME_NAMES)
-            raise InputError(f"no column of the log ({given}) is a name of the run; say which is which with columns=")
+            raise InputError(f"no column of the log ({given}) is a name of the run; state the pairs with columns=")
     else:
         pairs = dict(columns)
     length = time_of(table).size

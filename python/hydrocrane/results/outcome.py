@@ -18,7 +18,7 @@ class Outcome:
     time : float
         s.
     message : str
-        What happened and what helps; empty for a completed run.
+        What happened and the cure; empty for a completed run.
 
     Examples
     --------
@@ -38,7 +38,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Verification:
-    """How a run differs from its tighter repeat.
+    """Difference of a run from its tighter repeat.
 
     Attributes
     ----------

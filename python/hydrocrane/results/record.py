@@ -1,4 +1,4 @@
-"""The record of a run: its data, and what it says about itself."""
+"""The record of a run: its data and metadata."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Event:
-    """Something worth knowing that happened at `time` (s) of a run, such as a controller without a usable command.
+    """An event at `time` (s) of a run, such as a controller without a usable command.
 
-    `warning` is the kind of the warning that the event tells, and empty for any other event.
+    `warning` is the kind of the warning that the event reports, and empty for any other event.
 
     Examples
     --------
@@ -50,8 +50,8 @@ class Record:
         with ``units`` and ``long_name``. Closed-loop runs add ``measured.*``, ``stick.*``, ``controller.<c>`` and,
         where the controller has one, ``set_point.{x,z}`` and ``tip.deviation``.
     columns : Columns
-        The same as plain arrays by name, ``run.columns["tip.x"].values``: a program that leaves `data` alone need not
-        wait for the import of xarray and pandas.
+        The same as plain arrays by name, ``run.columns["tip.x"].values``: a program that does not use `data` does not
+        import xarray and pandas.
     """
 
     def __init__(self, data: xr.Dataset | RunDataset, machine: Machine | None = None) -> None:
@@ -102,7 +102,7 @@ class Record:
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """What happened on the way, in order of time: trouble of a controller, loads picked up and let go, warnings."""
+        """Events in order of time: errors of a controller, loads picked up and released, warnings."""
         own = [Event(float(time), str(text)) for time, text in json.loads(str(self._attrs.get("events", "[]")))]
         doubts = [Event(warning.time, f"warning: {warning}", warning.kind) for warning in self.warnings]
         return tuple(sorted([*own, *doubts], key=lambda event: event.time))
@@ -114,24 +114,24 @@ class Record:
 
     @property
     def learnt(self) -> LearntValves:
-        """What the controller learnt of each valve, by the valve's name; empty where it does not learn."""
+        """What the controller learnt about each valve, by the valve's name; empty if it does not learn."""
         found = json.loads(str(self._attrs.get("learnt", "{}")))
         return LearntValves({name: LearntValve(*values) for name, values in found.items()})
 
     @property
     def verification(self) -> Verification | None:
-        """How the run differs from a tighter repeat; ``None`` where it was run without ``verify``."""
+        """Difference of the run from a tighter repeat; ``None`` if it was run without ``verify``."""
         found = json.loads(str(self._attrs.get("verification", "null")))
         return None if found is None else Verification(**found)
 
     @property
     def payload_changes(self) -> tuple[PayloadChange, ...]:
-        """Loads picked up and let go, in order of time; rows at such a time have the state before it."""
+        """Loads picked up and released, in order of time; rows at such a time have the state before it."""
         return tuple(PayloadChange.of(entry) for entry in json.loads(str(self._attrs.get("payload_changes", "[]"))))
 
     @property
     def machine(self) -> Machine:
-        """The machine that ran; a loaded run fetches it again by its source and overrides."""
+        """The machine that ran; a loaded run loads it again by its source and overrides."""
         if self._machine is None:
             about = self._attrs
             source = str(about["machine_source"])

@@ -1,4 +1,4 @@
-"""What a run gives back: its data, how it ended, and what can be done with it."""
+"""The result of a run: its data, how it ended, and its methods."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Run(Record):
-    """The record of a run, with what can be done with it: summary, files, pictures, comparison with a log.
+    """The record of a run, with methods for summary, files, pictures and comparison with a log.
 
     Attributes
     ----------
@@ -30,8 +30,8 @@ class Run(Record):
         with ``units`` and ``long_name``. Closed-loop runs add ``measured.*``, ``stick.*``, ``controller.<c>`` and,
         where the controller has one, ``set_point.{x,z}`` and ``tip.deviation``.
     columns : Columns
-        The same as plain arrays by name, ``run.columns["tip.x"].values``: a program that leaves `data` alone need not
-        wait for the import of xarray and pandas.
+        The same as plain arrays by name, ``run.columns["tip.x"].values``: a program that does not use `data` does not
+        import xarray and pandas.
 
     Examples
     --------
@@ -93,12 +93,12 @@ class Run(Record):
         speed: float = 1.0,
         progress: Callable[[int, int], None] | None = None,
     ) -> Path | FuncAnimation:
-        """Animate the crane as Figure 89: pillar, links, cylinders, torque linkage and the way of the tip.
+        """Animate the crane as in Figure 89: pillar, links, cylinders, torque linkage and the path of the tip.
 
         Parameters
         ----------
         path : path, optional
-            ``.gif``, or ``.mp4`` where ffmpeg is found; without it the matplotlib animation is returned.
+            ``.gif``, or ``.mp4`` if ffmpeg is found; without it the matplotlib animation is returned.
         fps : int
             Pictures per second of the film.
         speed : float
@@ -113,7 +113,7 @@ class Run(Record):
         return animation.write(self, Path(path), fps=fps, speed=speed, progress=progress)
 
     def compare(self, log: LogLike, columns: Mapping[str, str] | None = None, *, shift: float = 0.0) -> Comparison:
-        """Lay a measured log over this run; see ``hydrocrane.results.comparison.compare``."""
+        """Compare this run with a measured log; see ``hydrocrane.results.comparison.compare``."""
         from hydrocrane.results.comparison import compare
 
         return compare(self, log, columns, shift=shift)

@@ -65,7 +65,7 @@ def _set_point(tip: Array, set_points: Array, held: np.ndarray) -> dict[str, Col
     columns: dict[str, Column] = {}
     for axis, column in zip(TIP_AXES, set_points.T, strict=True):
         columns[f"set_point.{axis}"] = _column(column[held], "m", f"set-point of the crane tip, {axis}")
-    meaning = "distance of the crane tip from the way of its set-point"
+    meaning = "distance of the crane tip from the path of its set-point"
     return columns | {"tip.deviation": _column(distance_to_path(tip, set_points), "m", meaning)}
 
 

@@ -62,7 +62,7 @@ def _loop(run: Record) -> list[str]:
     line = f"  controller {about['controller']}, {about['sensors']} sensors"
     if "tip.deviation" in columns:
         farthest = float(np.nanmax(columns["tip.deviation"].values))
-        line += f", tip at most {farthest * 1e3:.2f} mm off the way of its set-point"
+        line += f", tip at most {farthest * 1e3:.2f} mm from the path of its set-point"
     phases = json.loads(str(about.get("phases", "[]")))
     return [line, *(f"  from {begin:g} s on: controller {driver}" for begin, driver, _ in phases)]
 
@@ -107,7 +107,7 @@ def _energy(run: Record) -> list[str]:
         return []
     balance = energy_balance(run)
     lost = sorted(balance.lost.items(), key=lambda entry: -abs(entry[1]))
-    loads = f", loads brought {balance.loads:+.0f} J" if run.payload_changes else ""
+    loads = f", energy of loads {balance.loads:+.0f} J" if run.payload_changes else ""
     where = ", ".join(f"{name} {value:.0f}" for name, value in lost[:4] if abs(value) >= 0.5)
     return [
         f"  energy     pump {balance.pump:.0f} J{loads}, stored {balance.stored:+.0f} J,"

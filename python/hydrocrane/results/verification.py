@@ -47,7 +47,7 @@ def compared(
     worst = int(apart.argmax()) if rows else 0
     found = Verification(settings, float(apart.max(initial=0.0)), pressure, float(time[worst]) if rows else 0.0)
     doubts = []
-    cure = "tighten `rtol`, shorten `step`, or take `rodas5p`; repeat with `verify` until the two agree"
+    cure = "tighten `rtol`, shorten `step`, or use `rodas5p`; repeat with `verify` until the two agree"
     if found.tip > max(TIP, SHARE * _path(tips)):
         doubts.append(ResultWarning("not-converged", f"{found}", cure, found.time))
     here, there = run.outcome, repeat.outcome

@@ -174,8 +174,8 @@ EXPERIMENTS = {
     "constant-velocity": Experiment(_constant_velocity, "levels of constant velocity in both directions"),
     "ramp": Experiment(_ramp, "slow ramps of the spool from rest"),
     "step": Experiment(_step, "small steps within the bristles' reach"),
-    "break-away": Experiment(_break_away, "ramps that load the seal ever faster"),
-    "frictional-lag": Experiment(_frictional_lag, "velocity swinging without turning, ever faster"),
+    "break-away": Experiment(_break_away, "ramps with increasing rates of force"),
+    "frictional-lag": Experiment(_frictional_lag, "velocity oscillating without reversal, at increasing frequencies"),
     "load-variation": Experiment(
         _variation, "constant velocities under several loads", tuple({"payload": m} for m in (0.0, 20.0, 115.0))
     ),

@@ -109,7 +109,7 @@ def machine_of(rig: Rig, supply: float | str | None, overrides: Overrides | None
     given = as_machine(rig)
     if len(given.joint_names) != 1 or given.joint_units[0] != "m":
         raise InputError(
-            f"{given.name} is no friction rig: it takes one cylinder on one sliding joint, as rig-rottne has"
+            f"{given.name} is not a friction rig: a rig needs one cylinder on one sliding joint, as in rig-rottne"
         )
     changes = plain_overrides(overrides or {})
     if supply is not None:

@@ -131,7 +131,7 @@ def series(name: str, rig: Rig = "rig-rottne", **settings: Unpack[RunSettings]) 
     members = experiment(name).series
     varied = {key for member in members for key in member}
     for key in sorted(varied & {k for k, value in settings.items() if value is not None}):
-        raise InputError(f"{name} varies `{key}` itself; leave it out, or run one of them with hydrocrane.rig.run")
+        raise InputError(f"{name} varies `{key}` itself; omit it, or run one of them with hydrocrane.rig.run")
     rest: dict[str, Any] = {key: value for key, value in settings.items() if key not in varied}
     if "supply" in varied:
         own = machine_of(rig, None, settings.get("overrides")).supply_pressure

@@ -121,16 +121,16 @@ def read_commands(
         CSV file or other text with columns: comma, semicolon, tab or spaces; units behind the names, as in
         ``lift [mm]``, or in a line of their own.
     machine : Machine, str or path
-        Whose cylinders the commands are for.
+        The machine whose cylinders get the commands.
     columns : mapping, optional
-        Cylinder -> column of the log. By default every cylinder that has a column named as itself,
-        ``command.<cylinder>`` or ``cylinder.<cylinder>.command``, as runs are saved with.
+        Cylinder -> column of the log. By default every cylinder that has a column with its name,
+        ``command.<cylinder>`` or ``cylinder.<cylinder>.command``, as in saved runs.
     units : mapping, optional
-        Cylinder -> unit of its column; default is what the log states, else m.
+        Cylinder -> unit of its column; default is the unit in the log, else m.
     time : str, optional
         Column of the times; default is ``time`` or ``t``. In s unless the log states another unit.
     interpolation : {"linear", "hold"}
-        What holds between two rows.
+        Interpolation between two rows.
 
     Returns
     -------
@@ -140,7 +140,7 @@ def read_commands(
     Raises
     ------
     MachineFileError
-        With what is wrong with the log, and the cure.
+        States the error of the log, and the cure.
 
     Examples
     --------

@@ -29,5 +29,5 @@ def in_order_of_time(given: Iterable[D] | D, kind: type[D], name: str, twice: st
     ordered = sorted(listed, key=lambda one: one.time)
     for early, late in zip(ordered[:-1], ordered[1:], strict=True):
         if early.time == late.time:
-            raise InputError(f"two {name} {twice} at {late.time:g} s; give each a time of its own")
+            raise InputError(f"two {name} {twice} at {late.time:g} s; give each a different time")
     return tuple(ordered)

@@ -1,4 +1,4 @@
-"""Places that the tip is told to go to."""
+"""Goals of the tip."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from hydrocrane.errors import InputError
 
 @dataclass(frozen=True)
 class Goal:
-    """From a time on the tip goes to a place, on a straight line, and stops there.
+    """A point to which the tip moves from a given time on, on a straight line, and stops there.
 
-    The controller ``tip`` does so, until another goal is given or a stick is moved. Events of the run say when the tip
-    is there, and why it stops before.
+    The controller ``tip`` does this until another goal is given or a stick is moved. Events of the run report when the
+    tip is there, or why it stops before.
 
     Parameters
     ----------
     time : float
-        When the tip sets out, s.
+        When the motion starts, s.
     x, z : float
-        The place, m.
+        The goal, m.
     speed : float, optional
-        On the way, m/s; default is the speed at full stick.
+        Speed towards the goal, m/s; default is the speed at full stick.
     until : float, optional
-        When the goal is dropped, s, if the tip is not there before: it comes to rest where it is.
+        When the goal is cancelled, s, if the tip is not there before: the tip stops where it is.
 
     Examples
     --------
@@ -54,7 +54,7 @@ class Goal:
         if self.until is not None:
             object.__setattr__(self, "until", _number("until", self.until))
             if not self.until > self.time:
-                raise InputError(f"a goal is dropped after it is given, at {self.time!r} s; got until={self.until!r}")
+                raise InputError(f"a goal is cancelled after it is given, at {self.time!r} s; got until={self.until!r}")
 
 
 def _number(name: str, value: ArrayLike) -> float:

@@ -1,4 +1,4 @@
-"""Loads that come and go: the payload against time, and what a change of it did."""
+"""Loads that come and go: the payload against time, and the effect of a change."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hydrocrane.errors import InputError
 
 @dataclass(frozen=True)
 class PayloadChange:
-    """A load picked up, or let go, by the tip.
+    """A load picked up, or released, by the tip.
 
     Attributes
     ----------
@@ -23,7 +23,7 @@ class PayloadChange:
     before, after : float
         Payload, kg.
     velocity_before, velocity_after : (x, z)
-        Of the tip, m/s. A load that is picked up lies still and brakes the tip at once; letting one go changes nothing.
+        Of the tip, m/s. A load that is picked up is at rest and brakes the tip at once; a release changes nothing.
     loss : float
         Kinetic energy that the impact turned into heat, J.
 
@@ -52,10 +52,10 @@ class PayloadChange:
     def text(self) -> str:
         """In words."""
         if self.after <= self.before:
-            return f"lets {self.before - self.after:g} kg go; payload {self.after:g} kg"
+            return f"releases {self.before - self.after:g} kg; payload {self.after:g} kg"
         speeds = [float(np.hypot(*v)) for v in (self.velocity_before, self.velocity_after)]
         braked = f"tip from {speeds[0]:.3g} to {speeds[1]:.3g} m/s, {self.loss:.3g} J lost"
-        return f"takes up {self.after - self.before:g} kg; payload {self.after:g} kg, {braked}"
+        return f"picks up {self.after - self.before:g} kg; payload {self.after:g} kg, {braked}"
 
 
 def payload_changes(given: object) -> dict[float, float]:

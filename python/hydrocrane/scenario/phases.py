@@ -1,4 +1,4 @@
-"""What changes on the way of a run: controller, sticks, values of the machine."""
+"""Changes during a run: controller, sticks, values of the machine."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LOOP = ("period", "delay", "sensors", "believed", "monitor")
 
 
 class Loop(Protocol):
-    """What stands beside a controller, in a scenario and in a phase."""
+    """Settings of a controller, in a scenario and in a phase."""
 
     @property
     def period(self) -> float | None: ...
@@ -34,10 +34,10 @@ class Loop(Protocol):
 
 @dataclass(frozen=True)
 class Phase:
-    """From a time on the crane is driven otherwise, or is another one.
+    """From a given time on the crane has another controller or other sticks, or other values.
 
-    A phase goes on from the state, the load, the energies, the sticks and the commands under way of the one before; its
-    controller and its sensors begin as at the start of a run.
+    A phase continues with the state, the load, the energies, the sticks and the commands under way; its
+    controller and its sensors restart as at the start of a run.
 
     Parameters
     ----------
@@ -46,11 +46,11 @@ class Phase:
     overrides : mapping
         Machine keys that change, added to those in force.
     controller : str or object, optional
-        As of a scenario; `period`, `delay`, `sensors`, `believed` and `monitor` belong to it. By default all of them
-        stay as they are, the period also where only the controller is given.
+        As in a scenario; `period`, `delay`, `sensors`, `believed` and `monitor` belong to it. By default all of them
+        are unchanged, the period also if only the controller is given.
     joystick : Joystick, optional
-        By default the sticks go on as they were; where the controller takes sticks of the other mode, they are centred.
-        A joystick of the other mode alone calls for the controller of its mode.
+        By default the sticks are unchanged; if the controller needs sticks of the other mode, they are centred.
+        A joystick of the other mode without `controller` selects the controller of its mode.
 
     Examples
     --------
@@ -85,7 +85,7 @@ class Phase:
 
 
 def check_values(loop: Loop) -> None:
-    """Checks what stands beside a controller, in a scenario and in a phase."""
+    """Checks the settings of a controller, in a scenario and in a phase."""
     if loop.sensors not in SENSORS:
         raise unknown("kind of sensors", loop.sensors, SENSORS)
     if not (loop.monitor is None or isinstance(loop.monitor, bool)):

@@ -65,7 +65,7 @@ def check_equal(field: str, value: float | str | None, unit: str, key: str, over
         return
     wrong = _core.contradiction(value, unit, key, overrides[key])
     if wrong is not None:
-        raise InputError(f"`{field}` {wrong}; leave one out")
+        raise InputError(f"`{field}` {wrong}; omit one")
 
 
 def later_counts(plan: Statements, changes: ScenarioFields) -> ScenarioFields:

@@ -48,9 +48,9 @@ from hydrocrane.scenario.supply import MEASURED, SupplyPressure, as_supply
 class Scenario:
     """A complete description of one run.
 
-    `payload`, the `period` of a named controller and the joystick's `full_speed` stand for values that the machine
-    states too. They count before the machine's; of `changed` and :func:`hydrocrane.simulate` whatever is given there
-    counts, be it the field or the override. Two different values given at once are an error.
+    `payload`, the `period` of a named controller and the joystick's `full_speed` are also stated by the machine. The
+    scenario has priority over the machine. `changed` and :func:`hydrocrane.simulate` have priority over both, whether
+    they give the field or the override. Two different values at the same level are an error.
 
     Parameters
     ----------
@@ -59,8 +59,8 @@ class Scenario:
     joints : mapping
         Start value of every joint, rad or m.
     commands : mapping
-        Per cylinder a :class:`Command`, a pair (time, spool), or one constant spool value; cylinders left out keep
-        their spool centred. Or a pair (time (k,), spool (k, n_cyl)) for all cylinders at once.
+        Per cylinder a :class:`Command`, a pair (time, spool), or one constant spool value; the spools of all other
+        cylinders stay centred. Or a pair (time (k,), spool (k, n_cyl)) for all cylinders at once.
     supply : SupplyPressure, optional
         Measured pressure of the supply, or a pair (time, pressure) in s and Pa; default is the machine's constant one
         or its pump.
@@ -73,36 +73,36 @@ class Scenario:
     overrides : mapping
         Machine keys to change, see :func:`hydrocrane.load_machine`.
     controller : str or object, optional
-        In place of `commands`: ``tip``, ``heinze-pid``, ``lever``, or a controller of one's own (an object with
-        ``reset(machine, obs)`` and ``step(obs, command)``, or a function like ``step``) that gives spool commands.
+        In place of `commands`: ``tip``, ``heinze-pid``, ``lever``, or your own controller (an object with
+        ``reset(machine, obs)`` and ``step(obs, command)``, or a function like ``step``) that returns spool commands.
     joystick : Joystick, optional
-        What the operator does; alone it calls for ``tip``, or in mode ``lever`` for ``lever``.
+        Sticks of the operator; without `controller` they select ``tip``, or in mode ``lever`` ``lever``.
     goals : sequence of Goal
-        Places that the tip goes to by itself; alone they call for ``tip``.
+        Points to which the tip moves by itself; without `controller` they select ``tip``.
     period : float, optional
-        Time between samples, s; default is the machine's or the controller's, 10 ms for one's own.
+        Time between samples, s; default is the machine's or the controller's, 10 ms for your own.
     delay : float
-        Time that the controller takes to compute, s.
+        Computation delay of the controller, s.
     sensors : {"ideal", "data-sheet"}
-        What the controller sees: the truth, or what the machine's sensors read, drawn by `seed`.
+        What the controller reads: true values, or the machine's sensors with errors drawn by `seed`.
     sensor_faults : sequence of SensorFault
     payload_changes : mapping
-        Time, s, to the payload, kg, from then on: loads that lie still and are picked up, and loads let go. What lies
-        beyond the duration does not happen.
+        Time, s, to the payload, kg, from then on: loads at rest that are picked up, and loads released. Entries after
+        the end of the run have no effect.
     believed : mapping or Machine, optional
-        Controller model, without a change of the crane: overrides of the machine, or
-        another machine with as many joints of the same kinds. By default it equals the crane. Own controllers are
-        handed this machine in ``reset``.
+        Controller model: overrides of the machine, or another machine with as many joints of the same kinds. It does
+        not change the simulated crane. By default it equals the crane. Your own controller receives this machine in
+        ``reset``.
     monitor : bool, optional
-        Whether sensors that cannot be right close the valves until they can; default is yes for ``tip`` and
-        ``heinze-pid``, no for ``lever``, which measures nothing, and for a controller of one's own.
+        Whether implausible sensor readings close the valves until they are plausible again; default is yes for ``tip``
+        and ``heinze-pid``, no for ``lever``, which reads no sensors, and for your own controller.
     phases : sequence of Phase
-        What changes on the way: controller, sticks, values of the machine. What lies beyond the duration does not
-        happen.
+        Changes during the run: controller, sticks, values of the machine. Phases after the end of the run have no
+        effect.
     recorded_by : str
-        Version of hydrocrane whose cockpit recorded it; empty where it is no drive.
+        Version of hydrocrane whose cockpit recorded it; empty if it is not a recorded drive.
     warnings : sequence of ResultWarning
-        Unusual values of the file it was read from; its runs carry them on.
+        Unusual values of the file it was read from; its runs repeat them.
 
     Examples
     --------
@@ -149,7 +149,7 @@ class Scenario:
         self._check_loop()
         object.__setattr__(self, "phases", in_order_of_time(self.phases, Phase, "phases", "begin"))
         if self.phases and not self.closed_loop:
-            raise InputError("phases change who drives the crane: give a controller or a joystick in place of commands")
+            raise InputError("phases change controller or sticks: give a controller or a joystick in place of commands")
         object.__setattr__(self, "seed", seed_number(self.seed))
         object.__setattr__(self, "payload_changes", payload_changes(self.payload_changes))
         scenario_quantity("scenario.duration", "duration", self.duration)
@@ -172,15 +172,15 @@ class Scenario:
             load = phase.overrides.get("payload.mass")
             if load is not None and load != overrides.get("payload.mass"):
                 raise InputError(
-                    f"the phase from {phase.time:g} s on overrides `payload.mass`, but a load goes on through phases: "
-                    f"give payload_changes={{{phase.time:g}: ...}} in kg"
+                    f"the phase from {phase.time:g} s on overrides `payload.mass`, but a phase does not change the "
+                    f"load: give payload_changes={{{phase.time:g}: ...}} in kg"
                 )
 
     def changed(self, **fields: Unpack[Changes]) -> Scenario:
         """A copy with some fields, or fields of its solver, replaced; `overrides` are added to those it has.
 
-        What is given here counts before what the scenario states: ``overrides={"payload.mass": 200}`` before its
-        `payload`, and ``payload=200`` before its override. Different values for both are an error.
+        The values given here have priority over the scenario: ``overrides={"payload.mass": 200}`` over its
+        `payload`, and ``payload=200`` over its override. Different values for both are an error.
         """
         own = {f.name for f in dataclasses.fields(self)}
         inner = {f.name for f in dataclasses.fields(self.solver)}
@@ -203,7 +203,7 @@ class Scenario:
         if self.closed_loop and len(self.commands):
             raise InputError("a scenario has either commands or a controller with its joystick, not both")
         if self.sensor_faults and not self.closed_loop:
-            raise InputError("sensor_faults need a controller or a joystick: without one nobody reads the sensors")
+            raise InputError("sensor_faults need a controller or a joystick: without one the sensors are not read")
         check_values(self)
         if self.joystick is not None and not isinstance(self.joystick, Joystick):
             raise InputError(f"joystick must be a Joystick, got {self.joystick!r}")
@@ -213,7 +213,7 @@ class Scenario:
             if not isinstance(self.believed, Machine):
                 object.__setattr__(self, "believed", plain_overrides(self.believed))
         if isinstance(self.driver, str) and self.stick_mode not in MODES_OF[self.driver]:
-            raise InputError(f"controller `{self.driver}` does not take the stick mode `{self.stick_mode}`")
+            raise InputError(f"controller `{self.driver}` does not support the stick mode `{self.stick_mode}`")
 
     @property
     def closed_loop(self) -> bool:
@@ -229,21 +229,21 @@ class Scenario:
 
     @property
     def driver(self) -> AnyController | None:
-        """The controller, or the one that the joystick or the goals call for."""
+        """The controller, or the one that the joystick or the goals select."""
         if self.controller is None and self.closed_loop:
             return "lever" if self.joystick is not None and self.joystick.mode == "lever" else "tip"
         return self.controller
 
     @property
     def monitored(self) -> bool:
-        """Whether a monitor stands between sensors and controller."""
+        """Whether a sensor monitor is active."""
         if self.monitor is None:
             return isinstance(self.driver, str) and self.driver != "lever"
         return bool(self.monitor)
 
     @property
     def machine_overrides(self) -> dict[str, Override]:
-        """The overrides, with those that a named controller's period and full speed and a measured supply make."""
+        """The overrides, plus those from a named controller's period and full speed and from a measured supply."""
         return {**self.overrides, **self._loop_overrides, **(MEASURED if self.supply is not None else {})}
 
     @property
@@ -251,19 +251,19 @@ class Scenario:
         return {key: value for key, (_, value, _) in stated_fields(self).items() if key != "payload.mass"}
 
     def stages(self) -> list[tuple[float, Stage]]:
-        """The time, s, at which each phase begins, and what holds from then on; the first from 0 on."""
+        """The time, s, at which each phase begins, and what applies from then on; the first from 0 on."""
         with translated():
             told = _core.stages(scenario_entry(self))
         own = own_controllers(self)
         return [(stage["from"], Stage.of(stage, own)) for stage in told]
 
     def to_toml(self) -> str:
-        """The scenario as the text of a file, which :func:`hydrocrane.load_scenario` reads back the same.
+        """The scenario as the text of a file; :func:`hydrocrane.load_scenario` reads the same scenario from it.
 
         Raises
         ------
         InputError
-            Where no file can state it: a controller of one's own, or another machine as the controller model.
+            If a file cannot hold it: your own controller, or another machine as the controller model.
         """
         machine = self.load_machine()
         head = (self.name, self.title, machine.source, self.recorded_by)
@@ -286,13 +286,13 @@ class Scenario:
         return self.start(machine)[0]
 
     def start(self, machine: Machine) -> tuple[Array, tuple[ResultWarning, ...]]:
-        """State (n_states,) at time zero, and what makes it doubtful."""
+        """State (n_states,) at time zero, and its warnings."""
         with translated():
             state, doubts = _core.start_state(machine.core, scenario_entry(self, machine.cylinder_names))
         return state, tuple(ResultWarning(*entry) for entry in doubts)
 
     def command_grid(self, machine: Machine) -> tuple[Array, Array, bool]:
-        """Commands of all cylinders on common times: times (k,), spools (k, n_cyl), and whether to join linearly."""
+        """Commands of all cylinders on common times: times (k,), spools (k, n_cyl), and whether to interpolate."""
         with translated():
             return _core.command_table(machine.core, scenario_entry(self, machine.cylinder_names))
 
@@ -302,7 +302,7 @@ class Scenario:
         Raises
         ------
         InputError
-            Where the record would take more than ``hydrocrane.scenario.record_size.MOST_BYTES``.
+            If the record would take more than ``hydrocrane.scenario.record_size.MOST_BYTES``.
         """
         count = row_count(self.duration, self.record_interval)
         check_size("the record of this run", count, NUMBERS_PER_ROW, "a longer record_interval or a shorter duration")

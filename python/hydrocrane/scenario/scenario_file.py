@@ -1,4 +1,4 @@
-"""Scenarios from files, and those that come with the package."""
+"""Scenarios from files, and the bundled ones."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from hydrocrane.scenario.supply import SupplyPressure
 
 
 def bundled_scenarios() -> tuple[str, ...]:
-    """Names of the scenarios that come with the package.
+    """Names of the bundled scenarios.
 
     Examples
     --------
@@ -36,7 +36,7 @@ def bundled_scenarios() -> tuple[str, ...]:
 def load_scenario(source: str | PathLike[str], overrides: Overrides | None = None) -> Scenario:
     """Load a scenario by bundled name or path; `overrides` set keys of the scenario file itself.
 
-    A machine named by a path is looked for beside the scenario file.
+    A path of a machine is relative to the scenario file.
 
     Examples
     --------

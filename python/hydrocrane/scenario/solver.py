@@ -1,4 +1,4 @@
-"""Which method integrates a run, and how finely."""
+"""Integration method of a run, and its accuracy."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ FIXED_STEPS = "hc-rosenbrock-3"
 class Solver:
     """Integration method, and its tolerances or its step.
 
-    ``auto`` takes the fastest suitable method: ``hc-rosenbrock-3`` where `step` is given, else ``hc-exponential-4``
-    where all friction has bristles (LuGre), else ``rodas5p``; sensitivities take ``rodas5p``.
-    ``Run.data.attrs["solver_method"]`` says which. These three are stiff methods with the exact Jacobian; ``tsit5`` is
-    explicit. The former names ``ros3l`` and ``ros4l`` of the two that are hydrocrane's own are read with a warning.
+    ``auto`` selects the fastest suitable method: ``hc-rosenbrock-3`` if `step` is given, else ``hc-exponential-4``
+    if all friction has bristles (LuGre), else ``rodas5p``; sensitivities use ``rodas5p``.
+    ``Run.data.attrs["solver_method"]`` states the selected one. These three are stiff methods with the exact Jacobian;
+    ``tsit5`` is explicit. The former names ``ros3l`` and ``ros4l`` of hydrocrane's own two are read with a warning.
 
-    Without `step`, steps are chosen by the tolerances, up to `max_step` (s). With it they are equal, no longer than
-    `step` (s) between changes of a command, for real time: a step is cut only where its error is gross, into at most
-    256 parts. `atol` scales the absolute tolerances of all states together; ``None`` leaves them in their fixed
+    Without `step`, the tolerances control the step size, up to `max_step` (s). With it steps are equal, no longer than
+    `step` (s) between changes of a command, for real time: a step is divided only if its error is large, into at most
+    256 parts. `atol` scales the absolute tolerances of all states together; ``None`` keeps them in their fixed
     proportion to `rtol`.
 
     Examples
@@ -69,5 +69,5 @@ class Solver:
 
 
 def named(method: str, choice: str) -> str:
-    """The method that was taken, and that nobody stated it where it was chosen."""
+    """The selected method, and a remark if ``auto`` selected it."""
     return f"{method} (chosen: {AUTO})" if choice == AUTO else method

@@ -1,4 +1,4 @@
-"""A measured pressure of the supply against time."""
+"""A measured supply pressure against time."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ SUPPLY, MAINS = SUPPLY_SIGNALS = ("supply.pressure", "mains.p")
 
 @dataclass(frozen=True)
 class SupplyPressure:
-    """Pressure of the supply against time, which a run follows in place of the machine's constant one.
+    """Supply pressure against time, which a run follows in place of the machine's constant one.
 
-    The machine must have no pump, from which its pressure would follow. `supply.pressure` of the machine is then only
-    what controllers reckon with. Before the first time and after the last the pressure stays.
+    The machine must not have a pump, which would determine its pressure. Controllers then still assume the machine's
+    `supply.pressure`. The pressure is constant before the first time and after the last.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class SupplyPressure:
     Raises
     ------
     InputError
-        Where times and pressures do not belong together, or times do not increase.
+        If times and pressures do not match, or times do not increase.
 
     Examples
     --------
@@ -95,20 +95,20 @@ def read_supply(
     time: str | None = None,
     interpolation: str = "linear",
 ) -> SupplyPressure:
-    """The pressure of the supply from a log, as ``[supply] log`` of a scenario file reads it.
+    """The supply pressure from a log, as ``[supply] log`` of a scenario file reads it.
 
     Parameters
     ----------
     log : path
         CSV file or other text with columns, as :func:`hydrocrane.read_commands` takes it.
     column : str, optional
-        Column of the pressures; default is ``supply.pressure``, ``mains.p``, as runs are saved with, or ``supply``.
+        Column of the pressures; default is ``supply.pressure``, ``mains.p``, as in saved runs, or ``supply``.
     unit : str, optional
-        Its unit; default is what the log states, else Pa. Pressures are gauge.
+        Its unit; default is the unit in the log, else Pa. Pressures are gauge.
     time : str, optional
         Column of the times; default is ``time`` or ``t``. In s unless the log states another unit.
     interpolation : {"linear", "hold"}
-        What holds between two rows.
+        Interpolation between two rows.
 
     Returns
     -------
@@ -118,7 +118,7 @@ def read_supply(
     Raises
     ------
     MachineFileError
-        With what is wrong with the log, and the cure.
+        States the error of the log, and the cure.
 
     Examples
     --------

@@ -169,7 +169,7 @@ class _Reader:
         if time[b - 1] - time[a] < self.least_duration:
             return f"velocity is constant for {time[b - 1] - time[a]:.3g} s only"
         if not self._moves(i):
-            return "the piston rests, or its motion does not show"
+            return "the piston rests, or its motion is not visible"
         b -= int(MARGIN * (b - a))
         began = self._began(i)
         half_way = self._half_way(began, b)
@@ -224,10 +224,8 @@ class _Reader:
         swing, frequency = oscillation(time, self.pressure_force[a:b], self.rig.mass, self.hums)
         if swing > OSCILLATION_SHARE * abs(motion.velocity):
             share = swing / abs(motion.velocity)
-            reason = f"velocity swings by {share:.0%} at {frequency:.3g} Hz, so that friction is no single value"
-            return reason + (
-                "; if it is mains hum, log some seconds at rest, which tells" if at_mains(frequency) else ""
-            )
+            reason = f"velocity swings by {share:.0%} at {frequency:.3g} Hz, so friction has no single value"
+            return reason + ("; if it is mains hum, log some seconds at rest to check" if at_mains(frequency) else "")
         readings = [(self.log[name][a:b], noise, factor) for name, (noise, factor) in self.noises.items()]
         force, error, effective = mean_force(time, self.friction[a:b], readings)
         return Window(

@@ -150,7 +150,7 @@ def _settling(piece: Piece) -> str:
     if change <= max(HALF_WAY_SHARE * level, STEADY_ERRORS * line.slope_error * duration):
         return ""
     change = line.slope * duration
-    return f"friction still settles, by {change:.3g} N over the second half of the way so far; travel further"
+    return f"friction still settles, by {change:.3g} N over the second half of the travel so far; travel further"
 
 
 def oscillation(time: Array, force: Array, mass: float, hums: Sequence[Hum] = ()) -> tuple[float, float]:

@@ -31,14 +31,14 @@ def checked_windows(log: Log, rig: RigParameters, windows: Sequence[Window]) -> 
         if driven and len(driven) * 2 <= len(moving):
             worst = max(abs(w.force) for w in driven)
             text = (
-                f"in {len(driven)} of {len(moving)} windows {word} friction would push the piston on, by up to "
+                f"in {len(driven)} of {len(moving)} windows {word} friction would drive the piston, by up to "
                 f"{worst:.3g} N; the zeros of the pressure sensors are off by so much at least: log them at zero "
                 "pressure and subtract them"
             )
             texts.append(("friction-drives", text))
         if len(driven) * 2 > len(moving):
             text = (
-                f"in {len(driven)} of {len(moving)} windows {word} friction would push the piston on; "
+                f"in {len(driven)} of {len(moving)} windows {word} friction would drive the piston; "
                 f"{_likely_cause(windows, rig)}"
             )
             texts.append(("friction-drives", text))
@@ -71,10 +71,11 @@ def _likely_cause(windows: Sequence[Window], rig: RigParameters) -> str:
                 f"a force of {lacking:.4g} N along the piston that the rig does not know, or zeros of p1 and p2"
             )
     if cures:
-        return "undone, each of these would put that right: " + "; ".join(cures)
+        return "each of these corrections would make all windows plausible: " + "; ".join(cures)
     return (
-        "neither exchanged pressures, nor the sign of x, nor another mass would put all windows right: check the areas "
-        f"({rig.piston_area * 1e4:.4g} and {rig.rod_area * 1e4:.4g} cm^2), units, scales, and whether this is the rig"
+        "neither exchanged pressures, nor the sign of x, nor another mass would make all windows plausible: check "
+        f"the areas ({rig.piston_area * 1e4:.4g} and {rig.rod_area * 1e4:.4g} cm^2), units, scales, and "
+        "whether this is the rig"
     )
 
 
@@ -91,8 +92,8 @@ def _lopsided(windows: Sequence[Window]) -> list[tuple[str, str]]:
     if not np.isfinite(low) or high < LOPSIDED * low or high - low < 10.0 * max(errors):
         return []
     text = (
-        f"friction extending is {medians[0]:.4g} N and retracting {medians[1]:.4g} N in the median, a seal's is seldom "
-        "so lopsided: check mass and weight, zeros and units of p1 and p2, and both areas"
+        f"friction extending is {medians[0]:.4g} N and retracting {medians[1]:.4g} N in the median; that of a seal "
+        "is seldom so asymmetric: check mass and weight, zeros and units of p1 and p2, and both areas"
     )
     return [("lopsided-friction", text)]
 
@@ -108,7 +109,9 @@ def velocity_levels(windows: Sequence[Window], direction: int) -> list[float]:
 
 def _coverage(windows: Sequence[Window]) -> list[tuple[str, str]]:
     if not windows:
-        return [("no-window", "the log has no window of steady motion; hold each command until the pressures stand")]
+        return [
+            ("no-window", "the log has no window of steady motion; hold each command until the pressures are constant")
+        ]
     texts = []
     for direction, word in DIRECTIONS:
         levels = len(velocity_levels(windows, direction))

@@ -102,7 +102,7 @@ def _inside(log: Log, start: float, until: float) -> np.ndarray:
     if inside.sum() < LEAST_SAMPLES:
         raise InputError(
             f"{log.source}: {int(inside.sum())} samples between {start:g} and {until:g} s are too few for a zero, which"
-            f" takes {LEAST_SAMPLES} or more; the log runs from {time[0]:g} to {time[-1]:g} s"
+            f" needs {LEAST_SAMPLES} or more; the log runs from {time[0]:g} to {time[-1]:g} s"
         )
     if not (time >= until).any():
         raise InputError(

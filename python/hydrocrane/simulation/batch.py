@@ -22,7 +22,7 @@ TOLERANCE = 0.02
 
 @dataclass(frozen=True)
 class BatchObservation:
-    """What is seen of a batch of n cranes at a sample: that of :class:`hydrocrane.Observation` with a leading axis.
+    """Observation of a batch of n cranes at a sample: that of :class:`hydrocrane.Observation` with a leading axis.
 
     Attributes
     ----------
@@ -53,10 +53,10 @@ class BatchObservation:
 class BatchSimulator:
     """n cranes of one machine that advance together, each with spool commands of its own, sample by sample.
 
-    Each crane takes steps of its own size (GRK4T, order four), as short as `tolerance` asks. What becomes of it depends
-    on its own start, commands and payload alone, bit for bit: not on its place, on n, on the number of threads or on
+    Each crane has its own step sizes (GRK4T, order four), chosen for `tolerance`. Its result depends only
+    on its own start, commands and payload, bit for bit: not on its place, on n, on the number of threads or on
     the processor's vector instructions. A crane that leaves its admissible states stays at its last good one until it
-    is reset; the others do not notice.
+    is reset; the others are not affected.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ class BatchSimulator:
 
     @property
     def crane(self) -> Machine:
-        """The same as `machine`, under its name from before."""
+        """The same as `machine`, under its former name."""
         return self.machine
 
     @property
@@ -160,7 +160,7 @@ class BatchSimulator:
     def reset(
         self, q: ArrayLike | None = None, state: ArrayLike | None = None, *, cranes: ArrayLike | None = None
     ) -> BatchObservation:
-        """Back to time zero with the payload of the start, at rest in poses q or at full states.
+        """Return to time zero with the payload of the start, at rest in poses q or at full states.
 
         Parameters
         ----------
@@ -204,9 +204,9 @@ class BatchSimulator:
         return self.observe()
 
     def set_payload(self, mass: ArrayLike, *, cranes: ArrayLike | None = None) -> None:
-        """From here on the tips carry `mass`, kg, one for each of `cranes` or one for all.
+        """Set the load at the tips to `mass`, kg, one for each of `cranes` or one for all.
 
-        A load that is picked up lies still and brakes the tip at once; one that is let go leaves the state as it is.
+        Picking up a load, which is at rest, changes the joint rates at once; releasing one leaves the state unchanged.
         """
         chosen = self._chosen(cranes)
         if not self._started[chosen].all():
@@ -217,7 +217,7 @@ class BatchSimulator:
         self._core.set_payload(chosen, np.ascontiguousarray(np.broadcast_to(masses, len(chosen))))
 
     def observe(self) -> BatchObservation:
-        """What is seen of the cranes where they are."""
+        """Observation of the cranes in their present state."""
         rows, joints = self._core.observe(), len(self.machine.joint_names)
         pressures = rows[:, 2 * joints : 4 * joints].reshape(self.n, joints, 2)
         return BatchObservation(self.time, rows[:, :joints], rows[:, joints : 2 * joints], pressures, rows[:, -2:])

@@ -1,4 +1,4 @@
-"""A scenario driven live: sticks and goals given while time goes on."""
+"""A scenario driven live: sticks and goals given during the run."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ from hydrocrane.simulation.simulator import Sample
 
 
 class LiveSimulator:
-    """A scenario's controller, steered by sticks and goals while time goes on sample by sample.
+    """A scenario with a controller, driven by sticks and goals sample by sample.
 
-    It is the loop of :func:`hydrocrane.simulate` and of the page, taken step by step: what is told to it takes effect
-    at the next sample of the controller. For controllers of one's own that give spool commands themselves see
+    It is the loop of :func:`hydrocrane.simulate` and of the page, step by step: an input takes effect
+    at the next sample of the controller. For your own controllers that return spool commands see
     :class:`hydrocrane.Simulator`.
 
     Parameters
     ----------
     scenario : str, path or Scenario
-        Start, machine, controller, sensors and delays; it needs a controller and has no phases. What the scenario does
-        with sticks, goals and loads is repeated until one of these is set here. Its duration does not count.
+        Start, machine, controller, sensors and delays; it needs a controller and has no phases. The sticks, goals and
+        loads of the scenario apply until one of these is set here. Its duration is ignored.
     machine : Machine, str or path, optional
         Used in place of the scenario's machine; the scenario's overrides still apply.
     **changes
@@ -46,7 +46,7 @@ class LiveSimulator:
     Raises
     ------
     InputError
-        Without a controller, with phases, and for whatever else is wrong with the scenario.
+        Without a controller, with phases, and for any other error of the scenario.
 
     Examples
     --------
@@ -73,9 +73,9 @@ class LiveSimulator:
         plan = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
         plan = plan.changed(**changes)
         if not plan.closed_loop:
-            raise InputError('there is no controller to steer: give controller="tip", or take hc.Simulator')
+            raise InputError('there is no controller: give controller="tip", or use hc.Simulator')
         if plan.phases:
-            raise InputError("a scenario with phases is not driven live: leave them out with phases=()")
+            raise InputError("a scenario with phases cannot be driven live: remove them with phases=()")
         self.machine = machine_for(plan, machine)
         self._plan = plan
         own = own_controllers(plan)
@@ -125,46 +125,46 @@ class LiveSimulator:
 
     @property
     def goal(self) -> tuple[float, float] | None:
-        """Where the tip is going (x, z), m; ``None`` once it is there, or a stick or :meth:`drop_goal` ended it."""
+        """Goal of the tip (x, z), m; ``None`` once it is reached, or a stick or :meth:`drop_goal` ended it."""
         place = self._core.goal
         return None if place is None else (place[0], place[1])
 
     @property
     def set_point(self) -> tuple[float, float] | None:
-        """Where the controller wants the tip (x, z), m, where it has such a place."""
+        """Set-point of the tip (x, z), m, if the controller has one."""
         place = self._core.set_point
         return None if place is None else (place[0], place[1])
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """What has happened so far, such as a goal that was reached, in order of time."""
+        """Events so far, such as a goal that was reached, in order of time."""
         self._told += [Event(time, text) for time, text in self._core.events()]
         loads = [Event(change.time, change.text) for change in self.payload_changes]
         return tuple(sorted(self._told + loads, key=lambda event: event.time))
 
     @property
     def payload_changes(self) -> tuple[PayloadChange, ...]:
-        """Loads taken up and let go so far."""
+        """Loads picked up and released so far."""
         return tuple(PayloadChange.of(entry) for entry in self._core.payload_changes())
 
     @property
     def warnings(self) -> tuple[ResultWarning, ...]:
-        """What has made the simulation doubtful so far, see docs/reference/warnings.md."""
+        """Warnings so far, see docs/reference/warnings.md."""
         self._warnings += tuple(ResultWarning(*entry) for entry in self._core.warnings())
         return self._warnings
 
     @property
     def outcome(self) -> Outcome | None:
-        """How it ended; ``None`` as long as it goes on."""
+        """How it ended; ``None`` while it continues."""
         return self._outcome
 
     def step(self, duration: float | None = None) -> Observation:
-        """Go on by one sample of the controller, or by `duration` (s) rounded up to whole samples.
+        """Advance by one sample of the controller, or by `duration` (s) rounded up to whole samples.
 
         Raises
         ------
         SimulationError
-            Where it does not end well; ``state`` keeps the last good one.
+            If it fails; ``state`` keeps the last good one.
         """
         samples = 1 if duration is None else self._samples(duration)
         if self._outcome is not None:
@@ -176,10 +176,10 @@ class LiveSimulator:
         return self._sample.seen(seen)
 
     def set_stick(self, **deflections: float) -> None:
-        """Hold the sticks so from the next sample on: ``set_stick(x=0.5, z=-0.2)``, or cylinders by name.
+        """Set and hold the sticks from the next sample on: ``set_stick(x=0.5, z=-0.2)``, or cylinders by name.
 
-        Deflections are shares from -1 to 1; axes that are left out are centred, so that ``set_stick()`` releases all. A
-        stick outside its dead zone ends the way to a goal.
+        Deflections are shares from -1 to 1; all other axes are centred, so ``set_stick()`` releases all. A
+        stick outside its dead zone cancels a goal.
         """
         axes = self.axes
         for name, value in deflections.items():
@@ -190,41 +190,41 @@ class LiveSimulator:
         self._core.set_sticks([float(deflections.get(name, 0.0)) for name in axes])
 
     def set_precision(self, share: float) -> None:
-        """From the next sample on this share of the full speed counts, 0 to 1: a slower stick for precise work."""
+        """Set the share of the full speed from the next sample on, 0 to 1: a slower stick for precise work."""
         if not 0 <= _number("the precision", share) <= 1:
             raise InputError(f"the precision is a share of the full speed, from 0 to 1; got {share!r}")
         self._core.set_precision(float(share))
 
     def go_to(self, x: float, z: float, speed: float | None = None) -> None:
-        """From the next sample on the tip goes to the place (x, z), m, on a straight line.
+        """Move the tip to the point (x, z), m, on a straight line from the next sample on.
 
         Parameters
         ----------
         speed : float, optional
-            On the way, m/s; default is the speed at full stick.
+            Speed towards the goal, m/s; default is the speed at full stick.
 
         Raises
         ------
         InputError
-            A place out of reach or in a region to keep out of, with the nearest one that would do; a controller other
-            than ``tip``; a stick that is out.
+            A point out of reach or in a keep-out region, with the nearest valid one; a controller other than ``tip``; a
+            stick that is deflected.
         """
         place = (_number("`x` of a goal", x), _number("`z` of a goal", z))
         with translated():
             self._core.go_to(place, None if speed is None else _number("the speed to a goal", speed))
 
     def drop_goal(self) -> None:
-        """From the next sample on the tip goes to no goal any more: it comes to rest smoothly where it is."""
+        """Cancel the goal from the next sample on: the tip comes to rest smoothly where it is."""
         self._core.drop_goal()
 
     def set_payload(self, mass: float) -> None:
-        """From the next sample on the tip carries `mass`, kg."""
+        """Set the load at the tip to `mass`, kg, from the next sample on."""
         self._core.set_payload(self.machine.payload(mass))
 
     def scenario(self, **changes: Unpack[RunChanges]) -> Scenario:
-        """What was driven so far as a scenario, which :func:`hydrocrane.simulate` repeats to the last bit.
+        """The drive so far as a scenario, which :func:`hydrocrane.simulate` repeats to the last bit.
 
-        Its duration ends at the last sample. ``live.scenario().save("drive.toml")`` writes it down.
+        Its duration ends at the last sample. ``live.scenario().save("drive.toml")`` writes it to a file.
         """
         told = self._core.record()
         if told["end"] <= 0:

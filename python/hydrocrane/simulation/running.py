@@ -33,7 +33,7 @@ def simulate(
     on_error: str = "raise",
     **changes: Unpack[RunChanges],
 ) -> Run:
-    """Simulate a scenario and return what happened, also where it ends early.
+    """Simulate a scenario and return the run, also if it ends early.
 
     Parameters
     ----------
@@ -44,10 +44,10 @@ def simulate(
     ledger : bool
         Integrate the energy ledger along with the states.
     verify : bool
-        Run again with a hundredth of the tolerance, or half the step, and report the difference in `Run.verification`;
-        one that matters is a warning, ``not-converged``.
+        Repeat with a hundredth of the tolerance, or half the step, and report the difference in `Run.verification`;
+        a significant difference is a warning, ``not-converged``.
     on_error : {"raise", "stop", "neutral"}
-        What happens after an exception in a controller of one's own. ``raise``: the run stops, and the exception is
+        What happens after an exception in your own controller. ``raise``: the run stops, and the exception is
         raised again with its own traceback; its attribute ``run`` holds the :class:`Run` until then. ``stop``: the
         run ends with outcome ``controller-failed``, whose message has the exception, the file and the line.
         ``neutral``: the spools go to neutral for that sample, an event says so, and the run ends only after ten such
@@ -59,7 +59,7 @@ def simulate(
     Returns
     -------
     Run
-        Ctrl-C ends the run early with outcome ``interrupted``; what was computed is there.
+        Ctrl-C ends the run early with outcome ``interrupted``; the results up to then are kept.
 
     Examples
     --------
@@ -117,9 +117,9 @@ def integrate(
     record : (m,) array
         Times to record at, s, increasing.
     should_stop : callable, optional
-        Asked now and then; True ends the run with outcome ``interrupted``.
+        Called from time to time; True ends the run with outcome ``interrupted``.
     on_error : {"raise", "stop", "neutral"}
-        As of :func:`simulate`, but nothing is raised: what ended the run is the recording's `error`.
+        As in :func:`simulate`, but nothing is raised: the recording's `error` states what ended the run.
     """
     own = own_controllers(plan)
     made: list[SampledController] = []

@@ -1,4 +1,4 @@
-"""The stepping interface for people's own controllers."""
+"""The stepping interface for your own controllers."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ class Simulator:
     sample_time : float
         s.
     payload : float, optional
-        kg at the tip at every reset; default is the machine's own. :meth:`set_payload` changes it on the way.
+        kg at the tip at every reset; default is the machine's own. :meth:`set_payload` changes it during the run.
     method, rtol, step
         As in :class:`~hydrocrane.Solver`: ``step=1e-3`` for a bounded cost per sample.
     sensors : {"ideal", "data-sheet"}
-        What ``obs.measured`` holds: the truth, or what the machine's sensors read.
+        Content of ``obs.measured``: true values, or readings of the machine's sensors.
     seed : int
-        Draws the sensors' errors and noise.
+        Seed of the sensors' errors and noise.
     sensor_faults : sequence of SensorFault
 
     Examples
@@ -96,7 +96,7 @@ class Simulator:
 
     @property
     def crane(self) -> Machine:
-        """The same as `machine`, under its name from before."""
+        """The same as `machine`, under its former name."""
         return self.machine
 
     @property
@@ -106,7 +106,7 @@ class Simulator:
 
     @property
     def method(self) -> str:
-        """The method of integration: the one that was asked for, or that ``auto`` took."""
+        """The method of integration: the requested one, or the one that ``auto`` selected."""
         return self._core.method
 
     @property
@@ -128,26 +128,26 @@ class Simulator:
 
     @property
     def warnings(self) -> tuple[ResultWarning, ...]:
-        """What has made the simulation doubtful since the last reset, see docs/reference/warnings.md."""
+        """Warnings since the last reset, see docs/reference/warnings.md."""
         self._warnings += tuple(ResultWarning(*entry) for entry in self._core.warnings())
         return self._warnings
 
     def set_payload(self, mass: float) -> PayloadChange:
-        """From here on the tip carries `mass`, kg: picks up a load that lies still, or lets one go.
+        """Set the load at the tip to `mass`, kg: picks up a load at rest, or releases one.
 
-        A load that is picked up brakes the tip at once: ``state`` has it, sensors read it at the next step. A reset
-        goes back to the payload of the start.
+        A load that is picked up changes the joint rates at once: ``state`` has the new values, sensors read them at the
+        next step. A reset restores the payload of the start.
 
         Raises
         ------
         SimulationError
-            Before the first reset, and after a step that did not end well.
+            Before the first reset, and after a step that failed.
         """
         self._require_running()
         return PayloadChange.of(self._core.set_payload(self.machine.payload(mass)))
 
     def reset(self, q: ArrayLike | None = None, state: ArrayLike | None = None) -> Observation:
-        """Go back to time zero, at rest in pose q (n,) with holding pressures, or at a full state (n_states,)."""
+        """Return to time zero, at rest in pose q (n,) with holding pressures, or at a full state (n_states,)."""
         if (q is None) == (state is None):
             raise InputError("reset takes either q, a pose to rest in, or state, a full state")
         if q is not None:
@@ -167,7 +167,7 @@ class Simulator:
         Raises
         ------
         SimulationError
-            Before the first reset, and where the sample does not end well; ``state`` keeps the last good one.
+            Before the first reset, and if the sample fails; ``state`` keeps the last good one.
         """
         self._require_running()
         seen = None
@@ -182,7 +182,7 @@ class Simulator:
         return self._sample.seen(seen)
 
     def _end(self) -> str:
-        """What a step that did not end well is told as."""
+        """Message of a step that failed."""
         return f"the simulation ended with `{self._ended}` at {self.time:.4g} s"
 
     def _checked(self, spool_command: ArrayLike) -> Array:
@@ -200,7 +200,7 @@ class Simulator:
 
 
 class Sample:
-    """What the core tells of a sample in one row, part by part."""
+    """The core's row of a sample, part by part."""
 
     def __init__(self, machine: Machine, signals: list[str]) -> None:
         # Where q, qd, p and the tip end, behind the time.

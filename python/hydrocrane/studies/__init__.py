@@ -1,9 +1,9 @@
 """Studies: one scenario run many times, with other values of some keys each time.
 
-Files: `key` and `keys` say what a dotted key means, `values` and `changes` what becomes of its values, `ranges` and
-`design` which of them are run, `measures` and `signals` what is kept of a run, `record` and `case` run, `local` and
-`cluster` spread the work, `store` keeps what is done, `identity` tells one study from another, `study` holds it all
-together, `study_file` reads it from TOML.
+Files: `key` and `keys` define dotted keys, `values` and `changes` apply their values, `ranges` and `design` choose the
+cases, `measures` and `signals` define what is stored of a run, `record` and `case` run, `local` and `cluster`
+distribute the work, `store` stores the results, `identity` compares studies, `study` combines all of these,
+`study_file` reads a study from TOML.
 """
 
 from hydrocrane.studies.store import open_study

@@ -51,8 +51,8 @@ def _stroke_margin(record: CaseRecord) -> float:
 
 # Name -> unit, meaning, function.
 BUILT_IN: dict[str, tuple[str, str, Callable[[CaseRecord], float]]] = {
-    "end_time": ("s", "time that the run reached", lambda record: record.outcome.time),
-    "tip_way": ("m", "way of the tip", _way),
+    "end_time": ("s", "end time of the run", lambda record: record.outcome.time),
+    "tip_way": ("m", "path length of the tip", _way),
     "largest_pressure": ("Pa", "largest pressure of any chamber", lambda record: float(record.pressures().max())),
     "smallest_pressure": ("Pa", "smallest pressure of any chamber", lambda record: float(record.pressures().min())),
     "pump_energy": ("J", "work of the pump, from the recorded power by trapezia", _pump_energy),

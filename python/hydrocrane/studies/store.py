@@ -198,12 +198,12 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
         raise ResultFileError(f"no such store: {folder}")
     stored = _opened(folder)
     if CHECKSUM not in stored.attrs:
-        text = f"{folder} has no checksums, since an earlier version wrote it: whether it is damaged cannot be told; "
+        text = f"{folder} has no checksums, since an earlier version wrote it: damage cannot be detected; "
         warnings.warn(f"{text}run the study again with overwrite=True (--overwrite) to have them", stacklevel=2)
     elif faults := study_faults(folder, OUTCOME):
         raise ResultFileError(
             f"{folder} is damaged: {faults}. Run the same study with this store again: it computes the damaged blocks "
-            "anew and keeps the others"
+            "again and keeps the others"
         )
     return Store(stored, folder).dataset()
 
@@ -223,7 +223,7 @@ def _opened(folder: Path) -> zarr.Group:
     """The study at a path; anything else there is left alone."""
     if (folder / DESCRIPTION).exists() and description(folder) is None:
         raise ResultFileError(
-            f"{folder} is damaged: its {DESCRIPTION} was cut off or changed, so that nothing says which study it "
+            f"{folder} is damaged: its {DESCRIPTION} was cut off or changed, so it is unknown which study it "
             "holds. Copy it back from elsewhere, or delete the folder and run the study again"
         )
     try:
@@ -231,7 +231,7 @@ def _opened(folder: Path) -> zarr.Group:
     except (OSError, ValueError, KeyError):
         group = None
     if group is None or IDENTITY not in group.attrs:
-        raise ResultFileError(f"{folder} is there and is no study; choose another path for the store")
+        raise ResultFileError(f"{folder} exists and is not a study; choose another path for the store")
     return group
 
 

@@ -1,4 +1,4 @@
-"""A study: what is varied, what is kept, and how it is run."""
+"""A study: the varied keys, the stored results, and how it is run."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ RESERVED = (OUTCOME, MESSAGE, TIME, "case")
 
 
 class StudyInterrupted(KeyboardInterrupt):
-    """A study was stopped by Ctrl-C; its text says how many cases are done and how to go on."""
+    """A study was stopped by Ctrl-C; its text says how many cases are done and how to resume."""
 
 
 @dataclass(frozen=True)
@@ -55,23 +55,23 @@ class Study:
         Dotted key of machine, scenario or controller to its values. On a grid and in a list: a sequence of values, or
         ``{"low": ..., "high": ..., "count": ..., "log": False}``. Drawn: a pair (low, high), a table with low, high
         and log, ``{"values": [...]}``, a frozen distribution of ``scipy.stats``, or ``{"distribution": "norm",
-        "loc": ..., "scale": ...}``. Numbers are SI, texts carry their unit.
+        "loc": ..., "scale": ...}``. Numbers are SI, texts need a unit.
     method : {"grid", "random", "latin", "list"}
         All combinations; independent draws; a Latin hypercube; the first values of all keys, the second ones, ...
     n : int
         Number of cases to draw.
     seed : int
-        Of the draws.
+        Seed of the random values.
     measures : sequence of str or callable, or mapping of name to callable
-        Figures to keep, see ``hydrocrane.studies.measures``.
+        Measures to store, see ``hydrocrane.studies.measures``.
     signals : sequence of str
-        Signals to keep, on one time grid for all cases; NaN from where a run ended.
+        Signals to store, on one time grid for all cases; NaN after the end of a run.
     resample : float or str, optional
         Interval of that grid, s; default is the scenario's record interval.
     ledger : bool
         Integrate the energy ledger too, for functions that read it.
     machine : Machine, str or path, optional
-        In place of the scenario's.
+        Replaces the scenario's machine.
     changes : mapping
         Fields of the scenario or its solver to change in all cases, as in :func:`hydrocrane.simulate`.
 
@@ -97,7 +97,7 @@ class Study:
 
     @cached_property
     def plan(self) -> Scenario:
-        """The scenario with what holds for all cases."""
+        """The scenario with the settings for all cases."""
         plan = self.scenario if isinstance(self.scenario, Scenario) else load_scenario(self.scenario)
         changes = cast(Changes, dict(self.changes))
         if isinstance(self.machine, Machine):
@@ -131,7 +131,7 @@ class Study:
 
     @cached_property
     def job(self) -> Job:
-        """What the workers are told."""
+        """The task for the workers."""
         units = {name: unit for name, (unit, _) in self._known_signals.items()}
         for name in self.signals:
             if name not in units:
@@ -140,7 +140,7 @@ class Study:
         names = [key.name for key in self.cases.keys] + [measure.name for measure in measures] + list(self.signals)
         for name in names:
             if names.count(name) > 1 or name in RESERVED:
-                raise InputError(f"`{name}` would name two things in the result; rename or leave out one of them")
+                raise InputError(f"`{name}` would name two things in the result; rename or remove one of them")
         times = signal_times(self.plan, self.cases, self.resample) if self.signals else np.empty(0)
         digest = digest_of(self.base_machine.core)
         return Job(self.plan, self.cases.keys, measures, tuple(self.signals), times, self.ledger, digest)
@@ -155,7 +155,7 @@ class Study:
         block: int | None = None,
         progress: Progress | bool | None = None,
     ) -> xr.Dataset:
-        """Run what is not done yet; parameters and result as of :func:`sweep`."""
+        """Run the cases that are not done; parameters and result as in :func:`sweep`."""
         with written_by_one(None if store is None else Path(store)):
             kept = Store.at(store, self._layout(block), overwrite=overwrite)
             self._fill(kept, workers, scheduler, progress)
@@ -164,7 +164,7 @@ class Study:
     def _fill(
         self, kept: Store, workers: int | None, scheduler: str | Client | None, progress: Progress | bool | None
     ) -> None:
-        """Run what is not done yet."""
+        """Run the cases that are not done."""
         places, total = kept.pending(), kept.total
         done = total - _sizes(places)
         if scheduler is None:
@@ -185,7 +185,7 @@ class Study:
             raise StudyInterrupted(_stopped(total - _sizes(kept.pending()), total, kept)) from None
 
     def pictured(self, measure: str | None) -> str:
-        """The figure to draw: `measure`, which must be one of the study's, or the first beside the end time."""
+        """The measure to draw: `measure`, which must be one of the study's, or the first after the end time."""
         names = [own.name for own in self.job.measures]
         if measure is not None and measure not in names:
             raise unknown("measure of the study", measure, names)
@@ -243,23 +243,23 @@ def sweep(
     progress: Progress | bool | None = None,
     **changes: Unpack[SweepChanges],
 ) -> xr.Dataset:
-    """Run a scenario for many values of some keys, and keep figures or signals of every run.
+    """Run a scenario for many values of some keys, and store measures or signals of every run.
 
     Parameters
     ----------
     scenario, keys, method, n, seed, measures, signals, resample, ledger, machine
-        As of :class:`Study`.
+        As in :class:`Study`.
     store : path, optional
-        Folder that takes the results while they are computed (Zarr). The same call with the same store goes on where
-        an earlier one was stopped. Without it everything stays in memory.
+        Folder for the results, written during the computation (Zarr). The same call with the same store resumes
+        an earlier one that was stopped. Without it everything stays in memory.
     overwrite : bool
-        Lose what a study has left in the store and begin anew.
+        Delete a study in the store and start again.
     workers : int, optional
         Threads; default is the number of cores.
     scheduler : str or distributed.Client, optional
         A Dask scheduler, ``tcp://host:8786``, whose workers compute in place of this process.
     block : int, optional
-        Cases that are computed and written together; at most those under way are lost in a crash.
+        Cases that are computed and written together; at most the blocks in progress are lost in a crash.
     progress : callable or bool, optional
         Called with (cases done, cases in all); True draws a bar, which is the default on a terminal.
     **changes
@@ -268,13 +268,13 @@ def sweep(
     Returns
     -------
     xarray.Dataset
-        One dimension per key on a grid, else a dimension ``case`` with the values of the keys along it; figures,
-        signals over ``time`` too, ``outcome`` and ``message``. Read from the store as it is used.
+        One dimension per key on a grid, else a dimension ``case`` with the values of the keys along it; measures,
+        signals over ``time``, ``outcome`` and ``message``. Read from the store when it is used.
 
     Raises
     ------
     StudyInterrupted
-        After Ctrl-C; what is done is in the store.
+        After Ctrl-C; finished cases are in the store.
 
     Examples
     --------
@@ -314,7 +314,7 @@ def _block(given: int | None) -> int | None:
 
 
 def _stopped(done: int, total: int, kept: Store) -> str:
-    how = "give a store to be able to go on" if kept.path is None else f"the same call goes on from there ({kept.path})"
+    how = "give a store to be able to resume" if kept.path is None else f"the same call resumes there ({kept.path})"
     return f"stopped after {done} of {total} cases; {how}"
 
 

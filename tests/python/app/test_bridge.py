@@ -146,7 +146,7 @@ BAD = {
     "time": (Packet(Kind.values, 1, float("nan"), values=(0.0,)).packed(), "the time of a packet"),
     "no number": (Packet(Kind.values, 1, 0.5, values=(float("nan"),)).packed(), "is a number"),
     "beyond": (Packet(Kind.values, 1, 0.5, values=(1.0,)).packed(), "between -0.05 and 0.05"),
-    "past": (Packet(Kind.values, 1, 0.1, values=(0.0,)).packed(), "time of packets grows"),
+    "past": (Packet(Kind.values, 1, 0.1, values=(0.0,)).packed(), "time of packets must increase"),
 }
 
 

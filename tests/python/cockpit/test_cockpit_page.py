@@ -78,7 +78,7 @@ def test_escape_or_hiding_the_page_drops_the_goal(cockpit, hidden):
         )
     else:
         cockpit.tab.keyboard.press("Escape")
-    cockpit.until(lambda: "the goal is dropped" in cockpit.notices())
+    cockpit.until(lambda: "the goal is cancelled" in cockpit.notices())
     cockpit.comes_to_rest()
     assert "has reached its goal" not in cockpit.notices()
 

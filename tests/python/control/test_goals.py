@@ -86,7 +86,7 @@ def test_a_stick_takes_over_at_once_and_a_goal_under_a_stick_counts_for_nothing(
     stick = hc.Joystick([1.0, 1.5], {"z": [0.5, 0.0]}, full_speed=0.2)
     run = hc.simulate(plan(goal((0.4, 0.0)), goal((0.0, 0.3), 1.2), joystick=stick))
     took, refused = texts(run)
-    assert took.startswith("the stick takes over") and refused.endswith("a stick is out; release it first")
+    assert took.startswith("the stick takes over") and refused.endswith("a stick is deflected; release it first")
     where = run.data["set_point.x"].sel(time=slice(2.5, None)).values
     assert np.ptp(where) < 1e-4 and where[0] < HOME[0] + 0.3, "it does not go on when the stick is released"
 
@@ -99,9 +99,7 @@ def test_a_border_on_the_way_ends_it_with_a_reason() -> None:
     keep = {"keep-out.pillar.outline": wall}
     run = hc.simulate(plan(goal((0.5, 0.0)), overrides=keep, duration=12.0))
     assert len(texts(run)) == 1
-    assert (
-        "the tip stops before its goal" in texts(run)[0] and "a region to keep out of lies ahead; give" in texts(run)[0]
-    )
+    assert "the tip stops before its goal" in texts(run)[0] and "a keep-out region lies ahead; give" in texts(run)[0]
     assert way_of(run)[:, 0].max() < x + 0.2 - 0.049
 
 
@@ -118,7 +116,7 @@ def test_a_load_that_cannot_be_lifted_ends_the_way_with_a_reason() -> None:
         (
             (2.5, -1.3),
             {},
-            r"in a region to keep out of, or nearer to it than the margin of 0.050 m; \(2.500, -1.160\) m is",
+            r"in a keep-out region, or nearer to it than the margin of 0.050 m; \(2.500, -1.160\) m is",
         ),
         ((2.5, 0.3), {"controller": "heinze-pid"}, "only the controller `tip` goes to a goal"),
         ((2.5, 0.3), {"controller": "lever"}, "only the controller `tip` goes to a goal"),
@@ -136,8 +134,8 @@ def test_a_goal_that_cannot_be_reached_is_refused_before_the_run(place, changes,
         (lambda: hc.Goal(-1.0, 2.0, 0.0), "zero seconds or later"),
         (lambda: hc.Goal(1.0, np.nan, 0.0), "`x` of a goal must be finite"),
         (lambda: hc.Goal(1.0, 2.0, 0.0, speed=0.0), "greater than zero"),
-        (lambda: hc.Goal(1.0, 2.0, 0.0, until=1.0), "dropped after it is given"),
-        (lambda: plan(hc.Goal(1.0, 2.0, 0.0), hc.Goal(1.0, 2.5, 0.0)), "a time of its own"),
+        (lambda: hc.Goal(1.0, 2.0, 0.0, until=1.0), "cancelled after it is given"),
+        (lambda: plan(hc.Goal(1.0, 2.0, 0.0), hc.Goal(1.0, 2.5, 0.0)), "a different time"),
         (lambda: plan("there"), "must be a list of Goal"),
         (lambda: plan(hc.Goal(1.0, 2.0, 0.0), commands={"lift": 0.01}), "either commands or a controller"),
     ],
@@ -185,11 +183,11 @@ def test_a_file_states_goals_and_is_written_back_the_same(tmp_path) -> None:
     ("old", "new", "why"),
     [
         ('z = ["-100 mm", "0.1 m"]', 'z = ["-100 mm"]', "1 values for 2 times"),
-        ('"0.1 m/s"]', '"0 m/s"]', "a speed of 0 m/s leads nowhere"),
+        ('"0.1 m/s"]', '"0 m/s"]', "a speed of 0 m/s reaches no goal"),
         ('["0.2 s", "3 s"]', '["-1 s", "3 s"]', "before the run has begun"),
-        ("[joystick]", 'drop = ["0.1 s"]\n[joystick]', "there is no goal to be dropped at 0.1 s"),
-        ("[joystick]", 'drop = ["1 s", "2 s"]\n[joystick]', "no goal to be dropped at 2 s"),
-        ("precision = [1, 0.5]", "precision = [1, 1.5]", "no share of the full speed"),
+        ("[joystick]", 'drop = ["0.1 s"]\n[joystick]', "there is no goal to cancel at 0.1 s"),
+        ("[joystick]", 'drop = ["1 s", "2 s"]\n[joystick]', "no goal to cancel at 2 s"),
+        ("precision = [1, 0.5]", "precision = [1, 1.5]", "not a share of the full speed"),
         ("[joystick]", '[command.lift]\ntime = ["0 s"]\nspool = ["1 mm"]\n[joystick]', "excludes `command`"),
     ],
 )
@@ -207,7 +205,7 @@ def test_a_goal_is_dropped_where_a_file_says_so(tmp_path) -> None:
     assert [goal.until for goal in told.goals] == [0.6, 3.5]
     assert hc.load_scenario(told.save(tmp_path / "again.toml")).goals == told.goals
     run = hc.simulate(told)
-    assert [text[:19] for text in texts(run)] == ["the goal is dropped"] * 2
+    assert [text[:21] for text in texts(run)] == ["the goal is cancelled"] * 2
     x = run.columns["set_point.x"].values
     assert abs(x[-1] - HOME[0]) < 0.2 and np.ptp(x[150:300]) < 1e-6
 

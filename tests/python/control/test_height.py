@@ -74,8 +74,8 @@ def test_at_the_end_of_the_telescope_everything_stops_and_an_event_says_why() ->
     run = run_of({"lift": [-1.0, -1.0]}, duration=10.0)
     assert np.abs(height(run)).max() < 1e-3
     assert [event.text for event in run.events] == [
-        "the tip stands or hardly moves though the stick is out: straight on leads out of the range of the joints: "
-        "joint `extension`; steer another way"
+        "the tip stands or hardly moves although the stick is deflected: the straight line leads "
+        "out of the range of the joints: joint `extension`; steer another way"
     ]
     assert np.abs(np.diff(joints(run)[-50:, 0])).max() < np.deg2rad(0.002)
 
@@ -97,7 +97,7 @@ def test_the_way_into_a_region_ends_before_it() -> None:
     run = run_of({"jib": [0.6, 0.6]}, overrides={"keep-out.pillar.outline": wall})
     assert np.abs(height(run)).max() < 1e-3
     assert run.columns["tip.x"].values.min() > x + 0.045
-    assert "a region to keep out of lies ahead" in run.events[-1].text
+    assert "a keep-out region lies ahead" in run.events[-1].text
 
 
 def test_random_levers_and_a_soft_machine_stay_bounded() -> None:
@@ -152,7 +152,7 @@ def test_a_phase_changes_between_levers_with_and_without_the_height() -> None:
     [
         (
             lambda: hc.Scenario(joints=START, controller="lever", joystick=hc.Joystick([0], {}, mode="height")),
-            "does not take",
+            "does not support",
         ),
         (
             lambda: hc.Scenario(joints=START, controller="heinze-pid", joystick=hc.Joystick([0], {}, mode="height")),
@@ -175,5 +175,5 @@ def test_a_file_whose_controller_does_not_hold_heights_is_an_error(tmp_path) -> 
         'jib = "100 deg"\nextension = "0 mm"\n[controller]\nname = "lever"\n[joystick]\nmode = "height"\n'
         'time = ["0 s"]\nlift = [0.5]\n'
     )
-    with pytest.raises(hc.MachineFileError, match="`lever` takes the stick mode `lever`, the joystick's is `height`"):
+    with pytest.raises(hc.MachineFileError, match="`lever` needs the stick mode `lever`, the joystick has `height`"):
         hc.load_scenario(path)

@@ -93,7 +93,7 @@ def test_a_load_that_the_supply_pressure_cannot_hold_is_not_let_down():
     )
     run = hc.simulate(plan)
     z = run.data["tip.z"].values
-    assert any("goes farther from its place at rest" in event.text for event in run.events)
+    assert any("moves away from its rest position" in event.text for event in run.events)
     assert abs(z[-1] - z[run.data.time.values > 8.0][0]) < 0.02
 
 

@@ -57,7 +57,7 @@ def test_asked_for_twice_the_feasible_speed_it_still_keeps_its_way(direction: st
     ("stick", "changes", "why"),
     [
         ({"x": [1.0]}, {}, "out of the range of the joints"),
-        ({"z": [-1.0]}, {}, "a region to keep out of"),
+        ({"z": [-1.0]}, {}, "a keep-out region"),
         ({"z": [1.0]}, {"payload": 400.0, "overrides": {"supply.pressure": "40 bar"}}, "too heavy"),
         ({"z": [0.3]}, {"duration": 3.0}, None),
     ],

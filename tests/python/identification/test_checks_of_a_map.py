@@ -65,7 +65,7 @@ def test_a_form_that_does_not_carry_over_is_told():
     """As many levels as the map can just follow: nothing but the prediction of what was left out shows it."""
     fit = fit_static(wavy(levels(6, seed=0, windows=2), 6.0))
     assert not fit.misfit.notable and fit.held_out.notable
-    (told,) = (text for text in fit.warnings if "does not carry over" in text)
+    (told,) = (text for text in fit.warnings if "does not predict" in text)
     assert "mm/s is off by" in told and "Hold exponents" in told
     assert fit.held_out.rms > 5.0 * fit.held_out.rms_within
 
@@ -96,7 +96,7 @@ def test_a_drift_that_no_cause_explains_is_told_with_what_readings_count():
     assert not fit.misfit.likely
     (found,) = (each for each in fit.successions if each.order == "time")
     assert found.shows and found.effective < 0.4 * found.count
-    (told,) = (text for text in fit.warnings if text.startswith("residuals of windows that follow each other"))
+    (told,) = (text for text in fit.warnings if text.startswith("residuals of consecutive windows"))
     assert f"count as about {found.effective:.0f}" in told and "warm up" in told
 
 

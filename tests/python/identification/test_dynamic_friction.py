@@ -279,7 +279,7 @@ def test_a_delay_is_found_and_does_not_count_as_friction(fit, logs):
     for name in DYNAMIC:
         fifth = 0.2 * fit.fitted().deviation(f"friction.test.{name}")
         assert found.params[name] == pytest.approx(fit.params[name], abs=fifth)
-    table = next(make() for title, make in found.stages() if title == "What the fit left free").table
+    table = next(make() for title, make in found.stages() if title == "Correlations and nuisance parameters").table
     shown = {row[0]: row[1] for row in table.rows}
     assert float(shown["delay"]) == pytest.approx(found.delay, rel=1e-3)
 

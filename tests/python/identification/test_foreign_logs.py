@@ -143,7 +143,7 @@ def test_the_report_lists_the_forms_and_the_intervals_cover_them():
     fit = found.static.fit
     page = found.report().html()
     assert "Forms of the map" in page and all(other.form_text in page for other in fit.alternatives)
-    assert "viscous exponent 1.5" in page and "What is left over" in page
+    assert "viscous exponent 1.5" in page and "Residuals" in page
     assert fit.aicc <= min(other.aicc for other in fit.alternatives)
     assert all(other.aicc - fit.aicc < 4.0 for other in fit.rivals)
 
@@ -269,5 +269,5 @@ def test_a_dead_pressure_sensor_is_named():
     stands["p1"] = np.full(log.time.size, 0.6e5)
     found = hc.identify_friction([hc.Log.of(stands, source="log")], RIG)
     (failed,) = found.failures
-    assert "friction would push the piston" in failed.message
-    assert "`p1` never changes: its sensor is dead or stands at the end of its range" in failed.message
+    assert "friction would drive the piston" in failed.message
+    assert "`p1` never changes: its sensor is dead or at the end of its range" in failed.message

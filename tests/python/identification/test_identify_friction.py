@@ -321,7 +321,7 @@ WRONG_OPTIONS = {
     "zero under pressure": (["a.csv", "--zero", "3:4"], "data sheet allows 1.2 bar"),
     "window backwards": (["a.csv", "--window", "9:2"], "FROM before TO"),
     "window outside": (["a.csv", "--window", "900:901"], "no sample between 900 and 901 s"),
-    "role": (["--ramp", "a.csv"], "handed over as a ramp, but says that it is a `constant-velocity`"),
+    "role": (["--ramp", "a.csv"], "handed over as a ramp, but states that it is a `constant-velocity`"),
     "report": (["a.csv", "--report", "page.pdf"], ".html"),
     "block": (["a.csv", "--write", "friction.txt"], ".toml"),
     "mapping": (["a.csv", "--mapping", "map.toml"], "map.toml"),

@@ -315,7 +315,7 @@ def test_a_batch_of_cranes_with_pumps_is_the_simulator_with_a_leading_axis(name)
     ("changes", "words"),
     [
         ({"pump.main.type": "fixed"}, ("control-range", "none")),
-        ({"mains.relief-pressure": "120 bar"}, ("relief-pressure", "swivels back")),
+        ({"mains.relief-pressure": "120 bar"}, ("relief-pressure", "reduces its displacement")),
         ({"pump.main.volumetric-efficiency": 1.2}, ("volumetric-efficiency", "exceeds 1")),
         ({"pump.main.displacement": "6.3 mm"}, ("displacement", "volume")),
         ({"pump.second.type": "fixed"}, ("pump", "second")),

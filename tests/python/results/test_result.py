@@ -341,7 +341,7 @@ def test_shift_gaps_and_overhang_of_a_log(run):
     ("log", "columns", "words"),
     [
         ({"joint.boom.q": [1.0]}, None, "no time column"),
-        ({"time": [0.0, 0.1], "angle": [1.0, 1.0]}, None, "say which is which"),
+        ({"time": [0.0, 0.1], "angle": [1.0, 1.0]}, None, "state the pairs"),
         ({"time": [0.0, 0.1], "a": [1.0, 1.0]}, {"a": "joint.bom.q"}, "did you mean `joint.boom.q`"),
         ({"time": [0.0, 0.1], "alpha": [1.0, 1.0]}, {"alpa": "joint.boom.q"}, "did you mean `alpha`"),
         ({"time": [5.0, 6.0], "joint.boom.q": [1.0, 1.0]}, None, "no overlap"),

@@ -43,9 +43,7 @@ def test_the_scenario_counts_before_its_machine():
     ],
 )
 def test_two_values_at_once_are_an_error_that_names_both(contradiction):
-    with pytest.raises(
-        hc.InputError, match=r"`(payload|period)` is .*`(payload.mass|control.period)` is .*leave one out"
-    ):
+    with pytest.raises(hc.InputError, match=r"`(payload|period)` is .*`(payload.mass|control.period)` is .*omit one"):
         contradiction()
 
 
@@ -126,5 +124,5 @@ def test_the_rig_follows_the_rule():
         {"payload": 20.0, "overrides": {"payload.mass": 30.0}},
         {"supply": "90 bar", "overrides": {"supply.pressure": 1e7}},
     ):
-        with pytest.raises(hc.InputError, match="both state the same; leave one out"):
+        with pytest.raises(hc.InputError, match="both state the same; omit one"):
             hc.rig.run("step", **given)

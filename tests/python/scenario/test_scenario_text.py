@@ -125,7 +125,7 @@ def test_bundled_scenarios_read_back_the_same(name, tmp_path):
 
 def test_what_no_file_can_state_is_refused(tmp_path):
     plan = hc.Scenario(joints=JOINTS, controller=lambda obs, stick: [0.0, 0.0, 0.0])
-    with pytest.raises(hc.InputError, match="one's own stands in no file"):
+    with pytest.raises(hc.InputError, match="cannot hold your own controller"):
         plan.to_toml()
     other = hc.Scenario(joints=JOINTS, controller="tip", believed=hc.load_machine("heinze-2007"))
     with pytest.raises(hc.InputError, match="state it as overrides"):

@@ -172,7 +172,7 @@ def test_what_is_wrong_is_told(supply, words):
 
 
 def test_a_pump_and_a_unit_that_cannot_be_are_told():
-    with pytest.raises(hc.HydrocraneError, match="follows from the pump"):
+    with pytest.raises(hc.HydrocraneError, match="the pump determines the pressure"):
         hc.simulate(PLAN, machine="rottne-f9-pump", supply=(TIMES, PRESSURE))
     run = hc.simulate(PLAN, supply=(TIMES, 1e-5 * PRESSURE), duration=0.1)
     assert any("0.0014 bar at most" in warning.text and "unit" in warning.cure for warning in run.warnings)

@@ -357,7 +357,7 @@ def test_rounding_never_shuts_the_spools():
         ({"controller": "tip", "sensors": "real"}, "unknown kind of sensors"),
         ({"controller": "tip", "delay": -1.0}, "delay"),
         ({"controller": "tip", "period": 0.0}, "period"),
-        ({"controller": "lever", "joystick": hc.Joystick([0.0], {"x": [1.0]})}, "does not take the stick mode"),
+        ({"controller": "lever", "joystick": hc.Joystick([0.0], {"x": [1.0]})}, "does not support the stick mode"),
     ],
 )
 def test_a_wrong_loop_is_refused(fields, said):

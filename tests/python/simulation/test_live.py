@@ -90,7 +90,7 @@ def test_a_goal_is_reached_dropped_or_ended_by_a_stick() -> None:
     live.drop_goal()
     assert live.goal is None
     live.step(2.0)
-    assert texts(live)[-1].startswith("the goal is dropped: the tip goes to")
+    assert texts(live)[-1].startswith("the goal is cancelled: the tip no longer goes to")
     # It stops within the way that the lags of the stick leave, 2 v/w.
     assert 0 < live.set_point[0] - moving[0] < 2.2 * 0.2 / 15
     stood = live.set_point
@@ -101,7 +101,7 @@ def test_a_goal_is_reached_dropped_or_ended_by_a_stick() -> None:
     live.set_stick(z=-0.5)
     live.step(0.3)
     assert texts(live)[-1].startswith("the stick takes over")
-    with pytest.raises(hc.InputError, match="a stick is out; release it first"):
+    with pytest.raises(hc.InputError, match="a stick is deflected; release it first"):
         live.go_to(*HOME)
 
 
@@ -162,7 +162,7 @@ def test_levers_and_controllers_of_ones_own_are_steered_too() -> None:
         (lambda live: live.set_stick(x=np.nan), "finite"),
         (lambda live: live.set_stick(x=[0.1, 0.2]), "must be one number"),
         (lambda live: live.go_to(9.0, 0.3), r"out of reach of the tip; the nearest place within reach is \("),
-        (lambda live: live.go_to(2.5, -1.3), "in a region to keep out of"),
+        (lambda live: live.go_to(2.5, -1.3), "in a keep-out region"),
         (lambda live: live.go_to(np.inf, 0.3), "finite"),
         (lambda live: live.go_to(2.5, 0.3, speed=0.0), "greater than zero"),
         (lambda live: live.set_precision(1.5), "from 0 to 1"),
@@ -183,8 +183,8 @@ def test_bad_input_is_one_error_and_changes_nothing(act, why) -> None:
 @pytest.mark.parametrize(
     ("plan", "why"),
     [
-        (PLAN.changed(controller=None), "no controller to steer"),
-        (PLAN.changed(controller=None, commands={"lift": 0.01}), "no controller to steer"),
+        (PLAN.changed(controller=None), "there is no controller"),
+        (PLAN.changed(controller=None, commands={"lift": 0.01}), "there is no controller"),
         (PLAN.changed(phases=[hc.Phase(1.0, controller="lever")]), "phases"),
         (PLAN.changed(joints={"boom": 1.7}), "no start value for joint"),
     ],

@@ -118,7 +118,7 @@ def test_a_crane_that_rests_on_a_stop_drives_off_it_the_way_it_is_told() -> None
 @pytest.mark.evidence
 def test_a_run_that_crawls_ends_with_an_outcome() -> None:
     run = hc.simulate("heinze-2007-open-loop", rtol=1e-7, method="rodas5p", duration=2.0)
-    assert run.outcome.kind == "solver-failed" and "went on by only" in run.outcome.message
+    assert run.outcome.kind == "solver-failed" and "advanced by only" in run.outcome.message
     assert "fixed steps" in run.outcome.message and len(run.data["time"]) > 1
 
 

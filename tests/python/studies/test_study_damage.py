@@ -250,7 +250,7 @@ def test_a_full_disk_stops_the_study_with_one_error(tmp_path, whole, monkeypatch
 
     monkeypatch.setattr(_local, "_put", full)
     store = tmp_path / "study.zarr"
-    with pytest.raises(hc.ResultFileError, match=r"free some space.*after 6 of 12 cases; the same call goes on"):
+    with pytest.raises(hc.ResultFileError, match=r"free some space.*after 6 of 12 cases; the same call resumes"):
         rig_study(store, workers=1)
     monkeypatch.undo()
     assert (hc.open_study(store).outcome.values == "").sum() == 6

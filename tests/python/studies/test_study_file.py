@@ -145,7 +145,7 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(study, tmp_path):
     os.kill(running.pid, signal.SIGINT)
     message = running.communicate(timeout=240)[1]
     assert running.returncode == 1 and "Traceback" not in message, message
-    assert "of 300000 cases; the same call goes on from there" in " ".join(message.split())
+    assert "of 300000 cases; the same call resumes there" in " ".join(message.split())
     done = int((hc.open_study(tmp_path / "masses.zarr").outcome.values != "").sum())
     assert 0 < done < 300000 and f"stopped after {done} of" in " ".join(message.split())
 

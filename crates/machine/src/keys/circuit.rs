@@ -6,19 +6,19 @@ use super::Sign::{NonNegative, Positive};
 use crate::quantities::{COMPLIANCE, FLOW, LENGTH, NUMBER, PRESSURE, VOLUME};
 
 pub static COUNTERBALANCE: &[Key] = &[
-    Key::text("cylinder").required().means("The cylinder that it stands at."),
-    Key::choice("side", &["piston-side", "rod-side"]).required().means("The chamber whose oil it holds."),
+    Key::text("cylinder").required().means("The cylinder at which the valve is mounted."),
+    Key::choice("side", &["piston-side", "rod-side"]).required().means("The chamber that the valve closes."),
     Key::quantity("setting", &[PRESSURE], Positive).required().usual(&[("20 bar", "500 bar", 4.0)]).means(
-        "Pressure of the chamber that opens it without a pilot; makers advise 1.3 times the highest load pressure.",
+        "Chamber pressure at which the valve opens without pilot pressure; manufacturers advise 1.3 times the highest load pressure.",
     ),
     Key::quantity("pilot-ratio", &[NUMBER], NonNegative)
         .required()
         .usual(&[("1", "12", 3.0)])
-        .means("How much more the pressure of the other side opens it than that of the chamber."),
+        .means("Effect of the pressure on the other side, relative to the effect of the chamber pressure."),
     Key::quantity("opening-pressure", &[PRESSURE], Positive)
         .defaults(&["40 bar"])
         .usual(&[("2 bar", "200 bar", 5.0)])
-        .means("Rise beyond the setting, pilot included, that opens it fully."),
+        .means("Pressure above the setting, pilot included, at which the valve is fully open."),
     Key::quantity("nominal-flow", &[FLOW], Positive)
         .required()
         .usual(&[("0.1 l/min", "5000 l/min", 1e3)])
@@ -30,8 +30,8 @@ pub static COUNTERBALANCE: &[Key] = &[
 ];
 
 pub static PILOT_CHECK: &[Key] = &[
-    Key::text("cylinder").required().means("The cylinder that it stands at."),
-    Key::choice("side", &["piston-side", "rod-side"]).required().means("The chamber whose oil it holds."),
+    Key::text("cylinder").required().means("The cylinder at which the valve is mounted."),
+    Key::choice("side", &["piston-side", "rod-side"]).required().means("The chamber that the valve closes."),
     Key::quantity("pilot-ratio", &[NUMBER], Positive)
         .required()
         .usual(&[("1.5", "12", 3.0)])
@@ -55,8 +55,8 @@ pub static PILOT_CHECK: &[Key] = &[
 ];
 
 pub static HOSE_BURST: &[Key] = &[
-    Key::text("cylinder").required().means("The cylinder that it stands at."),
-    Key::choice("side", &["piston-side", "rod-side"]).required().means("The chamber whose oil it holds."),
+    Key::text("cylinder").required().means("The cylinder at which the valve is mounted."),
+    Key::choice("side", &["piston-side", "rod-side"]).required().means("The chamber that the valve closes."),
     Key::quantity("closing-flow", &[FLOW], Positive).required().usual(&[("0.1 l/min", "5000 l/min", 1e3)]).means(
         "Flow out of the chamber at which it begins to close; it has closed where 1.1 times as much would flow.",
     ),

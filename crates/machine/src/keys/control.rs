@@ -38,7 +38,7 @@ const fn gain(name: &'static str, kind: &'static [Kind]) -> Key {
 
 const TIP: &[Key] = &[
     gain("full-speed", &[VELOCITY])
-        .otherwise("that of the fastest joint alone, in the middle of all ranges")
+        .otherwise("speed with the fastest joint alone, in the middle of all ranges")
         .usual(FULL_SPEED)
         .means("Speed of the tip at full stick."),
     gain("stick-bandwidth", &[ANGULAR_FREQUENCY])
@@ -50,10 +50,10 @@ const TIP: &[Key] = &[
         .means("Largest speed towards a limit (joints) or a region (tip), per distance from it."),
     gain("keep-out-margin", &[LENGTH])
         .defaults(&["50 mm"])
-        .means("Distance of the set-point from regions to keep out of."),
+        .means("Distance of the set-point from keep-out regions."),
     gain("telescope-centring", &[PER_METRE])
         .defaults(&["0.5 1/m"])
-        .means("Gain that draws the telescope to the middle of its range."),
+        .means("Gain that moves the telescope towards the middle of its range."),
     gain("position-gain", &[PER_SECOND]).defaults(&["4 1/s"]).means("Piston velocity per position error."),
     gain("damping-ratio", &[NUMBER])
         .defaults(&["0.25"])
@@ -61,7 +61,7 @@ const TIP: &[Key] = &[
         .source("theory/control/damping.md"),
     gain("quiet-speed", &[VELOCITY])
         .defaults(&["0.7 mm/s"])
-        .means("Speed of the tip in a mode that the valves leave undamped."),
+        .means("Tip speed in an oscillation below which the valves do not damp it."),
     gain("observer-bandwidth", &[ANGULAR_FREQUENCY])
         .defaults(&["5 rad/s"])
         .means("Bandwidth with which the observed position follows the measured one."),
@@ -83,7 +83,7 @@ const TIP: &[Key] = &[
     gain("learning-time", &[TIME])
         .defaults(&["10 s"])
         .means(
-            "Time of motion over which tip control remembers what it learns of each valve; zero switches learning off.",
+            "Time constant, in time of motion, of what tip control learns about each valve; zero switches learning off.",
         )
         .source("theory/control/valve_learning.md"),
     gain("lag-limit", &[LENGTH]).defaults(&["30 mm"]).means("Lag of the tip at which the set-point waits."),
@@ -103,7 +103,7 @@ const HEINZE_PID: &[Key] = &[
         .source("theory/control/working_area.md"),
     Key::choice("extension", &["penalty", "zero"])
         .defaults(&["zero"])
-        .means("Telescope: `zero` keeps it in, `penalty` chooses its position by a penalty function, (131).")
+        .means("Telescope: `zero` keeps it retracted, `penalty` chooses its position by a penalty function, (131).")
         .source("theory/control/penalty.md"),
     Key::table("motion-weight", MOTION_WEIGHT).means("Weights $w_1$ to $w_3$, with the joint's range as the unit."),
     Key::table("middle-weight", MIDDLE_WEIGHT).means("Weights $w_4$ to $w_6$, with the joint's range as the unit."),
@@ -118,7 +118,7 @@ static MIDDLE_WEIGHT: &[Key] = &[gain("<joint>", &[NUMBER])
 const THRESHOLDS: &[Key] = &[
     gain("jump", &[LENGTH])
         .defaults(&["0.5 mm"])
-        .means("Displacement of a piston in one sample that only one of three residuals shows."),
+        .means("Displacement of a piston in one sample, shown by only one of three residuals, that counts as a fault."),
     gain("frozen", &[LENGTH])
         .defaults(&["1 mm"])
         .means("Travel of a piston during which its position reading may stay the same."),
@@ -128,19 +128,19 @@ const THRESHOLDS: &[Key] = &[
     gain("flow-tolerance", &[NUMBER]).defaults(&["0.25"]).means("Error of the valve law, share of the flow."),
     gain("pressure-tolerance", &[NUMBER])
         .defaults(&["0.03"])
-        .means("Least error of pressures, share of the supply pressure."),
+        .means("Smallest assumed error of pressures, share of the supply pressure."),
     gain("stroke-margin", &[NUMBER])
         .defaults(&["0.05"])
-        .means("How far beyond its stroke a piston may read, share of the stroke."),
+        .means("Plausible piston reading beyond the end of the stroke, share of the stroke."),
     gain("pressure-limit", &[NUMBER])
         .defaults(&["2"])
-        .means("Highest plausible pressure, per supply pressure times ratio of the areas."),
+        .means("Highest plausible pressure, relative to the supply pressure times the ratio of the areas."),
     gain("recovery-time", &[TIME])
         .defaults(&["0.5 s"])
         .means("Time for which a sensor must read plausibly before it is used again."),
     gain("ride-through", &[TIME])
         .defaults(&["50 ms"])
-        .means("Time for which control goes on without a sensor.")
+        .means("Time for which control continues without a sensor.")
         .source("theory/control/plausibility.md"),
 ];
 

@@ -59,13 +59,13 @@ pub static CYLINDER: &[Key] = &[
         .usual(&[("30 mm", "20 m", 50.0)])
         .means("Length from pin to pin, fully retracted."),
     Key::quantity("port-diameter", &[LENGTH], Positive)
-        .otherwise("no pressure rise in the connectors")
+        .otherwise("no dynamic pressure at the ports")
         .usual(&[("1 mm", "150 mm", 1e3)])
         .means("Diameter of the connectors."),
     Key::quantity("dead-length", &[LENGTH], Positive)
         .otherwise("this with `port-diameter`, or `dead-volume`")
         .usual(&[("1 mm", "20 m", 50.0)])
-        .means("Length of the line, of the diameter of the port, that makes the dead volume."),
+        .means("Length of a line with the port's diameter whose volume is the dead volume."),
     Key::pair("dead-volume", &[VOLUME], Positive)
         .otherwise("this, or `dead-length`")
         .usual(&[("0.1 ml", "50 l", 1e3)])
@@ -108,7 +108,7 @@ static LINKAGE: &[Key] = &[
         .means("Distance from the coupler's pivot to the rod's pin."),
     Key::choice("side", &["left", "right"])
         .required()
-        .means("Side on which the rod's pin lies, seen from the rocker's pivot to the coupler's."),
+        .means("Side of the rod's pin, looking from the rocker's pivot to the coupler's."),
 ];
 
 static END_STOP: &[Key] = &[
@@ -181,7 +181,7 @@ pub static VALVE: &[Key] = &[
     Key::pair("return-area-ratio", &[NUMBER], Positive)
         .otherwise("1 for both ports")
         .usual(&[("0.05", "5", 10.0)])
-        .means("Areas of the edges from port A and from port B to the tank over those from the supply; with `4/3` only. A narrow one keeps a load from running away.")
+        .means("Areas of the edges from port A and from port B to the tank, divided by those from the supply; with `4/3` only. A small ratio prevents a load from running away.")
         .source("theory/hydraulics/spool_valve.md"),
     Key::choice("load-check", &["yes", "no"])
         .defaults(&["no"])
@@ -189,12 +189,12 @@ pub static VALVE: &[Key] = &[
         .source("theory/hydraulics/spool_valve.md"),
     Key::choice("compensator", &["none", "before-spool", "behind-spool"])
         .defaults(&["none"])
-        .means("Pressure compensator of the section; with `4/3` only: `before-spool` keeps the drop of its setting over the metering edge whatever the load; `behind-spool` gives all sections the drop that the pump leaves, so that they share what it gives (flow sharing).")
+        .means("Pressure compensator of the section; with `4/3` only. `before-spool` keeps the pressure drop over the metering edge at its setting, at any load. `behind-spool` gives all sections the same pressure drop, so that they share the flow of the pump (flow sharing).")
         .source("theory/hydraulics/compensator.md"),
     Key::quantity("compensator-setting", &[PRESSURE], Positive)
-        .otherwise("required with `before-spool`, nothing else has one")
+        .otherwise("required with `before-spool`, not allowed otherwise")
         .usual(&[("1 bar", "60 bar", 10.0)])
-        .means("Drop over the metering edge from the supply that the compensator keeps."),
+        .means("Pressure drop over the metering edge from the supply that the compensator keeps."),
     Key::quantity("velocity-limit", &[VELOCITY], Positive)
         .otherwise("none")
         .usual(&[("1 mm/s", "100 m/s", 1e3)])
@@ -279,8 +279,8 @@ static PRINTED_VALVE: &[Key] = &[
     Key::quantity("blend-high", &[PRESSURE], Positive)
         .required()
         .usual(&[("0.001 bar", "50 bar", 100.0)])
-        .means("Pressure drop at which it ends."),
-    Key::new("blend-ports", Value::Texts(&["A", "B"])).required().means("Ports at which it applies."),
+        .means("Pressure drop at which the blend ends."),
+    Key::new("blend-ports", Value::Texts(&["A", "B"])).required().means("Ports with the printed blend."),
 ];
 
 pub static FRICTION: &[Key] = &[
@@ -351,13 +351,13 @@ pub static FLUID: &[Key] = &[
     Key::quantity("bulk-c1", &[NUMBER], NonNegative)
         .otherwise(VARYING)
         .usual(&[("0", "10000", 1e3)])
-        .means("Its growth with pressure.")
+        .means("Growth of the bulk modulus with pressure.")
         .source("thesis (96)"),
     Key::quantity("bulk-c2", &[NUMBER], Positive)
         .otherwise(VARYING)
         .usual(&[("1.1", "1000", 1e3)])
         .means(
-            "Its value without pressure, above 1: half the decimal logarithm of `bulk-c2`, times `bulk-modulus-max`.",
+            "Sets the bulk modulus without pressure: half the decimal logarithm of `bulk-c2`, times `bulk-modulus-max`; above 1.",
         )
         .source("thesis (96)"),
     Key::quantity("bulk-reference-pressure", &[PRESSURE], Positive)
@@ -382,29 +382,29 @@ pub static FLUID: &[Key] = &[
 static PRINTED_FLUID: &[Key] = &[Key::quantity("leakage-viscosity", &[VISCOSITY], Positive)
     .required()
     .usual(&[("0.0005 Pa s", "5 Pa s", 1e3)])
-    .means("What the printed program uses for the viscosity in leakage.")];
+    .means("Viscosity that the printed program uses in the leakage law.")];
 
 pub static SUPPLY: &[Key] = &[
     Key::quantity("pressure", &[PRESSURE], NonNegative)
         .required()
         .usual(&[("5 bar", "500 bar", 4.0)])
-        .means("Supply pressure, gauge: constant, or what the pump of the machine is set to."),
+        .means("Supply pressure, gauge: constant, or the set pressure of the machine's pump."),
     Key::choice("measured", &["yes", "no"])
         .defaults(&["no"])
-        .means("Whether the pressure follows a measured one: set by `[supply]` of a scenario. `pressure` is then what controllers reckon with."),
+        .means("Whether the supply follows a measured pressure; `[supply]` of a scenario sets this. Controllers then assume `pressure`."),
     Key::quantity("tank-pressure", &[PRESSURE], NonNegative)
         .required()
         .usual(&[("0.01 bar", "50 bar", 40.0)])
         .means("Tank pressure, gauge, constant."),
 ];
 
-/// Where the pump is no ideal one.
-const REAL_PUMP: &str = "required, but for `constant-pressure`";
+/// For pumps that are not ideal.
+const REAL_PUMP: &str = "required, except for `constant-pressure`";
 
 pub static PUMP: &[Key] = &[
     Key::choice("type", &["constant-pressure", "fixed", "pressure-compensated", "load-sensing"])
         .required()
-        .means("`constant-pressure` needs nothing else; `fixed` delivers all it can, past the relief valve where nobody takes it; `pressure-compensated` swivels back at the supply pressure; `load-sensing` keeps its margin over the highest load pressure, up to the supply pressure.")
+        .means("`constant-pressure` needs no other key. `fixed` always delivers its full flow; the flow that no valve takes passes the relief valve. `pressure-compensated` reduces its displacement at the supply pressure. `load-sensing` keeps its margin over the highest load pressure, up to the supply pressure.")
         .source("theory/hydraulics/pump.md"),
     Key::quantity("displacement", &[VOLUME], Positive)
         .otherwise(REAL_PUMP)
@@ -426,32 +426,32 @@ pub static PUMP: &[Key] = &[
     Key::quantity("volumetric-efficiency", &[NUMBER], Positive)
         .otherwise(REAL_PUMP)
         .usual(&[("0.7", "1", 3.0)])
-        .means("At full displacement and the supply pressure, at most 1."),
+        .means("Volumetric efficiency at full displacement and supply pressure, at most 1."),
     Key::quantity("hydromechanical-efficiency", &[NUMBER], Positive)
         .otherwise(REAL_PUMP)
         .usual(&[("0.7", "1", 3.0)])
-        .means("At full displacement, at most 1."),
+        .means("Hydromechanical efficiency at full displacement, at most 1."),
     Key::quantity("control-range", &[PRESSURE], Positive)
         .defaults(&["10 bar"])
         .usual(&[("1 bar", "50 bar", 10.0)])
-        .means("Fall of pressure below the set one that brings full displacement."),
+        .means("Pressure drop below the set pressure at which the displacement is full."),
     Key::quantity("time-constant", &[TIME], Positive)
         .defaults(&["60 ms"])
         .usual(&[("5 ms", "1 s", 10.0)])
-        .means("Of the swivel."),
+        .means("Time constant of the displacement."),
     Key::quantity("torque-limit", &[TORQUE], Positive)
         .otherwise("no limit")
         .usual(&[("5 N m", "5000 N m", 10.0)])
-        .means("Largest torque that the pump takes from its shaft; it swivels back before."),
+        .means("Largest torque that the pump takes from its shaft; it reduces its displacement to stay below."),
     Key::quantity("ls-margin", &[PRESSURE], Positive)
         .otherwise("required with `load-sensing`; with `fixed` the pump is not unloaded")
         .usual(&[("2 bar", "60 bar", 10.0)])
-        .means("What the pump keeps beyond the highest load pressure; what a `fixed` pump gives beyond it goes to the tank, so that it idles at this pressure.")
+        .means("Pressure that the pump keeps above the highest load pressure. The excess flow of a `fixed` pump goes to the tank, so the pump idles at this pressure.")
         .source("theory/hydraulics/load_sensing.md"),
     Key::quantity("ls-time-constant", &[TIME], Positive)
         .defaults(&["20 ms"])
         .usual(&[("1 ms", "1 s", 10.0)])
-        .means("Of the load-sensing line between valves and pump."),
+        .means("Time constant of the load-sensing line between valves and pump."),
 ];
 
 pub static MAINS: &[Key] = &[
@@ -463,7 +463,7 @@ pub static MAINS: &[Key] = &[
     Key::quantity("hose-compliance", &[COMPLIANCE], NonNegative)
         .defaults(&["0 m^3/Pa"])
         .usual(&[("0.001 ml/bar", "10 ml/bar", 100.0)])
-        .means("Growth of that volume with pressure."),
+        .means("Increase of that volume with pressure."),
     Key::quantity("relief-pressure", &[PRESSURE], Positive)
         .otherwise("1.15 times the supply pressure; with a fixed pump the supply pressure")
         .usual(&[("5 bar", "500 bar", 4.0)])
@@ -472,10 +472,10 @@ pub static MAINS: &[Key] = &[
     Key::quantity("relief-gradient", &[GRADIENT], Positive)
         .defaults(&["10 l/(min bar)"])
         .usual(&[("0.1 l/(min bar)", "1000 l/(min bar)", 10.0)])
-        .means("Flow of the relief valve per pressure beyond that."),
+        .means("Flow of the relief valve per pressure above its opening pressure."),
 ];
 
 pub static EQUILIBRIUM: &[Key] = &[Key::quantity("back-pressure", &[PRESSURE], NonNegative)
     .defaults(&["10 bar"])
     .usual(&[("0.01 bar", "200 bar", 5.0)])
-    .means("Gauge pressure, at rest, of the chamber that carries less.")];
+    .means("Gauge pressure at rest in the chamber with less load.")];

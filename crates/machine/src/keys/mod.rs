@@ -25,15 +25,15 @@ pub static MACHINE: &[Key] = &[
     Key::new("include", Value::Texts(&[])).otherwise("none").means(
         "Files, by paths from here, whose tables override those of this file; later files override earlier ones.",
     ),
-    Key::table("machine", HEAD).required().means("What the machine is called, and its tip."),
-    Key::table("environment", ENVIRONMENT).required().means("What acts on every link."),
+    Key::table("machine", HEAD).required().means("Name of the machine, and its tip."),
+    Key::table("environment", ENVIRONMENT).required().means("Gravity."),
     Key::tables("link", structure::LINK).required().means("A link: its points, its mass and the bodies fixed on it."),
     Key::tables("joint", structure::JOINT).required().means("A joint between two links; the joints form one chain."),
     Key::tables("cylinder", hydraulics::CYLINDER).required().means("A double-acting cylinder; exactly one per joint."),
     Key::tables("valve", hydraulics::VALVE).required().means("The valve of a cylinder; exactly one per cylinder."),
     Key::tables("counterbalance", circuit::COUNTERBALANCE)
         .otherwise("none")
-        .means("A counterbalance valve on one side of a cylinder: it holds the load, and lets it down as the other side is fed.")
+        .means("A counterbalance valve on one side of a cylinder: it holds the load and lowers it when the other side is fed.")
         .source("theory/hydraulics/counterbalance.md"),
     Key::tables("pilot-check", circuit::PILOT_CHECK)
         .otherwise("none")

@@ -16,14 +16,14 @@ const INTERPOLATION: &[&str] = &["hold", "linear"];
 
 /// Everything that may stand at the top of a scenario file.
 pub static SCENARIO: &[Key] = &[
-    Key::table("scenario", HEAD).required().means("What is run, and for how long."),
+    Key::table("scenario", HEAD).required().means("Machine, duration and recording of the run."),
     Key::new("overrides", Value::Overrides)
         .otherwise("none")
         .means("Values that replace those of the machine, by key."),
     Key::table("initial", INITIAL).means("The state at the start."),
     Key::table("payload", PAYLOAD)
         .otherwise("`scenario.payload` stays")
-        .means("Loads picked up and set down on the way."),
+        .means("Loads picked up and set down during the run."),
     Key::table("command", COMMAND).otherwise("spools centred").means("Spool commands against time."),
     Key::table("supply", SUPPLY)
         .otherwise("that of the machine")
@@ -33,10 +33,13 @@ pub static SCENARIO: &[Key] = &[
         .means("The controller that drives the crane."),
     Key::table("joystick", JOYSTICK).otherwise("sticks centred").means("Deflections of the operator's sticks."),
     Key::table("goal", GOAL)
-        .otherwise("the stick alone moves the tip")
-        .means("Places that the tip goes to on straight lines, with the controller `tip`.")
+        .otherwise("only the stick moves the tip")
+        .means("Points to which the tip moves on straight lines, with the controller `tip`.")
         .source("theory/control/point_to_point.md"),
-    Key::tables("phase", PHASE).otherwise("none").means("What changes from a time on.").source("theory/simulation.md"),
+    Key::tables("phase", PHASE)
+        .otherwise("none")
+        .means("Changes that apply from a given time on.")
+        .source("theory/simulation.md"),
     Key::tables("sensor-fault", SENSOR_FAULT).otherwise("none").means("A sensor that fails."),
     Key::table("solver", SOLVER).means("The method of integration and its tolerances."),
 ];
@@ -60,10 +63,10 @@ static HEAD: &[Key] = &[
     Key::quantity("seed", &[NUMBER], NonNegative)
         .defaults(&["0"])
         .usual(&[("1", "9007199254740992", 1.0)])
-        .means("Whole number up to 2^53 that draws the sensors' errors and noise; kept with the results."),
+        .means("Seed of the sensors' errors and noise, a whole number up to 2^53; stored with the results."),
     Key::text("recorded-by")
         .otherwise("not a recorded drive")
-        .means("Version of hydrocrane whose cockpit recorded the drive; `simulate` warns if it runs another one."),
+        .means("Version of hydrocrane whose cockpit recorded the drive; `simulate` warns if its own version differs."),
 ];
 
 static INITIAL: &[Key] = &[
@@ -91,7 +94,7 @@ static PAYLOAD: &[Key] = &[
     Key::series("mass", &[MASS])
         .required()
         .usual(&[("0.01 kg", "50 t", 1e3)])
-        .means("Load from each of these times on; a load that is picked up lies still."),
+        .means("Load from each of these times on; a load is at rest when it is picked up."),
 ];
 
 static COMMAND: &[Key] = &[
@@ -99,7 +102,9 @@ static COMMAND: &[Key] = &[
         .otherwise("a table for each cylinder")
         .means("CSV file with the commands, beside the scenario file; its columns are named as the cylinders."),
     Key::text("time").otherwise("`time` or `t`").means("Column of the log that holds the times."),
-    Key::choice("interpolation", INTERPOLATION).otherwise("`linear`").means("What holds between two rows of the log."),
+    Key::choice("interpolation", INTERPOLATION)
+        .otherwise("`linear`")
+        .means("Interpolation between two rows of the log."),
     Key::table("<cylinder>", COMMAND_OF_CYLINDER).otherwise("spool centred").means("Spool command of the cylinder."),
 ];
 
@@ -113,8 +118,8 @@ static SUPPLY: &[Key] = &[
     Key::series("time", &[TIME]).otherwise("this, or `supply.log`").means("Times of the pressure, increasing."),
     Key::series("pressure", &[PRESSURE])
         .otherwise("this, or `supply.log`")
-        .means("Gauge pressure at these times; before the first and after the last it stays."),
-    Key::choice("interpolation", INTERPOLATION).otherwise("`linear`").means("What holds between two times."),
+        .means("Gauge pressure at these times; constant before the first and after the last."),
+    Key::choice("interpolation", INTERPOLATION).otherwise("`linear`").means("Interpolation between two times."),
 ];
 
 static COMMAND_OF_CYLINDER: &[Key] = &[
@@ -122,14 +127,14 @@ static COMMAND_OF_CYLINDER: &[Key] = &[
     Key::series("spool", &[LENGTH])
         .otherwise("this, or `command.log`")
         .means("Spool position at these times; positive extends."),
-    Key::choice("interpolation", INTERPOLATION).defaults(&["hold"]).means("What holds between two times."),
+    Key::choice("interpolation", INTERPOLATION).defaults(&["hold"]).means("Interpolation between two times."),
     Key::text("column").otherwise("the cylinder's name").means("Column of the log that holds the command."),
     Key::text("unit").otherwise("that of the log, or m").means("Unit of the column."),
 ];
 
 static CONTROLLER: &[Key] = &[
     Key::choice("name", &[CONTROLLERS[0].0, CONTROLLERS[1].0, LEVER])
-        .otherwise("the one that takes the joystick's mode")
+        .otherwise("the one that supports the joystick's mode")
         .means("The controller; excludes `command`."),
     Key::quantity("period", &[TIME], Positive)
         .otherwise("the machine's")
@@ -138,7 +143,7 @@ static CONTROLLER: &[Key] = &[
     Key::quantity("delay", &[TIME], NonNegative)
         .defaults(&["0 s"])
         .usual(&[("0.1 ms", "1 s", 60.0)])
-        .means("Time that computing takes."),
+        .means("Computation delay."),
     Key::choice("sensors", &["ideal", "data-sheet"])
         .defaults(&["ideal"])
         .means("Ideal readings, or those of the machine's sensors with errors drawn by `scenario.seed`."),
@@ -158,10 +163,10 @@ static JOYSTICK: &[Key] = &[
     Key::series("time", &[TIME]).otherwise("this, or `log`").means("Times of the deflections, increasing."),
     Key::choice("interpolation", INTERPOLATION)
         .otherwise("`hold`, `linear` for a log")
-        .means("What holds between two times."),
+        .means("Interpolation between two times."),
     Key::quantity("dead-zone", &[NUMBER], NonNegative)
         .defaults(&["0"])
-        .means("Share of the deflection around the centre that does nothing."),
+        .means("Dead zone around the centre, share of the deflection."),
     Key::quantity("full-speed", &[VELOCITY], Positive)
         .otherwise("the machine's")
         .means("Speed of the tip at full deflection."),
@@ -170,7 +175,7 @@ static JOYSTICK: &[Key] = &[
         .means("Time that the stick takes from the centre to full deflection."),
     Key::series("precision", &[NUMBER])
         .otherwise("1")
-        .means("Share of the full speed that counts at these times, from 0 to 1: a slower stick for precise work."),
+        .means("Share of the full speed at these times, from 0 to 1: a slower stick for precise work."),
     Key::text("log")
         .otherwise("this, or `time`")
         .means("CSV, MATLAB or NetCDF file with the deflections, beside the scenario file."),
@@ -184,26 +189,26 @@ static JOYSTICK: &[Key] = &[
 static GOAL: &[Key] = &[
     Key::series("time", &[TIME])
         .required()
-        .means("When the tip is told to go to each place, increasing; it goes there until the next one or until a stick is moved."),
-    Key::series(TIP_AXES[0], &[LENGTH]).required().means("Forward coordinate of each place."),
-    Key::series(TIP_AXES[1], &[LENGTH]).required().means("Height of each place."),
-    Key::series("speed", &[VELOCITY]).otherwise("that of full stick").means("Speed on the way to each place."),
+        .means("Times of the goals, increasing; a goal applies until the next one or until a stick is moved."),
+    Key::series(TIP_AXES[0], &[LENGTH]).required().means("Forward coordinate of each goal."),
+    Key::series(TIP_AXES[1], &[LENGTH]).required().means("Height of each goal."),
+    Key::series("speed", &[VELOCITY]).otherwise("the speed of full stick").means("Speed towards each goal."),
     Key::series("drop", &[TIME])
         .otherwise("never")
-        .means("Times at which the way to the goal at hand ends: the tip comes to rest where it is."),
+        .means("Times at which the present goal is cancelled: the tip stops where it is."),
 ];
 
 static PHASE: &[Key] = &[
     Key::quantity("time", &[TIME], Positive).required().means("When the phase begins."),
     Key::new("overrides", Value::Overrides)
         .otherwise("none")
-        .means("Further changes of the machine; the load is changed by `[payload]` instead."),
+        .means("Further changes of the machine; use `[payload]` to change the load."),
     Key::table("controller", CONTROLLER)
-        .otherwise("stays; where the stick's mode changes, the one that takes it")
-        .means("The controller from here on; its period stays unless stated."),
+        .otherwise("unchanged; if the stick's mode changes, the one that supports it")
+        .means("The controller from here on; its period is unchanged unless stated."),
     Key::table("joystick", JOYSTICK)
-        .otherwise("stays; centred where the controller takes the other mode")
-        .means("The sticks from here on, with times since the start of the run."),
+        .otherwise("unchanged; centred if the controller needs the other mode")
+        .means("The sticks from here on; times count from the start of the run."),
 ];
 
 /// What sensors measure.
@@ -216,7 +221,7 @@ static SENSOR_FAULT: &[Key] = &[
     ),
     Key::choice("kind", &["freeze", "jump", "drop-out"])
         .required()
-        .means("`freeze`: the reading stays; `jump`: it is off by `size`; `drop-out`: there is none."),
+        .means("`freeze`: the reading stays constant; `jump`: `size` is added to it; `drop-out`: there is no reading."),
     Key::quantity("from", &[TIME], NonNegative).required().means("When the fault begins."),
     Key::quantity("until", &[TIME], Positive).otherwise("the end of the run").means("When the fault ends."),
     Key::quantity("size", MEASURED, Any)
@@ -250,7 +255,7 @@ static SOLVER: &[Key] = &[
         .usual(&[("0.01 ms", "1 s", 1e3)])
         .means("Largest step."),
     Key::quantity("step", &[TIME], Positive)
-        .otherwise("steps are chosen by the tolerances")
+        .otherwise("step size control by the tolerances")
         .usual(&[("0.01 ms", "100 ms", 100.0)])
-        .means("Fixed steps: none is longer; each interval between changes of a command is divided evenly."),
+        .means("Largest fixed step; each interval between changes of a command is divided into equal steps."),
 ];

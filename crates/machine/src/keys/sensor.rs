@@ -17,13 +17,13 @@ pub static SENSOR: &[Key] = &[
         .means("The kind of sensor."),
     Key::quantity("range", MEASURED, Positive)
         .otherwise(RANGE)
-        .means("Analogue sensors: range, in the unit of what they measure."),
+        .means("Analogue sensors: range, in the unit of the measured quantity."),
     Key::quantity("full-scale", MEASURED, Positive)
         .otherwise(RANGE)
-        .means("The same, as data sheets of load cells say it."),
+        .means("The same, named as in data sheets of load cells."),
     Key::quantity("span", MEASURED, Positive)
         .otherwise(RANGE)
-        .means("The same, as data sheets of potentiometers say it."),
+        .means("The same, named as in data sheets of potentiometers."),
     Key::quantity("pulses", &[NUMBER], Positive)
         .otherwise("this, or `resolution`")
         .usual(&[("1", "1e7", 10.0)])

@@ -53,12 +53,12 @@ static BODY: &[Key] = &[
 
 pub static JOINT: &[Key] = &[
     Key::choice("type", &["revolute", "prismatic"]).required().means("Whether the joint turns or slides."),
-    Key::text("parent").required().means("The link that is nearer to the base."),
+    Key::text("parent").required().means("The link on the side of the base."),
     Key::text("child").required().means("The link that the joint moves."),
     Key::text("at").required().means("Name of the point of the parent where the joint lies."),
-    Key::choice("convention", &["included", "relative"])
-        .otherwise("required for revolute joints")
-        .means("How a revolute joint counts its angle: between the axes of the two links, or from the parent's axis."),
+    Key::choice("convention", &["included", "relative"]).otherwise("required for revolute joints").means(
+        "Angle of a revolute joint: `included` between the axes of the two links, or `relative` to the parent's axis.",
+    ),
     Key::quantity("direction", &[ANGLE], Any)
         .otherwise("required for prismatic joints")
         .usual(&[("0 deg", "720 deg", 100.0)])
@@ -131,11 +131,11 @@ static SUPPORT: &[Key] = &[
     Key::quantity("from", &[LENGTH], Any)
         .otherwise(OF_ACTIVE)
         .usual(&[("0 m", "50 m", 20.0)])
-        .means("The x from which the support has its full height."),
+        .means("Coordinate x at which the full height begins."),
     Key::quantity("to", &[LENGTH], Any)
         .otherwise(OF_ACTIVE)
         .usual(&[("0 m", "50 m", 20.0)])
-        .means("The x up to which the support has its full height."),
+        .means("Coordinate x at which the full height ends."),
     Key::quantity("edge", &[LENGTH], Positive)
         .defaults(&["100 mm"])
         .usual(&[("5 mm", "2 m", 50.0)])

@@ -169,7 +169,7 @@ fn check_mode(table: &Reader, choice: &ControllerChoice, stick: Option<&Joystick
     }
     let (name, given) = (&choice.name, stick.map_or("", |stick| stick.mode.name()));
     let wants: Vec<String> = modes(name).iter().map(|mode| format!("`{}`", mode.name())).collect();
-    let message = format!("`{name}` takes the stick mode {}, the joystick's is `{given}`", wants.join(" or "));
+    let message = format!("`{name}` needs the stick mode {}, the joystick has `{given}`", wants.join(" or "));
     Err(table
         .error(ErrorKind::ConflictingKeys, "name", message)
         .help(format!("set `mode = \"{}\"` in [joystick]", modes(name)[0].name())))
@@ -197,7 +197,7 @@ pub fn joystick(root: &Reader, machine: &Machine, files: &Files) -> Result<Optio
     let sticks = series(&table, mode, &axes, files)?;
     let dead_zone = table.quantity_or_default("dead-zone")?;
     if dead_zone >= 1.0 {
-        let message = format!("a dead zone of {dead_zone} leaves nothing of the stick");
+        let message = format!("a dead zone of {dead_zone} covers the whole stick");
         return Err(table
             .error(ErrorKind::OutOfRange, "dead-zone", message)
             .help("give a share below 1, such as 0.05"));
@@ -270,7 +270,7 @@ const PRECISION: &str = "precision";
 fn check_shares(field: &Field, shares: &[f64]) -> Result<()> {
     match shares.iter().find(|share| !(0.0..=1.0).contains(*share)) {
         Some(share) => Err(field
-            .error(ErrorKind::OutOfRange, format!("{share} is no share of the full speed"))
+            .error(ErrorKind::OutOfRange, format!("{share} is not a share of the full speed"))
             .help("give shares from 0 to 1, such as 0.25; 1 is the full speed")),
         None => Ok(()),
     }
@@ -318,7 +318,7 @@ fn check_range(field: &Field, values: &[f64]) -> Result<()> {
     match values.iter().find(|value| value.abs() > 1.0 + ROUNDING) {
         Some(value) => Err(field
             .error(ErrorKind::OutOfRange, format!("a deflection of {value} is beyond the end of the stick"))
-            .help("give shares from -1 to 1; `full-speed` says what they mean")),
+            .help("give shares from -1 to 1; `full-speed` is the speed at 1")),
         None => Ok(()),
     }
 }

@@ -46,7 +46,7 @@ pub fn read(root: &Reader) -> Result<Vec<Goal>> {
             let speeds = field.series()?;
             check_series(&times, &speeds, &time_field, &field)?;
             if let Some(speed) = speeds.iter().find(|speed| **speed <= 0.0) {
-                let message = format!("a speed of {speed} m/s leads nowhere");
+                let message = format!("a speed of {speed} m/s reaches no goal");
                 return Err(field.error(ErrorKind::OutOfRange, message).help("give speeds above zero"));
             }
             Some(speeds)
@@ -71,8 +71,8 @@ fn drop_at(goals: &mut [Goal], field: &Field) -> Result<()> {
         let before = goals.partition_point(|goal| goal.time < time);
         let goal = goals[..before].last_mut().filter(|goal| goal.until.is_none());
         let Some(goal) = goal else {
-            let message = format!("there is no goal to be dropped at {time} s");
-            let cure = "give increasing times, each after the goal that it drops and at most one for each goal";
+            let message = format!("there is no goal to cancel at {time} s");
+            let cure = "give increasing times, each after the goal that it cancels and at most one for each goal";
             return Err(field.error(ErrorKind::OutOfRange, message).help(cure));
         };
         goal.until = Some(time);

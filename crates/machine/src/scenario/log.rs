@@ -51,7 +51,7 @@ impl Files<'_> {
         if bytes.len() > LONGEST_TEXT {
             return Err(format!("`{name}` is longer than {} MiB", LONGEST_TEXT >> 20));
         }
-        String::from_utf8(bytes).map_err(|_| format!("`{name}` is no UTF-8 text"))
+        String::from_utf8(bytes).map_err(|_| format!("`{name}` is not UTF-8 text"))
     }
 }
 
@@ -66,7 +66,7 @@ impl Log {
     /// Reads the log `name`; `time` is its column of times.
     pub fn open(name: &str, time: Option<&str>, files: &Files) -> Result<Self, Problem> {
         if !is_text(name) {
-            let message = format!("`{name}` is no log as text");
+            let message = format!("`{name}` is not a log in text form");
             let cure = format!("save it as CSV; suffixes of texts are {}", TEXTS.join(", "));
             return Err((ErrorKind::UnreadableFile, message, cure));
         }
@@ -79,7 +79,7 @@ impl Log {
             return Err((ErrorKind::BadSeries, "the log has no rows".into(), cure));
         }
         if let Some(pair) = time.windows(2).find(|pair| pair[1] <= pair[0]) {
-            let message = format!("the times of the log do not grow: {} s follows {} s", pair[1], pair[0]);
+            let message = format!("the times of the log do not increase: {} s follows {} s", pair[1], pair[0]);
             return Err((ErrorKind::BadSeries, message, "sort its rows, each time once".into()));
         }
         Ok(Log { columns, time })
@@ -104,7 +104,7 @@ impl Log {
     pub fn without_columns<'n>(&self, wanted: impl Iterator<Item = &'n str>, what: &str) -> Problem {
         let wanted: Vec<&str> = wanted.collect();
         let message = format!("the log has no column of a {what}; it has {}", self.columns.names.join(", "));
-        let cure = format!("name its columns {}, or say which is which", wanted.join(", "));
+        let cure = format!("name its columns {}, or state which is which", wanted.join(", "));
         (ErrorKind::UnknownReference, message, cure)
     }
 }

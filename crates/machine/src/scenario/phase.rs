@@ -51,7 +51,7 @@ pub fn read(
         let phase = Phase { name: name.into(), time, overrides: plain(added.clone()), controller, joystick };
         stage = stage.then(&phase);
         if stage.controller.is_none() {
-            let message = "a phase changes who drives the crane, and here spool commands do";
+            let message = "a phase changes controller or sticks, but here spool commands move the crane";
             return Err(root
                 .key_error(ErrorKind::ConflictingKeys, "phase", message)
                 .help(format!("add [controller] or [joystick], or [phase.{name}.joystick]")));
@@ -76,7 +76,7 @@ fn in_order<'a>(root: &Reader<'a>) -> Result<Vec<(f64, &'a str, Reader<'a>)>> {
     if let Some(pair) = tables.windows(2).find(|pair| pair[1].0 <= pair[0].0) {
         let message = format!("phase `{}` begins at {} s too", pair[0].1, pair[0].0);
         let late = &pair[1].2;
-        return Err(late.error(ErrorKind::BadSeries, "time", message).help("give each phase a time of its own"));
+        return Err(late.error(ErrorKind::BadSeries, "time", message).help("give each phase a different time"));
     }
     Ok(tables)
 }
@@ -87,7 +87,7 @@ fn check_load(added: &[Override], before: &[Override], time: f64) -> Result<()> 
     match of(added) {
         Some(change) if of(before).map(|old| old.value) != Some(change.value.clone()) => Err(change
             .place
-            .error(ErrorKind::ConflictingKeys, "payload.mass", "a phase does not change the load, which goes on")
+            .error(ErrorKind::ConflictingKeys, "payload.mass", "a phase does not change the load")
             .help(format!("add the table [payload] with time = [\"{time} s\"] and the mass from then on"))),
         _ => Ok(()),
     }

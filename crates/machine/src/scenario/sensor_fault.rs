@@ -35,7 +35,7 @@ pub fn read(root: &Reader, machine: &Machine, controller: Option<&ControllerChoi
         return match tables.is_empty() {
             true => Ok(Vec::new()),
             false => Err(root
-                .key_error(ErrorKind::MissingKey, "sensor-fault", "without a controller nobody reads the sensors")
+                .key_error(ErrorKind::MissingKey, "sensor-fault", "without a controller the sensors are not read")
                 .help("add [controller] or [joystick]")),
         };
     };

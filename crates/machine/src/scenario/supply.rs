@@ -70,8 +70,8 @@ impl SupplyPressure {
 pub fn read(root: &Reader, machine: &Machine, files: &Files) -> Result<Option<SupplyPressure>> {
     let Some(table) = root.table("supply")? else { return Ok(None) };
     if machine.supply.mains.is_some() {
-        let message = "the machine has a pump, from which the pressure of the supply follows";
-        let help = "leave [supply] out, or take the machine without its pump";
+        let message = "the machine has a pump, which determines the supply pressure";
+        let help = "omit [supply], or use the machine without its pump";
         return Err(root.key_error(ErrorKind::ConflictingKeys, "supply", message).help(help));
     }
     let interpolation = table.optional_choice("interpolation", &INTERPOLATIONS)?.unwrap_or(Interpolation::Linear);

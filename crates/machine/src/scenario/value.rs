@@ -22,7 +22,7 @@ pub fn check_quantity(key: &str, value: f64) -> Result<()> {
     match key.split('.').collect::<Vec<_>>()[..] {
         [table, key] => quantity(&root.table_or_empty(table)?, key),
         [tables, _, key] => root.named_tables(tables)?.iter().try_for_each(|(_, table)| quantity(table, key)),
-        _ => panic!("`{key}` lies in no table"),
+        _ => panic!("`{key}` is not in any table"),
     }
 }
 

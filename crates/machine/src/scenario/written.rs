@@ -174,11 +174,11 @@ impl Writer<'_> {
 
     fn controller(&mut self, table: &str, choice: &ControllerChoice) -> Result {
         if choice.own.is_some() {
-            let message = "a controller of one's own stands in no file; name one of the package, or keep the script";
+            let message = "a file cannot hold your own controller; name one of the package, or keep the script";
             return Err(Unwritable(message.into()));
         }
         if choice.believed_machine.is_some() {
-            let message = "another machine as the controller model stands in no file; state it as overrides";
+            let message = "a file cannot hold another machine as the controller model; state it as overrides";
             return Err(Unwritable(message.into()));
         }
         let sensors = if choice.sensors == SensorQuality::Ideal { "ideal" } else { "data-sheet" };

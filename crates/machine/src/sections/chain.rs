@@ -88,7 +88,7 @@ fn order<'a>(links: Vec<(&'a str, Reader<'a>)>, connections: Vec<Connection<'a>>
     {
         return Err(cut
             .table
-            .error(ErrorKind::NotAChain, "parent", "the joint does not hang on the base: its links form a loop")
+            .error(ErrorKind::NotAChain, "parent", "the joint is not connected to the base: its links form a loop")
             .help("every link is reached from the base"));
     }
     Ok(chain)

@@ -27,7 +27,7 @@ pub fn read<T: Number>(
         let cylinder = read_cylinder(index, name, table, links, valve, friction)?;
         if matches!((&joints[index].kind, &cylinder.rod_pin), (JointKind::Prismatic { .. }, RodPin::FourBar(_))) {
             return Err(table
-                .error(ErrorKind::ConflictingKeys, "linkage", "a prismatic joint takes no linkage")
+                .error(ErrorKind::ConflictingKeys, "linkage", "a prismatic joint cannot have a linkage")
                 .help("give the rod pin as `rod`"));
         }
         closure::check(table, &cylinder, &joints[index], links)?;

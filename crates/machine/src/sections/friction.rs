@@ -36,7 +36,7 @@ fn exponent<T: Number>(table: &Reader, key: &str) -> Result<[T; 2]> {
     if exponents.iter().all(|exponent| exponent.plain() <= LARGEST_EXPONENT) {
         return Ok(exponents);
     }
-    let message = format!("an exponent above {LARGEST_EXPONENT} is no friction law");
+    let message = format!("an exponent above {LARGEST_EXPONENT} is not a friction law");
     Err(table.error(ErrorKind::OutOfRange, key, message).help("the literature gives 0.5 to 2"))
 }
 

@@ -43,7 +43,7 @@ pub fn read<T: Number>(root: &Reader) -> Result<Option<Ground<T>>> {
         }
         if ground.supports.len() > MOST_SUPPORTS {
             let message = format!("more than {MOST_SUPPORTS} supports");
-            return Err(support.error(ErrorKind::TooLarge, "height", message).help("leave some of them out"));
+            return Err(support.error(ErrorKind::TooLarge, "height", message).help("remove some of them"));
         }
     }
     Ok(table.choice_or_default("status", &STATUS)?.then_some(ground))
@@ -65,7 +65,7 @@ fn one<T: Number>(name: &str, table: &Reader, ground: f64) -> Result<Support<T>>
             .help("heights are those of the inertial frame, not above the ground"));
     }
     if to <= from {
-        let message = format!("ends at {to} m, where it does not yet begin ({from} m)");
+        let message = format!("ends at {to} m, before it begins ({from} m)");
         return Err(table.error(ErrorKind::OutOfRange, "to", message).help("exchange `from` and `to`"));
     }
     Ok(support)

@@ -10,7 +10,7 @@ use crate::sections::Result;
 pub fn point<T: Copy>(field: &Field, links: &[Link<T>]) -> Result<Point<T>> {
     let text = field.text()?;
     let Some((link_name, point_name)) = text.split_once('.') else {
-        let message = format!("`{text}` is no point");
+        let message = format!("`{text}` is not a point");
         return Err(field.error(ErrorKind::UnknownReference, message).help("write link and point as \"link.point\""));
     };
     let Some(link) = links.iter().find(|link| link.name == link_name) else {

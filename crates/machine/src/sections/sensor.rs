@@ -37,7 +37,7 @@ fn properties(table: &Reader, kind: &str, own: &[&str]) -> Result<Vec<(String, f
     for key in table.keys().filter(|key| !["kind", "measures"].contains(key)) {
         if !own.contains(&key) && !COMMON.contains(&key) {
             let help = format!("its properties: {}, {}", own.join(", "), COMMON.join(", "));
-            return Err(table.error(ErrorKind::ConflictingKeys, key, format!("no property of a {kind}")).help(help));
+            return Err(table.error(ErrorKind::ConflictingKeys, key, format!("not a property of a {kind}")).help(help));
         }
         properties.push((key.to_string(), table.quantity_of(key, &property(kind, key))?));
     }

@@ -63,7 +63,7 @@ pub fn read<T: Number>(root: &Reader) -> Result<Supply<T>> {
     }
     supply.mains = mains(root, &supply)?;
     if supply.measured && supply.mains.is_some() {
-        let message = "the pressure follows from the pump, so no measured one can be prescribed";
+        let message = "the pump determines the pressure, so a measured pressure cannot be prescribed";
         return Err(table.error(ErrorKind::ConflictingKeys, "measured", message).help(
             "leave the measured pressure of the supply out of the scenario, or take the machine without its pump",
         ));
@@ -80,7 +80,7 @@ pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
         let message = format!("`{}`: compensated behind the spool, but no pump senses the load", valve.name);
         return Err(root
             .error(ErrorKind::ConflictingKeys, "valve", message)
-            .help("take a [pump.<name>] of type \"load-sensing\", or a \"fixed\" one with `ls-margin`"));
+            .help("use a [pump.<name>] of type \"load-sensing\", or a \"fixed\" one with `ls-margin`"));
     }
     let Some(mains) = mains else { return Ok(()) };
     check_margin(root, machine, mains)?;
@@ -114,7 +114,7 @@ fn check_size<T: Number>(root: &Reader, machine: &Machine<T>, mains: &Mains<T>) 
         format!(
             "small: it gives {given:.1} l/min at most, and valve `{valve}` alone takes {most:.1} l/min at full stroke"
         ),
-        "take a larger one, or expect the pressure of the mains to fall".into(),
+        "use a larger one, or expect the mains pressure to fall".into(),
     );
     Ok(())
 }
@@ -131,7 +131,7 @@ fn check_margin<T: Number>(root: &Reader, machine: &Machine<T>, mains: &Mains<T>
             let (left, setting) = (left / 1e5, setting.plain() / 1e5);
             pump_table(root, mains)?.required("ls-margin", "a pressure")?.warn(
                 format!("small: it leaves {left:.1} bar at full displacement, and the compensator of valve `{}` takes {setting:.1} bar", valve.name),
-                "raise it, lower `control-range`, or expect this section to be slow while the pump gives much".into(),
+                "raise it, lower `control-range`, or expect this section to be slow at high pump flow".into(),
             );
         }
     }
@@ -151,7 +151,7 @@ fn mains<T: Number>(root: &Reader, supply: &Supply<T>) -> Result<Option<Mains<T>
         [] => None,
         [(name, table)] => pump(name, table, supply)?.map(|pump| Ok((pump, load_sensing(table)?))).transpose()?,
         [_, (second, _), ..] => {
-            let message = format!("a second pump, `{second}`: all valves hang on one");
+            let message = format!("a second pump, `{second}`: one pump feeds all valves");
             return Err(root.error(ErrorKind::TooLarge, "pump", message).help("keep one [pump.<name>]"));
         }
     };
@@ -159,10 +159,10 @@ fn mains<T: Number>(root: &Reader, supply: &Supply<T>) -> Result<Option<Mains<T>
         (None, None) => accumulator::refuse_without_mains(root),
         (Some(_), None) => Err(root.missing("mains", "add the table [mains] with the `volume` of the lines")),
         (None, Some(_)) => Err(root
-            .error(ErrorKind::ConflictingKeys, "mains", "its pressure would follow from a pump, and there is none")
-            .help("add a [pump.<name>] of type \"fixed\" or \"pressure-compensated\", or leave [mains] out")),
+            .error(ErrorKind::ConflictingKeys, "mains", "a pump must determine its pressure, but there is none")
+            .help("add a [pump.<name>] of type \"fixed\" or \"pressure-compensated\", or omit [mains]")),
         (Some(_), Some(_)) if supply.pressure.plain() == supply.tank_pressure.plain() => {
-            let message = "the supply pressure is that of the tank: its pump has nothing to do";
+            let message = "the supply pressure equals the tank pressure: its pump has nothing to do";
             Err(root.error(ErrorKind::OutOfRange, "supply", message).help("raise `supply.pressure`"))
         }
         (Some((pump, load_sensing)), Some(table)) => {
@@ -192,7 +192,11 @@ fn lines<T: Number>(
         return Ok(mains);
     }
     Err(table
-        .error(ErrorKind::OutOfRange, "relief-pressure", "the relief valve opens before the pump swivels back")
+        .error(
+            ErrorKind::OutOfRange,
+            "relief-pressure",
+            "the relief valve opens before the pump reduces its displacement",
+        )
         .help("set it some 10 to 20 % above `supply.pressure`"))
 }
 
@@ -204,10 +208,11 @@ fn pump<T: Number>(name: &str, table: &Reader, supply: &Supply<T>) -> Result<Opt
         let kind = table.text("type")?;
         return Err(table
             .error(ErrorKind::ConflictingKeys, key, format!("a pump of type `{kind}` has none"))
-            .help(format!("leave it out, or choose type \"{other}\"")));
+            .help(format!("omit it, or choose type \"{other}\"")));
     }
     if kind == PumpKind::LoadSensing && !table.has("ls-margin") {
-        return Err(table.missing("ls-margin", "give what the pump keeps beyond the load pressure, some 15 to 30 bar"));
+        return Err(table
+            .missing("ls-margin", "give the pressure that the pump keeps above the load pressure, some 15 to 30 bar"));
     }
     if kind == PumpKind::ConstantPressure {
         return Ok(None);
@@ -234,7 +239,7 @@ fn load_sensing<T: Number>(table: &Reader) -> Result<Option<LoadSensing<T>>> {
                     "ls-time-constant",
                     "there is no load-sensing line without `ls-margin`",
                 )
-                .help("give `ls-margin`, or leave it out")),
+                .help("give `ls-margin`, or omit it")),
             false => Ok(None),
         };
     };

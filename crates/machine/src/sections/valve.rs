@@ -72,9 +72,8 @@ fn compensator<T: Number>(table: &Reader) -> Result<Compensator<T>> {
     let setting: Option<T> = table.optional_quantity("compensator-setting")?;
     match (kind, setting) {
         (Compensator::Before(_), Some(setting)) => Ok(Compensator::Before(setting)),
-        (Compensator::Before(_), None) => {
-            Err(table.missing("compensator-setting", "give the drop that it keeps, some 4 to 14 bar in data sheets"))
-        }
+        (Compensator::Before(_), None) => Err(table
+            .missing("compensator-setting", "give the pressure drop that it keeps, some 4 to 14 bar in data sheets")),
         (_, None) => Ok(kind),
         (_, Some(_)) => Err(table
             .error(
@@ -82,7 +81,7 @@ fn compensator<T: Number>(table: &Reader) -> Result<Compensator<T>> {
                 "compensator-setting",
                 "only a compensator before the spool has a setting",
             )
-            .help("leave it out, or choose `compensator = \"before-spool\"`")),
+            .help("omit it, or choose `compensator = \"before-spool\"`")),
     }
 }
 

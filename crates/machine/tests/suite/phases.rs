@@ -83,5 +83,5 @@ fn sticks_can_take_over_from_spool_commands() {
     assert_eq!((stages[0].controller.as_ref(), stages.len()), (None, 2));
     assert_eq!(stages[1].controller.as_ref().unwrap().name, "lever");
     let bare = parse_scenario(&format!("{head}[phase.hand]\ntime = \"2 s\"\n"), "t.toml", &[]).unwrap_err();
-    assert!(bare.to_string().contains("spool commands do"), "{bare}");
+    assert!(bare.to_string().contains("spool commands move"), "{bare}");
 }

@@ -41,7 +41,7 @@ fn check_stroke(command: &SpoolCommand, stroke: f64) -> Result<(), String> {
     }
     let (cylinder, asked, there) = (&command.cylinder, short(largest * 1e3), short(stroke * 1e3));
     Err(format!(
-        "the command of `{cylinder}` asks for {asked} mm of spool; its valve has {there} mm (commands are in metres)"
+        "the command of `{cylinder}` demands {asked} mm of spool; its valve has {there} mm (commands are in metres)"
     ))
 }
 

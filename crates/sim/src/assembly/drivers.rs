@@ -27,9 +27,9 @@ pub(super) fn stage(
     let believed = believed(choice, &stage, &model, surroundings)?;
     let controller = match choice.own {
         None => believed.controller(&choice.name)?,
-        Some(number) => surroundings.own_controller(number, &stage, &believed).ok_or_else(|| {
-            "controllers of one's own are run by `hc.simulate` in Python, and by nothing else".to_string()
-        })?,
+        Some(number) => surroundings
+            .own_controller(number, &stage, &believed)
+            .ok_or_else(|| "only `hc.simulate` in Python runs your own controllers".to_string())?,
     };
     let controller =
         if choice.monitored() { believed.with_sensor_monitor(controller, choice.delay) } else { controller };

@@ -65,7 +65,7 @@ impl Keys {
         let number = &self.pinned[index].value;
         let pair = number.form != Form::One;
         let trouble = match element {
-            Some(_) if !pair => Some(format!("`{path}` is one number: leave out the brackets")),
+            Some(_) if !pair => Some(format!("`{path}` is one number: omit the brackets")),
             None if number.form == Form::Two => {
                 Some(format!("`{path}` holds two values: name one of them, `{path}[0]` or `{path}[1]`"))
             }
@@ -93,7 +93,7 @@ impl Keys {
         match probe.map_err(|error| (error.kind(), error)) {
             Err((ErrorKind::UnknownKey | ErrorKind::UnknownReference, error)) => error.into(),
             Err((ErrorKind::WrongType, error)) => SensitivityError::Key(format!(
-                "`{path}` is not one number, so nothing can be differentiated by it: {}",
+                "`{path}` is not one number, so a derivative by it does not exist: {}",
                 error.message()
             )),
             _ => SensitivityError::Key(format!("this machine gives `{path}` no value; give it one by an override")),
@@ -164,7 +164,7 @@ fn split(key: &str) -> Result<(&str, Option<usize>)> {
         Some((path, "0]")) => Ok((path, Some(0))),
         Some((path, "1]")) => Ok((path, Some(1))),
         Some((path, _)) => Err(SensitivityError::Key(format!(
-            "`{key}` is no key: the values of a pair are `{path}[0]` and `{path}[1]`"
+            "`{key}` is not a key: the values of a pair are `{path}[0]` and `{path}[1]`"
         ))),
     }
 }

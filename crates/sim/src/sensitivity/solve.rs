@@ -98,7 +98,7 @@ pub fn sensitivities(
 ) -> Result<Sensitivities> {
     let mut keys = keys(experiment)?;
     if experiment.supply.is_some() && keys.parameters.iter().any(|parameter| parameter.key == "supply.pressure") {
-        let message = "`supply.pressure` does not enter the run: the pressure of the supply is a measured one";
+        let message = "`supply.pressure` does not enter the run: the supply pressure is a measured one";
         return Err(SensitivityError::Key(message.into()));
     }
     let values = values.map_or_else(|| keys.values(), <[f64]>::to_vec);

@@ -296,7 +296,7 @@ fn the_bunk_carries_higher_than_the_ground() {
     model("rottne-f9-lab", &[]).static_force(&POSE, 100.0, &mut hanging);
     assert!(carried[0] < hanging[0], "the bunk takes from the boom's cylinder");
     let error = under(z - hang + 0.3).equilibrium(&POSE, EquilibriumMode::Hold, 100.0).unwrap_err().to_string();
-    assert!(error.contains("lies in the ground") && error.contains("raise the tip"), "{error}");
+    assert!(error.contains("is inside the ground") && error.contains("raise the tip"), "{error}");
     assert!(
         under(z - hang + 0.3).equilibrium(&POSE, EquilibriumMode::Hold, 0.0).is_ok(),
         "without the load it is free"

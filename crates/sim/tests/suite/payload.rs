@@ -143,7 +143,7 @@ fn payloads_that_cannot_be_are_named() {
     for (changes, part) in [
         (&[(0.5, -1.0)][..], "a payload of -1 kg at 0.5 s"),
         (&[(0.5, f64::NAN)], "a payload of NaN kg"),
-        (&[(0.0, 10.0)], "its times must grow from above zero"),
+        (&[(0.0, 10.0)], "its times must be positive and increasing"),
         (&[(0.5, 10.0), (0.5, 0.0)], "at 0.5 s after 0.5 s"),
     ] {
         let run = open_loop(m.as_ref(), &[0.0], changes);

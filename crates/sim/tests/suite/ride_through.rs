@@ -72,7 +72,7 @@ fn disturbance(place: (&'static str, &'static [f64]), kind: impl Fn(bool) -> Fau
 #[test]
 fn a_sample_that_drops_out_hardly_disturbs_the_path() {
     for (place, most) in [(LAB, 6e-4), (LOADER, 1e-4)] {
-        let off = disturbance(place, |_| FaultKind::DropOut, 0.01, "went on without it for 10 ms from 1.500 s");
+        let off = disturbance(place, |_| FaultKind::DropOut, 0.01, "continued without it for 10 ms from 1.500 s");
         assert!(off < most, "{}: {off}", place.0);
     }
 }
@@ -80,7 +80,7 @@ fn a_sample_that_drops_out_hardly_disturbs_the_path() {
 #[test]
 fn fifty_milliseconds_without_a_sensor_disturb_the_path_by_less_than_a_millimetre() {
     for (place, most) in [(LAB, 1e-3), (LOADER, 3e-4)] {
-        let off = disturbance(place, |_| FaultKind::DropOut, 0.05, "went on without it for 50 ms from 1.500 s");
+        let off = disturbance(place, |_| FaultKind::DropOut, 0.05, "continued without it for 50 ms from 1.500 s");
         assert!(off < most, "{}: {off}", place.0);
     }
 }
@@ -90,7 +90,7 @@ fn one_outlier_hardly_disturbs_the_path() {
     for (place, most) in [(LAB, 2e-3), (LOADER, 3e-4)] {
         for sense in [1.0, -1.0] {
             let kind = |joint: bool| FaultKind::Jump(if joint { 0.05 * sense } else { 50e5 * sense });
-            let off = disturbance(place, kind, 0.01, "went on without it for 10 ms from 1.500 s");
+            let off = disturbance(place, kind, 0.01, "continued without it for 10 ms from 1.500 s");
             assert!(off < most, "{}: {off}", place.0);
         }
     }

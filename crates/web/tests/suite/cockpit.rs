@@ -173,7 +173,10 @@ fn a_phase_that_cannot_begin_ends_the_replay_with_the_reason_and_a_cure() {
     let ended = cockpit.events()["ended"].clone();
     let message = ended["message"].as_str().expect("a message");
     assert_eq!((ended["kind"].as_str(), ended["time"].as_f64()), (Some("bad-state"), Some(2.0)));
-    assert!(message.contains("other states") && message.ends_with("move a stick before it and drive on"), "{message}");
+    assert!(
+        message.contains("other states") && message.ends_with("move a stick before that time to take over"),
+        "{message}"
+    );
 }
 
 fn stick_of(text: &str) -> hydrocrane_machine::scenario::Joystick {

@@ -74,7 +74,7 @@ fn a_goal_that_cannot_be_is_refused_and_a_stick_ends_one() {
     cockpit.drop_goal();
     cockpit.advance(3000);
     let news = told(&mut cockpit);
-    assert!(news[0].starts_with("the goal is dropped") && news.len() == 1, "{news:?}");
+    assert!(news[0].starts_with("the goal is cancelled") && news.len() == 1, "{news:?}");
     let stopped = tip(&mut cockpit, &description);
     assert!(stopped[0] < from[0] - 0.01 && stopped[0] > x - 0.29, "{stopped:?}");
     let scenario = parse_scenario(&cockpit.save().expect("a drive"), "drive.toml", &[]).expect("a scenario");
