@@ -75,7 +75,7 @@ class Modes:
     @property
     def record_interval(self) -> Array:
         """(k,) interval that records ten points per period of each mode, s."""
-        return 1.0 / (_SHOWS_WELL * self.frequency)
+        return _shows_well(self.frequency)
 
 
 @renamed_keyword("crane", "machine")
@@ -147,6 +147,15 @@ class Oscillations:
     state: tuple[str, ...]
     eigenvalues: np.ndarray
     shapes: np.ndarray
+
+    @property
+    def record_interval(self) -> Array:
+        """(k,) interval that records ten points per period of each mode, s."""
+        return _shows_well(self.frequency)
+
+
+def _shows_well(frequency: Array) -> Array:
+    return 1.0 / (_SHOWS_WELL * frequency)
 
 
 def oscillations(matrix: Array, names: Sequence[str]) -> Oscillations:

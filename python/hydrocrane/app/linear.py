@@ -57,12 +57,13 @@ def linearise(
     settings: Settings = [],  # noqa: B006
 ) -> None:
     """Linearise a machine in a pose; write the matrices with names and units, and print the modes."""
+    from hydrocrane.app.report import modes_table
     from hydrocrane.linear.exports import checked_suffix
 
     checked_suffix(output)
     options = _options(inputs, outputs, mode, side, friction, payload)
     model = _linearised(machine, at, settings, options)
-    say(_modes(model))
+    say(modes_table(model.oscillations))
     _warn(model)
     say(f"written: {model.save(output)}")
 
@@ -127,19 +128,6 @@ def _linearised(machine: str, at: list[str], settings: list[str], options: Optio
 
     loaded = load_machine(checked_machine(machine), overrides(settings))
     return loaded.linearise(pose(loaded, at), **options)
-
-
-def _modes(model: LinearModel) -> Table:
-    """Oscillations of the model, slowest first."""
-    from rich.table import Table
-
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("frequency, Hz", "damping ratio", "mostly in"):
-        table.add_column(heading, justify="left" if heading == "mostly in" else "right")
-    found = model.oscillations
-    for frequency, damping, state in zip(found.frequency, found.damping, found.state, strict=True):
-        table.add_row(f"{frequency:.3g}", f"{damping:.3g}", state)
-    return table
 
 
 def margins_table(loops: list[Loop]) -> Table:

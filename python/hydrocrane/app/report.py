@@ -18,7 +18,7 @@ from hydrocrane.scenario.stage import Stage
 if TYPE_CHECKING:
     from hydrocrane._core_types import Passivity
     from hydrocrane.analysis.capacity import LoadChart
-    from hydrocrane.analysis.linear import Modes
+    from hydrocrane.analysis.linear import Modes, Oscillations
     from hydrocrane.machine.machine import Machine
     from hydrocrane.result_warning import ResultWarning
     from hydrocrane.scenario.scenario import Scenario
@@ -149,7 +149,7 @@ def _start(plan: Scenario, machine: Machine) -> list[tuple[str, float, str]]:
     return shown
 
 
-def modes_table(found: Modes) -> Table:
+def modes_table(found: Modes | Oscillations) -> Table:
     """Natural modes, slowest first, with the record interval that shows each well."""
     table = Table(box=None, pad_edge=False, header_style="bold")
     for heading in ("frequency, Hz", "damping ratio", "mostly in", "record every"):

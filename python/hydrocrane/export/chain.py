@@ -16,6 +16,8 @@ from hydrocrane.machine.description import Record, described, pairs
 from hydrocrane.machine.machine import Machine
 
 Place = tuple[float, float]
+# Names that the exported files give to parts of their own.
+RESERVED = ("tip", "payload", "world")
 # Poses in which levers and speeds are looked at for the limits of effort and speed.
 _POSES = 25
 
@@ -90,8 +92,6 @@ class Cylinder:
     name: str
     barrel: Pin
     rod: Pin | FourBar
-    mid_length: float
-    force: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -121,13 +121,19 @@ def open_chain(machine: Machine, payload: float | None) -> Chain:
             'errata.gravity-sign = "corrected" to export it'
         )
     about = described(machine.core)
+    for record in about.records("links"):
+        if record.text("name") in RESERVED:
+            raise InputError(
+                f"a link of {machine.name} is called `{record.text('name')}`, which is a name of the exported file; "
+                "call the link otherwise"
+            )
     links = tuple(_link(record, machine.errata["inertia-about"]) for record in about.records("links"))
     return Chain(
         name=machine.name,
         gravity=about.number("gravity"),
         links=links,
         joints=tuple(_joint(machine, about, i) for i in range(len(machine.joint_names))),
-        cylinders=tuple(_cylinder(machine, record, i) for i, record in enumerate(about.records("cylinders"))),
+        cylinders=tuple(_cylinder(record) for record in about.records("cylinders")),
         tip=_pin(about.record("tip")),
         payload=machine.payload(payload),
     )
@@ -169,7 +175,7 @@ def _effort_and_speed(machine: Machine, index: int) -> tuple[float, float]:
     return float(effort), float((speeds / levers).max())
 
 
-def _cylinder(machine: Machine, record: Record, index: int) -> Cylinder:
+def _cylinder(record: Record) -> Cylinder:
     rod = record.record("rod_pin")
     inside = rod.record("0")
     end: Pin | FourBar = (
@@ -182,9 +188,7 @@ def _cylinder(machine: Machine, record: Record, index: int) -> Cylinder:
             inside.number("coupler_length"),
         )
     )
-    piston, annulus = (float(area) for area in machine.piston_areas[index])
-    force = (-machine.supply_pressure * annulus, machine.supply_pressure * piston)
-    return Cylinder(record.text("name"), _pin(record.record("barrel_pin")), end, record.number("mid_length"), force)
+    return Cylinder(record.text("name"), _pin(record.record("barrel_pin")), end)
 
 
 def _pin(record: Record) -> Pin:

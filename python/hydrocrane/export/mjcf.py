@@ -86,7 +86,7 @@ def mjcf_text(chain: Chain, home: list[float], rockers: dict[str, float]) -> str
     actuators = Element("actuator")
     for cylinder, joint in zip(chain.cylinders, chain.joints, strict=True):
         if isinstance(cylinder.rod, FourBar) and cylinder.name not in rockers:
-            _motor(actuators, cylinder, {"joint": joint.name}, (-joint.effort, joint.effort))
+            SubElement(actuators, "motor", name=cylinder.name, joint=joint.name)
             continue
         if isinstance(cylinder.rod, FourBar):
             _close(bodies, tendons, equalities, cylinder, cylinder.rod, rockers[cylinder.name])
@@ -94,7 +94,7 @@ def mjcf_text(chain: Chain, home: list[float], rockers: dict[str, float]) -> str
             _site(bodies, f"{cylinder.name}.rod", cylinder.rod)
         _site(bodies, f"{cylinder.name}.barrel", cylinder.barrel)
         _tendon(tendons, cylinder.name, f"{cylinder.name}.barrel", f"{cylinder.name}.rod", radius)
-        _motor(actuators, cylinder, {"tendon": cylinder.name}, cylinder.force)
+        SubElement(actuators, "motor", name=cylinder.name, tendon=cylinder.name)
     root.extend(section for section in (tendons, equalities, actuators) if len(section))
     head = (
         f"{chain.name}, written by hydrocrane. SI; x forward, z up; joint coordinates are those of the machine file. "
@@ -138,10 +138,6 @@ def _tendon(tendons: Element, name: str, first: str, last: str, radius: float) -
     made = SubElement(tendons, "spatial", name=name, width=numbers([radius / 2]))
     for site in (first, last):
         SubElement(made, "site", site=site)
-
-
-def _motor(actuators: Element, cylinder: Cylinder, where: dict[str, str], force: tuple[float, float]) -> None:
-    SubElement(actuators, "motor", {"name": cylinder.name, "ctrlrange": numbers(force), **where})
 
 
 def _close(

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import errno
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +16,7 @@ from hydrocrane.files.columns import TIME, Columns
 
 if TYPE_CHECKING:
     import xarray as xr
+    from openpyxl import Workbook
 
 # What a sheet takes, the row of names among them, and what a cell takes.
 MOST_ROWS, MOST_COLUMNS, LONGEST = 1_048_576, 16_384, 32_767
@@ -28,7 +33,11 @@ def write_excel(data: xr.Dataset | Columns, path: Path) -> None:
             f"a sheet of Excel has {MOST_ROWS - 1} rows of numbers and {MOST_COLUMNS} columns, and these are "
             f"{columns.rows} and {len(names)}; record less often, or save .nc or .parquet"
         )
-    book = Workbook(write_only=True)
+    with _errors_of_the_system(path):
+        _fill(Workbook(write_only=True), columns, names, path)
+
+
+def _fill(book: Workbook, columns: Columns, names: list[str], path: Path) -> None:
     sheet = book.create_sheet("data")
     sheet.freeze_panes = "B2"
     sheet.append([titled(columns, name) for name in names])
@@ -43,6 +52,18 @@ def write_excel(data: xr.Dataset | Columns, path: Path) -> None:
     for key, value in columns.attrs.items():
         about.append([key, value if isinstance(value, float) else str(value)[:LONGEST]])
     book.save(path)
+
+
+@contextmanager
+def _errors_of_the_system(path: Path) -> Iterator[None]:
+    """Sheets go to temporary files first, through lxml where it is installed, whose errors are no ``OSError``."""
+    try:
+        yield
+    except Exception as error:
+        if type(error).__name__ != "SerialisationError":
+            raise
+        code = getattr(errno, str(error).removeprefix("IO_"), errno.EIO)
+        raise OSError(code, os.strerror(code), str(path)) from None
 
 
 def titled(columns: Columns, name: str) -> str:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from hydrocrane.analysis.linear import Friction, check_friction, places, smoothing_warnings, with_friction
 from hydrocrane.arrays import Array, vectors
 from hydrocrane.errors import InputError, unknown
+from hydrocrane.linear.command_path import path_warnings
 from hydrocrane.linear.model import LinearModel, chosen
 from hydrocrane.linear.outputs import ASIDE, known_outputs, output_rows
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
@@ -150,6 +151,7 @@ def linearise(
             *_valve_warnings(machine, point, given, mass, side),
             *_motion_warning(machine, drift, point),
             *limited,
+            *(path_warnings(machine) if min(columns) < len(given) else ()),
             *smoothing,
             *rows.warnings,
         ),

@@ -17,6 +17,7 @@ from hydrocrane.control.controllers import DEFAULT_PERIOD, Observation
 from hydrocrane.control.joystick import Stick
 from hydrocrane.control.named import NamedController
 from hydrocrane.errors import InputError
+from hydrocrane.linear.command_path import common_delay
 from hydrocrane.linear.linearise import Side, linearise
 from hydrocrane.linear.margins import Margins, margins
 from hydrocrane.linear.model import LinearModel
@@ -31,6 +32,8 @@ _NO_LOOP = {
 }
 # Error that the gains are measured with, rad or m: far below what limits the command.
 _ERROR = 1e-4
+# Where the frequencies of a loop begin, rad/s: a loop that integrates has its crossover above.
+_LOWEST = 1e-6
 # Of the spectral radius: what rounding and a lossless mode of the oil leave.
 _RADIUS = 1.0 + 1e-9
 
@@ -62,7 +65,7 @@ class Loop:
     cylinder, joint : str
     gains : PidGains
     period, delay : float
-        s.
+        s; the delay is that from a sample until its command arrives at the spool.
     omega : (m,) array
         rad/s, up to half the sampling frequency.
     gain : (m,) complex array
@@ -149,7 +152,7 @@ def cylinder_loops(
     period : float, optional
         s; by default the controller's for this machine.
     delay : float
-        From a sample until its command arrives at the spool, s: computing, signal chain and valve together.
+        Time that computing takes, s. The machine's own delay of signal chain and valve comes on top.
     command, payload, friction, side
         As of :func:`~hydrocrane.linear.linearise`; the gain of a closed valve differs between the sides.
 
@@ -169,6 +172,7 @@ def cylinder_loops(
     late = float(real_array(delay, "delay"))
     if late < 0:
         raise InputError(f"delay must be zero or more seconds, got {delay!r}")
+    late += common_delay(machine)
     outputs = [f"joint.{joint}.q" for joint in machine.joint_names]
     model = linearise(machine, q, command=command, outputs=outputs, payload=payload, friction=friction, side=side)
     if dead := [str(warning) for warning in model.warnings if warning.kind == "valve-in-dead-band"]:
@@ -257,7 +261,7 @@ def _grid(model: LinearModel, highest: float) -> Array:
     near = np.geomspace(1e-6, 0.3, 200)
     peaks = 2 * np.pi * model.oscillations.frequency
     close = [peak * (1 + side * near) for peak in peaks for side in (-1.0, 1.0)]
-    every = np.concatenate([np.geomspace(1e-2, 0.999 * highest, 1500), *close])
+    every = np.concatenate([np.geomspace(_LOWEST, 0.999 * highest, 2000), *close])
     return np.unique(every[(every > 0) & (every < highest)])
 
 

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 # Curves of one picture that can still be told apart.
 _MOST = 12
 _POINTS = 1500
+# How far the picture of loops goes below the slowest crossover, as a factor.
+_SHOWN_BELOW = 0.1
 # How far the picture goes below the slowest and above the fastest oscillation, as factors.
 _BELOW, _ABOVE = 0.05, 5.0
 
@@ -66,10 +68,12 @@ def loop_gains(loops: Sequence[Loop]) -> Figure:
     if not loops:
         raise InputError("loop_gains takes at least one loop, as hc.linear.cylinder_loops gives them")
     fig, (upper, lower) = figure(8.0, 6.0, nrows=2, sharex=True)
+    slowest = [loop.margins.phase_at for loop in loops if np.isfinite(loop.margins.phase_at)]
+    low = min([_SHOWN_BELOW * min(slowest), 1e-2]) if slowest else 1e-2
     for loop in loops:
-        found = loop.margins
+        found, kept = loop.margins, loop.omega >= low
         words = f": gain x{found.gain:.3g}, phase {np.degrees(found.phase):.3g} deg" if loop.stable else ""
-        _curve(upper, lower, loop.omega, loop.gain, f"{loop.cylinder}{words}", highest=0.0)
+        _curve(upper, lower, loop.omega[kept], loop.gain[kept], f"{loop.cylinder}{words}", highest=0.0)
     upper.axhline(0.0, color=ACCENT, lw=0.8)
     lower.axhline(-180.0, color=ACCENT, lw=0.8)
     _axes(upper, lower, "magnitude [dB]")

@@ -7,6 +7,7 @@ import pytest
 from command_line import run
 
 import hydrocrane as hc
+from hydrocrane import _core
 
 NAMES = [name for name in hc.bundled_machines() if name != "heinze-2007"]
 COUNT = 40
@@ -143,7 +144,11 @@ def _row(mujoco, model, data, tendon):
 
 
 def test_what_cannot_be_exported_says_why(tmp_path):
+    text = _core.bundled_text("machine", "single-cylinder").replace("link.mass", "link.tip")
+    (tmp_path / "named.toml").write_text(text.replace('"mass"', '"tip"').replace('"mass.', '"tip.'), encoding="utf-8")
     for export in (hc.export_urdf, hc.export_mjcf):
+        with pytest.raises(hc.InputError, match="is called `tip`"):
+            export(tmp_path / "named.toml", tmp_path / "x")
         with pytest.raises(hc.InputError, match="sign of gravity as printed"):
             export("heinze-2007", tmp_path / "x")
         with pytest.raises(hc.InputError, match="payload"):

@@ -229,6 +229,10 @@ def test_what_the_matrices_do_not_show_is_said(crane):
     assert "output-kink" in kinds(jumping) and jumping.output_error[0] > 0.1
     smooth = hc.load_machine(LAB, {f"friction.{c}.model": "static" for c in crane.cylinder_names})
     assert "static-friction-smoothed" in kinds(smooth.linearise(POSE))
+    late = hc.load_machine(LAB, {"valve.lift.delay": "20 ms"})
+    warning = next(w for w in late.linearise(POSE).warnings if w.kind == "command-path-left-out")
+    assert "lift" in warning.text and "20 ms" in warning.text
+    assert "command-path-left-out" not in kinds(late.linearise(POSE, inputs="tip.force.x"))
     limited = hc.load_machine(LAB, {"valve.lift.acceleration-limit": "1 m/s^2"})
     state = limited.equilibrium(POSE)
     far = limited.linearise(state=state, command=[0.5 * limited.spool_strokes[0], 0.0, 0.0])

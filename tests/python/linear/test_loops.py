@@ -80,6 +80,7 @@ def test_margins_are_where_the_loop_becomes_unstable(crane):
     """Scaling one controller by its gain margin, from just below to just above it, ends stability."""
     gains, q = weak(crane), crane.home
     loops = linear.cylinder_loops(crane, q, gains=gains, period=0.01)
+    assert all(0 < loop.margins.phase < np.pi and loop.margins.phase_at > 1e-6 for loop in loops)
     assert all(loop.stable and loop.margins.gain > 1 and abs(loop.growth) < 1e-6 for loop in loops)
     for loop in loops:
         for factor, stable in ((0.99, True), (1.01, False)):
@@ -100,6 +101,12 @@ def test_loops_that_there_are_not(crane):
         linear.cylinder_loops(mobile, mobile.home)
     with pytest.raises(hc.InputError, match="lack the cylinder jib"):
         linear.cylinder_loops(crane, crane.home, gains={"lift": PidGains(1.0, 0.0, 0.0)})
+    late = hc.load_machine(LAB, {f"valve.{c}.delay": "20 ms" for c in crane.cylinder_names})
+    assert linear.cylinder_loops(late, crane.home, delay=0.001)[0].delay == pytest.approx(0.021)
+    with pytest.raises(hc.InputError, match="different delays"):
+        linear.cylinder_loops(hc.load_machine(LAB, {"valve.lift.delay": "20 ms"}), crane.home)
+    with pytest.raises(hc.InputError, match="signal chain of lift"):
+        linear.cylinder_loops(hc.load_machine(LAB, {"valve.lift.command.gain": 0.8}), crane.home)
     with pytest.raises(hc.InputError, match="delay"):
         linear.cylinder_loops(crane, crane.home, delay=-1.0)
 

@@ -1,0 +1,80 @@
+"""What lies between a command and its arrival at the spool, and is not among the states of a machine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hydrocrane.errors import InputError
+from hydrocrane.machine.description import described
+from hydrocrane.machine.machine import Machine
+from hydrocrane.result_warning import ResultWarning
+
+
+@dataclass(frozen=True)
+class CommandPath:
+    """Of one cylinder: dead time of signal chain and valve together (s), and what the chain does to the value."""
+
+    cylinder: str
+    delay: float
+    gain: float
+    dead_band: float
+    offset: float
+
+    @property
+    def plain(self) -> bool:
+        """Whether the value arrives as it was sent."""
+        return self.gain == 1.0 and self.dead_band == 0.0 and self.offset == 0.0
+
+
+def command_paths(machine: Machine) -> list[CommandPath]:
+    """The path of each cylinder's command."""
+    found = []
+    for record in described(machine.core).records("cylinders"):
+        valve = record.record("valve")
+        chain = valve.record("command")
+        found.append(
+            CommandPath(
+                record.text("name"),
+                valve.number("delay") + chain.number("delay"),
+                chain.number("gain"),
+                chain.number("dead_band"),
+                chain.number("offset"),
+            )
+        )
+    return found
+
+
+def path_warnings(machine: Machine) -> tuple[ResultWarning, ...]:
+    """Paths that change or delay a command: the model's inputs are commands that have arrived."""
+    return tuple(
+        ResultWarning(
+            "command-path-left-out",
+            f"the input is the command that arrives at the spool of {path.cylinder}; on its way there is a delay of "
+            f"{path.delay * 1e3:g} ms, a gain of {path.gain:g}, a dead band of {path.dead_band * 1e3:g} mm and an "
+            f"offset of {path.offset * 1e3:g} mm",
+            "add the delay and the gain where the model is used",
+        )
+        for path in command_paths(machine)
+        if path.delay or not path.plain
+    )
+
+
+def common_delay(machine: Machine) -> float:
+    """Delay of all commands, s, where they have one in common and nothing else changes them.
+
+    Raises
+    ------
+    InputError
+        Where a signal chain changes the value of a command, or the delays differ.
+    """
+    paths = command_paths(machine)
+    for path in paths:
+        if not path.plain:
+            raise InputError(
+                f"the signal chain of {path.cylinder} has a gain, a dead band or an offset, which the loops do not "
+                f"know; take a machine file without [valve.<name>.command]"
+            )
+    if len({path.delay for path in paths}) > 1:
+        told = ", ".join(f"{path.cylinder} {path.delay * 1e3:g} ms" for path in paths)
+        raise InputError(f"the commands of {machine.name} have different delays ({told}); the loops know one for all")
+    return paths[0].delay
