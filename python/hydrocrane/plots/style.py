@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 
 from hydrocrane.errors import ResultFileError
 from hydrocrane.files.whole_file import written_whole
+from hydrocrane.notebook import in_notebook
 from hydrocrane.plots.grid_layout import arrange
 
 INK = "#22313f"
@@ -94,9 +95,16 @@ def styled(make: Callable[P, Figure]) -> Callable[P, Figure]:
     @wraps(make)
     def in_style(*args: P.args, **kwargs: P.kwargs) -> Figure:
         with mpl.rc_context(RC):
-            return make(*args, **kwargs)
+            return shown_once(make(*args, **kwargs))
 
     return in_style
+
+
+def shown_once(fig: Figure) -> Figure:
+    """A notebook shows what a cell gives back and then every figure that pyplot holds: take it from the latter."""
+    if in_notebook():
+        plt.close(fig)
+    return fig
 
 
 class Subplots(TypedDict, total=False):
