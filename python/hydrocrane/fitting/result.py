@@ -23,6 +23,7 @@ from hydrocrane.fitting.ties import Tie, left_behind
 from hydrocrane.identification.report import Report, Section, Table
 from hydrocrane.identification.result import labelled
 from hydrocrane.machine.machine import Machine
+from hydrocrane.notebook import of_text
 from hydrocrane.results.difference import Difference
 from hydrocrane.scenario.scenario import Scenario
 
@@ -66,6 +67,9 @@ class Fit:
 
     def __repr__(self) -> str:
         return f"<Fit of {len(self.names)} parameters to {len(self.task.models)} logs: {self._ended}>"
+
+    def _repr_html_(self) -> str:
+        return of_text(self.summary(), "print(fit.summary())")
 
     @property
     def names(self) -> tuple[str, ...]:

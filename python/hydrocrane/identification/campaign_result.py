@@ -21,6 +21,7 @@ from hydrocrane.identification.rig_unknowns import DYNAMIC
 from hydrocrane.identification.sensors import PRESSURES
 from hydrocrane.identification.static_stage import StaticIdentification
 from hydrocrane.machine.machine import Machine
+from hydrocrane.notebook import card
 from hydrocrane.signals import SteadyWindows
 
 FADING = "bristle-damping-velocity"
@@ -119,6 +120,9 @@ class Identification:
     def report(self) -> Report:
         """Everything in one page."""
         return _report(self)
+
+    def _repr_html_(self) -> str:
+        return card(f"Friction of cylinder {self.cylinder}", self.summary().splitlines(), "print(found.summary())")
 
     def summary(self) -> str:
         """Stages, parameters with their 95 % intervals, and warnings as plain text."""

@@ -22,6 +22,7 @@ from hydrocrane import _core
 from hydrocrane._core_types import Passivity
 from hydrocrane.arrays import Array, real_array, rows, scalars, vectors
 from hydrocrane.errors import HydrocraneError, InputError, OutOfReachError, translated, unknown
+from hydrocrane.machine.described import described
 from hydrocrane.machine.measuring import Recorded, recorded_data, sensor_readings
 from hydrocrane.machine.overrides import Override, Overrides, plain_overrides
 from hydrocrane.machine.sensors import SensorFault
@@ -119,6 +120,9 @@ class Machine:
 
     def __repr__(self) -> str:
         return f"<Machine {self.name}: joints {', '.join(self.joint_names)}; {len(self.state_names)} states>"
+
+    def _repr_html_(self) -> str:
+        return described(self.core, self.provenance_tally, self.warnings)
 
     def __reduce__(self) -> tuple[Callable[[str, Overrides], Machine], tuple[str, dict[str, Override]]]:
         return load_machine, (self.source, self.overrides)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import base64
+import html
 import shutil
 import subprocess
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,7 +24,8 @@ from PIL import Image
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, ResultFileError
 from hydrocrane.files.whole_file import written_whole
-from hydrocrane.plots.style import ACCENT, CRANE_LINES, MUTED, RC, draw_crane
+from hydrocrane.notebook import in_notebook, progress_bar
+from hydrocrane.plots.style import ACCENT, CRANE_LINES, MUTED, RC, draw_crane, shown_once
 from hydrocrane.plots.workspace import draw_keep_out, metres
 
 if TYPE_CHECKING:
@@ -33,16 +37,38 @@ _SIZE: dict[str, Any] = {"figsize": (6.6, 5.4), "layout": "constrained"}
 _DPI = 100
 
 
-def film(run: Record, *, fps: int = 20, speed: float = 1.0) -> FuncAnimation:
-    """The animation of a run in a figure of its own; it holds its last picture for half a second."""
-    with mpl.rc_context(RC):
-        scene = _Scene(run, fps, speed, plt.figure(**_SIZE))
-    return FuncAnimation(scene.figure, scene.show, frames=scene.order, interval=1000 / fps, blit=False)
+class Film(FuncAnimation):
+    """The animation of a run in a figure of its own; it holds its last picture for half a second. Notebooks play it."""
+
+    def __init__(self, run: Record, fps: int, speed: float) -> None:
+        with mpl.rc_context(RC):
+            scene = _Scene(run, fps, speed, plt.figure(**_SIZE))
+        shown_once(scene.figure)
+        super().__init__(scene.figure, scene.show, frames=scene.order, interval=1000 / fps, blit=False)
+        self._of = (run, fps, speed)
+
+    def _repr_html_(self) -> str:
+        """The film itself, as GIF within the page."""
+        # It was looked at: matplotlib need not warn that nobody did.
+        self._draw_was_started = True
+        run, fps, speed = self._of
+        with tempfile.TemporaryDirectory() as folder:
+            data = write(run, Path(folder) / "film.gif", fps=fps, speed=speed).read_bytes()
+        words = html.escape(f"{run.columns.attrs['scenario']} on {run.columns.attrs['machine']}")
+        return f'<img alt="{words}" src="data:image/gif;base64,{base64.b64encode(data).decode()}">'
+
+
+def film(run: Record, *, fps: int = 20, speed: float = 1.0) -> Film:
+    """The animation of a run."""
+    return Film(run, fps, speed)
 
 
 def write(run: Record, path: Path, *, fps: int = 20, speed: float = 1.0, progress: Progress = None) -> Path:
     """Write the film of a run as ``.gif``, or as ``.mp4`` where ffmpeg is found; whole or not at all."""
     writer = _WRITERS[checked_suffix(path)]
+    if progress is None and in_notebook():
+        with progress_bar(f"drawing {path.name}") as progress:
+            return write(run, path, fps=fps, speed=speed, progress=progress)
     with mpl.rc_context(RC), written_whole(path) as beside:
         figure = Figure(dpi=_DPI, **_SIZE)
         FigureCanvasAgg(figure)

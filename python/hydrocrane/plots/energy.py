@@ -15,8 +15,8 @@ from hydrocrane.results.energy import EnergyEntry, EnergyFlow, energy_flow
 if TYPE_CHECKING:
     from hydrocrane.results.record import Record
 
-# Places that take less than this share of all are one bar.
-LEAST = 5e-4
+# Places that take less than this share of all would show as zero.
+LEAST = 1e-6
 
 
 @styled
@@ -33,7 +33,9 @@ def energy_chart(run: Record) -> Figure:
     """
     flow = energy_flow(run)
     owners = {name: COLOURS[i % len(COLOURS)] for i, name in enumerate(run.cylinder_names)} | {"": MUTED}
-    given, taken = _gathered(flow.given, flow), _gathered(flow.taken, flow)
+    given, taken = (
+        [entry for entry in entries if entry.total >= LEAST * flow.total] for entries in (flow.given, flow.taken)
+    )
     fig, axes = one_chart(9.5, 1.6 + 0.32 * (len(given) + len(taken) + 1))
     places = _bars(axes, given, 0.0, owners, flow)
     places |= _bars(axes, taken, max(places) + 1.8, owners, flow)
@@ -48,16 +50,6 @@ def energy_chart(run: Record) -> Figure:
     sums = f"given {_energy(flow.total)}, taken {_energy(flow.total - flow.gap)}"
     axes.set_title(f"{sums}; the ledger closes to {flow.residual:.1e} J", fontsize=9, fontweight="normal")
     return fig
-
-
-def _gathered(entries: tuple[EnergyEntry, ...], flow: EnergyFlow) -> list[EnergyEntry]:
-    """Small ones as one, so that the bars still add up."""
-    large = [entry for entry in entries if entry.total >= LEAST * flow.total]
-    small = entries[len(large) :]
-    if len(small) > 1:
-        large.append(EnergyEntry(f"{len(small)} others", {"": sum(entry.total for entry in small)}))
-        return large
-    return [*large, *small]
 
 
 def _bars(

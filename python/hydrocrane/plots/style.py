@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 
 from hydrocrane.errors import ResultFileError
 from hydrocrane.files.whole_file import written_whole
+from hydrocrane.notebook import in_notebook
 from hydrocrane.plots.grid_layout import arrange
 
 INK = "#22313f"
@@ -94,13 +95,20 @@ def styled(make: Callable[P, Figure]) -> Callable[P, Figure]:
     @wraps(make)
     def in_style(*args: P.args, **kwargs: P.kwargs) -> Figure:
         with mpl.rc_context(RC):
-            made = make(*args, **kwargs)
+            made = shown_once(make(*args, **kwargs))
             shows_at_once = mpl.is_interactive()
         # The first figure loads the backend, and that of notebooks then switches this on: the context must not undo it.
         mpl.interactive(shows_at_once)
         return made
 
     return in_style
+
+
+def shown_once(fig: Figure) -> Figure:
+    """A notebook shows what a cell gives back and then every figure that pyplot holds: take it from the latter."""
+    if in_notebook():
+        plt.close(fig)
+    return fig
 
 
 class Subplots(TypedDict, total=False):

@@ -15,6 +15,7 @@ from hydrocrane.files.columns import TIME, Columns
 from hydrocrane.logs import TIME_NAMES, columns_of, time_of
 from hydrocrane.logs.columns import LogLike
 from hydrocrane.logs.table import split_name
+from hydrocrane.notebook import card
 from hydrocrane.results.difference import Difference
 from hydrocrane.results.record import Record
 
@@ -60,6 +61,9 @@ class Comparison:
         from hydrocrane.plots.comparison import comparison_charts
 
         return comparison_charts(list(self.differences.values()))
+
+    def _repr_html_(self) -> str:
+        return card("Run and log", self.summary().splitlines(), "print(comparison.summary())")
 
     def summary(self) -> str:
         width = max(len(name) for name in self.differences)

@@ -26,8 +26,13 @@ STORED = {
     "energy.ground": "spring of the ground",
 }
 CARRIED = STORED["energy.oil"]
-# Terms whose meaning does not say by itself who gave the energy.
-GIVERS = {"shaft": "shaft of the pump", "supply": "supply", "load": "loads picked up less loads let go"}
+# Terms whose meaning does not say by itself what gave or took the energy.
+PLACES = {
+    "shaft": "shaft of the pump",
+    "supply": "supply",
+    "load": "loads picked up less loads let go",
+    "tank": "into the tank",
+}
 
 
 @dataclass(frozen=True)
@@ -176,7 +181,7 @@ def _terms(columns: Columns) -> list[_Term]:
         if sign and column.values.size:
             owner, _, name = key.removeprefix("ledger.").rpartition(".")
             text = str(column.attrs["long_name"]).rpartition(": ")[2]
-            text = GIVERS.get(name, re.sub(r"^(?:loss|heat|work) (?:of|against|into) (?:the )?", "", text))
+            text = PLACES.get(name, re.sub(r"^(?:loss|heat|work) (?:of|against|into) (?:the )?", "", text))
             found.append(_Term(owner, name, text, sign, float(column.values[-1])))
     handed = any(term.name == HANDED_ON for term in found)
     return [term for term in found if not (handed and term.name in (HANDED_ON, "supply"))]

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hydrocrane.files.datasets import load_netcdf, save
+from hydrocrane.notebook import of_text
 from hydrocrane.results.record import Record
 from hydrocrane.results.summary import text
 
@@ -51,6 +52,9 @@ class Run(Record):
     def summary(self) -> str:
         """A few lines of text: outcome, effort, tip, cylinders, energy."""
         return text(self)
+
+    def _repr_html_(self) -> str:
+        return of_text(self.summary(), "print(run.summary())")
 
     def save(self, path: str | PathLike[str]) -> Path:
         """Write the data; the suffix decides: ``.nc``, ``.mat``, ``.csv``, ``.parquet``, ``.xlsx``,

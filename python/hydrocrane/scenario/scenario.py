@@ -29,6 +29,7 @@ from hydrocrane.files.whole_file import write_text
 from hydrocrane.machine.machine import Machine, load_machine
 from hydrocrane.machine.overrides import Override, plain_overrides
 from hydrocrane.machine.sensors import SensorFault
+from hydrocrane.notebook import card
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario.changes import Changes, Pressures, ScenarioFields
 from hydrocrane.scenario.command import Command, as_command
@@ -277,6 +278,9 @@ class Scenario:
             raise InputError(f"a scenario is saved as TOML: give a name that ends in .toml, got `{file.name}`")
         return write_text(file, self.to_toml())
 
+    def _repr_html_(self) -> str:
+        return _card(self)
+
     def load_machine(self) -> Machine:
         """The scenario's machine with its overrides."""
         return load_machine(self.machine, self.machine_overrides)
@@ -311,3 +315,33 @@ class Scenario:
             return np.append(times, self.duration)
         times[-1] = self.duration
         return times
+
+
+def _card(plan: Scenario) -> str:
+    """Machine, duration, start, what moves the spools, loads, solver and overrides, as HTML."""
+    lines = [f"title  {plan.title}"] if plan.title else []
+    lines += [
+        f"machine  {plan.machine}",
+        f"duration  {plan.duration:g} s, recorded every {plan.record_interval * 1e3:g} ms",
+        f"pressures  {plan.pressures if isinstance(plan.pressures, str) else 'given'} at the start",
+    ]
+    if plan.joints:
+        lines.append(f"joints  {', '.join(f'{joint} {value:.4g}' for joint, value in plan.joints.items())} (rad or m)")
+    lines.append(f"driven by  {_driver(plan)}")
+    if plan.payload is not None:
+        lines.append(f"payload  {plan.payload:g} kg")
+    lines += [f"payload from {time:g} s  {mass:g} kg" for time, mass in plan.payload_changes.items()]
+    if plan.supply is not None:
+        lines.append("supply  measured pressure")
+    lines.append(f"solver  {plan.solver.method}, rtol {plan.solver.rtol:g}")
+    lines += [f"{key}  {value}" for key, value in plan.overrides.items()]
+    lines += [f"warning  {warning}" for warning in plan.warnings]
+    return card(f"Scenario {plan.name}", lines)
+
+
+def _driver(plan: Scenario) -> str:
+    if not plan.closed_loop:
+        return "spool commands against time" if len(plan.commands) else "nothing: spools centred"
+    driver = plan.driver
+    name = driver if isinstance(driver, str) else getattr(driver, "__name__", type(driver).__name__)
+    return f"controller {name}, {plan.sensors} sensors"

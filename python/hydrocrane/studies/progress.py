@@ -6,6 +6,8 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from hydrocrane.notebook import in_notebook, progress_bar
+
 # Called with (cases done, cases in all).
 Progress = Callable[[int, int], None]
 
@@ -14,10 +16,13 @@ Progress = Callable[[int, int], None]
 def telling(progress: Progress | bool | None, title: str) -> Iterator[Progress]:
     """A function to be called with (done, in all): `progress` itself, a bar, or nothing.
 
-    Without a choice there is a bar where stderr is a terminal.
+    Without a choice there is a bar in notebooks and where stderr is a terminal.
     """
     if callable(progress):
         yield progress
+    elif progress is not False and in_notebook():
+        with progress_bar(title) as update:
+            yield update
     elif progress is False or (progress is None and not sys.stderr.isatty()):
         yield lambda done, total: None
     else:

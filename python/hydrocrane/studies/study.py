@@ -15,14 +15,16 @@ import numpy as np
 import xarray as xr
 
 from hydrocrane.arrays import seed_number
-from hydrocrane.errors import InputError, ResultFileError, unknown
+from hydrocrane.errors import HydrocraneError, InputError, ResultFileError, unknown
 from hydrocrane.files.whole_file import cannot_write
 from hydrocrane.machine.machine import Machine
+from hydrocrane.notebook import card
 from hydrocrane.scenario.changes import Changes, RunChanges, SweepChanges
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.scenario_file import load_scenario
 from hydrocrane.studies import local
 from hydrocrane.studies.case import BlockResult, Job, digest_of
+from hydrocrane.studies.described import varied_and_kept
 from hydrocrane.studies.design import Cases, Place, block_shape, designed
 from hydrocrane.studies.identity import identity
 from hydrocrane.studies.keys import resolved_key
@@ -113,6 +115,14 @@ class Study:
                 f"every case needs a controller of its own, and this one cannot be copied: {error}"
             ) from None
         return plan
+
+    def _repr_html_(self) -> str:
+        try:
+            how = self.method + ("" if self.method in ("grid", "list") else f", seed {self.seed}")
+            lines = [f"machine  {self.base_machine.name}", f"cases  {self.cases.count}, {how}"]
+            return card(f"Study of {self.plan.name}", [*lines, *varied_and_kept(self.cases, self.job)])
+        except HydrocraneError as error:
+            return card("Study", [f"warning  {error}"])
 
     @cached_property
     def base_machine(self) -> Machine:

@@ -1,0 +1,23 @@
+"""What a notebook shows of a study."""
+
+from __future__ import annotations
+
+from hydrocrane.studies.case import Job
+from hydrocrane.studies.design import Cases
+
+
+def varied_and_kept(cases: Cases, job: Job) -> list[str]:
+    """Values of each key, measures and signals, a line each: label, two spaces, value."""
+    lines = []
+    for key, values in zip(cases.keys, cases.axes, strict=True):
+        tried = list(dict.fromkeys(map(_shown, values)))
+        ends = ", ".join(tried) if len(tried) <= 6 else f"{tried[0]} ... {tried[-1]}"
+        lines.append(f"{key.name}  {len(values)} values: {ends}")
+    lines.append(f"measures  {', '.join(measure.name for measure in job.measures)}")
+    if job.signals:
+        lines.append(f"signals  {', '.join(job.signals)}")
+    return lines
+
+
+def _shown(value: object) -> str:
+    return f"{value:.5g}" if isinstance(value, float) else str(value)
