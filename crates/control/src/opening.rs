@@ -148,7 +148,15 @@ mod tests {
         let back = MonotoneCurve::new(&[[0.0, 0.0], [0.1, 0.0], [0.5, 0.4], [1.0, 1.0]]);
         let curves = [Some(feed), Some(back), Some(feed), Some(back)];
         CylinderModel {
-            chambers: Chambers { area_1: 7.8e-3, area_2: 5.4e-3, mid_volume_1: 2e-3, mid_volume_2: 1.5e-3 },
+            chambers: Chambers {
+                area_1: 7.8e-3,
+                area_2: 5.4e-3,
+                mid_volume_1: 2e-3,
+                mid_volume_2: 1.5e-3,
+                compliance_1: 0.0,
+                compliance_2: 0.0,
+                elastic: false,
+            },
             valve: SpoolValve {
                 edge_a: edge,
                 edge_b: edge,
@@ -162,7 +170,7 @@ mod tests {
                 nominal_opening: 6.2e-3,
                 meter_out: [None; 2],
                 connection: Connection { begins: 0.0, travel: 1e-4 },
-                counterbalances: [None; 2],
+                holding: [None; 2],
             },
             leakage: Leakage { internal: 0.0, external: 0.0, external_from_piston_side: false },
             friction: StaticParameters {
