@@ -11,6 +11,20 @@ mod plant;
 mod resources;
 mod variable;
 
-pub use part::{open, Fault, Part};
+pub use part::{Fault, Part};
 pub use resources::{Resources, Role, Settings};
 pub use variable::{Kind, Use, Variable};
+
+use controller::ControllerPart;
+use plant::PlantPart;
+
+/// The part that these files describe.
+///
+/// # Errors
+/// What is wrong with them.
+pub fn open(resources: &Resources) -> Result<Box<dyn Part>, String> {
+    Ok(match resources.settings.role {
+        Role::Plant => Box::new(PlantPart::open(resources)?),
+        Role::Controller => Box::new(ControllerPart::open(resources)?),
+    })
+}

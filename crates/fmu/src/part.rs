@@ -1,8 +1,5 @@
 //! What every FMU does, whatever it holds.
 
-use crate::controller::ControllerPart;
-use crate::plant::PlantPart;
-use crate::resources::{Resources, Role};
 use crate::variable::{Kind, Variable};
 
 /// Why something was not done. The text says what is wrong and what helps.
@@ -75,14 +72,3 @@ pub trait Part: Send {
 
 pub(crate) const NO_EXCHANGE: &str =
     "this FMU is for co-simulation only; hydrocrane's documentation of `export fmu` says why";
-
-/// The part that these files describe.
-///
-/// # Errors
-/// What is wrong with them.
-pub fn open(resources: &Resources) -> Result<Box<dyn Part>, String> {
-    Ok(match resources.settings.role {
-        Role::Plant => Box::new(PlantPart::open(resources)?),
-        Role::Controller => Box::new(ControllerPart::open(resources)?),
-    })
-}

@@ -125,6 +125,7 @@ impl PlantPart {
             all.push(Variable::new(&output.name, Kind::Output(i), usage, output.unit, output.long_name.as_str()));
         }
         all.extend(self.readings()?);
+        set_apart(&mut all);
         Ok(all)
     }
 
@@ -260,6 +261,17 @@ impl PlantPart {
 }
 
 const OUTSIDE: &str = "a piston is outside its cylinder: the state is beyond an end of a stroke";
+
+/// A key of the file can be the name of a state as well: the share of a pump's displacement, and its size. The parameter then
+/// stands below `parameter`.
+fn set_apart(variables: &mut [Variable]) {
+    for i in 0..variables.len() {
+        let taken = variables.iter().any(|v| v.name == variables[i].name && !matches!(v.kind, Kind::Parameter(_)));
+        if taken && matches!(variables[i].kind, Kind::Parameter(_)) {
+            variables[i].name.insert_str(0, "parameter.");
+        }
+    }
+}
 
 fn in_words(warning: &Warning) -> String {
     format!("{}; {}", warning.text, warning.cure)

@@ -52,6 +52,19 @@ impl Override {
 /// Tables of named parts. An override changes a part that is there; a new name is a slip of the pen.
 const COLLECTIONS: [&str; 7] = ["link", "joint", "cylinder", "valve", "friction", "sensor", "keep-out"];
 
+/// A value of a file as one that a caller could give; `None` for a date.
+pub fn override_value(value: &Scalar) -> Option<OverrideValue> {
+    Some(match value {
+        Scalar::Text(text) => OverrideValue::Text(text.clone()),
+        Scalar::Number(number) => OverrideValue::Number(*number),
+        Scalar::Bool(flag) => OverrideValue::Bool(*flag),
+        Scalar::List(items) => {
+            OverrideValue::List(items.iter().map(|(item, _)| override_value(item)).collect::<Option<_>>()?)
+        }
+        Scalar::Date => return None,
+    })
+}
+
 /// Puts the override's value at its key; missing tables on the way are made, so that a slip is found by the check for
 /// unknown keys.
 pub fn apply_override(root: &mut Node, change: &Override) -> Result<(), MachineError> {

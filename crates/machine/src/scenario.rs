@@ -26,11 +26,11 @@ pub use value::{check_quantity, choices};
 pub use written::Unwritable;
 
 use crate::bundled::{bundled_machines, bundled_scenarios};
-use crate::document::{self, Node, NodeKind, Scalar, SourceFile};
+use crate::document::{self, Node, NodeKind, SourceFile};
 use crate::errors::{ErrorKind, MachineError};
 use crate::keys;
 use crate::load::{self, is_path, Source};
-use crate::merge::{apply_override, Override, OverrideValue};
+use crate::merge::{apply_override, override_value, Override, OverrideValue};
 use crate::model::{Machine, Unusual};
 use crate::nearest::suggestion;
 use crate::reader::{Field, Log, Reader};
@@ -286,19 +286,6 @@ fn flatten(table: &str, key: &str, node: &Node, overrides: &mut Vec<Override>) -
             Ok(())
         }
     }
-}
-
-/// A value of a file as one that a caller could give; `None` for a date.
-pub fn override_value(value: &Scalar) -> Option<OverrideValue> {
-    Some(match value {
-        Scalar::Text(text) => OverrideValue::Text(text.clone()),
-        Scalar::Number(number) => OverrideValue::Number(*number),
-        Scalar::Bool(flag) => OverrideValue::Bool(*flag),
-        Scalar::List(items) => {
-            OverrideValue::List(items.iter().map(|(item, _)| override_value(item)).collect::<Option<_>>()?)
-        }
-        Scalar::Date => return None,
-    })
 }
 
 /// Loads taken up and let go: the payload from each time on.

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use crate::document::{join, Entry, Node, NodeKind, Origin, Place, Scalar};
+use crate::merge::override_value;
 use crate::model::Provenance;
-use crate::scenario::override_value;
 use crate::toml_text::{key, quoted, written};
 
 /// Keys that name other files.

@@ -28,7 +28,7 @@ MAY_USE = {
     "sim": {"num", "ode", "machine", "physics", "plant", "control"},
     "web": {"machine", "ode", "sim"},
     "evidence": {"num", "ode", "machine", "sim", "web"},
-    "fmu": {"machine", "sim"},
+    "fmu": {"machine", "ode", "sim"},
     "fmi": {"fmu"},
     "python": {"machine", "ode", "sim", "fmu"},
 }
