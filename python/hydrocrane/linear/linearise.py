@@ -108,24 +108,13 @@ def linearise(
         raise unknown("side of a valve", side, SIDES)
     mass = machine.payload(payload)
     point, given, doubts = _working_point(machine, q, state, command, mode, mass)
-    known_inputs = [f"cylinder.{c}.command" for c in machine.cylinder_names] + list(TIP_FORCES)
-    columns = chosen("input", known_inputs[: len(given)] if inputs is None else inputs, known_inputs)
-    known = list(known_outputs(machine))
-    default = [f"joint.{j}.q" for j in machine.joint_names] + ["tip.x", "tip.z"]
-    names = tuple(known[i] for i in chosen("output", default if outputs is None else outputs, known))
-    if friction != "smoothed" and point[places(machine, "joint", "qd")].any():
-        raise InputError(
-            f'friction="{friction}" is of a crane at rest, and joints move here; take friction="smoothed", '
-            "which has the slopes of friction in motion"
-        )
-    beside = _beside_the_kink(machine, point, side)
-    jacobian = machine.jacobian(beside, given, payload=mass)
-    a = with_friction(machine, jacobian, beside, mass, friction)
+    asked = _asked_inputs(machine, inputs)
+    names = _asked_outputs(machine, outputs)
+    a, b, warnings = _state_matrices(machine, point, given, mass, side, friction)
+    rows = output_rows(machine, names, _beside_the_kink(machine, point, side), given, mass)
+    columns = list(asked.values())
+    by_command = min(columns) < len(given)
     drift = machine.state_derivative(point, given, payload=mass)
-    b, limited = _input_matrix(machine, beside, given, mass)
-    rows = output_rows(machine, names, beside, given, mass)
-    moving = point[places(machine, "joint", "qd")].any()
-    smoothing = () if moving else smoothing_warnings(machine, jacobian, beside, mass, friction)
     return LinearModel(
         A=a,
         B=b[:, columns],
@@ -133,12 +122,12 @@ def linearise(
         D=np.hstack([rows.d, np.zeros((len(names), len(TIP_FORCES)))])[:, columns],
         state_names=machine.state_names,
         state_units=machine.state_units,
-        input_names=tuple(known_inputs[i] for i in columns),
+        input_names=tuple(asked),
         input_units=tuple("m" if i < len(given) else "N" for i in columns),
         output_names=names,
         output_units=rows.units,
         x=point,
-        u=np.append(given, [0.0, 0.0])[columns],
+        u=np.append(given, np.zeros(len(TIP_FORCES)))[columns],
         y=rows.y,
         drift=drift,
         output_error=rows.error,
@@ -148,14 +137,43 @@ def linearise(
         side=side,
         warnings=(
             *doubts,
-            *_valve_warnings(machine, point, given, mass, side),
             *_motion_warning(machine, drift, point),
-            *limited,
-            *(path_warnings(machine) if min(columns) < len(given) else ()),
-            *smoothing,
+            *warnings,
+            *(path_warnings(machine) if by_command else ()),
             *rows.warnings,
         ),
     )
+
+
+def _asked_inputs(machine: Machine, inputs: str | Sequence[str] | None) -> dict[str, int]:
+    """Column of each input among the spool commands and the forces on the tip."""
+    commands = [f"cylinder.{c}.command" for c in machine.cylinder_names]
+    known = [*commands, *TIP_FORCES]
+    return {known[i]: i for i in chosen("input", commands if inputs is None else inputs, known)}
+
+
+def _asked_outputs(machine: Machine, outputs: str | Sequence[str] | None) -> tuple[str, ...]:
+    known = list(known_outputs(machine))
+    default = [f"joint.{j}.q" for j in machine.joint_names] + ["tip.x", "tip.z"]
+    return tuple(known[i] for i in chosen("output", default if outputs is None else outputs, known))
+
+
+def _state_matrices(
+    machine: Machine, point: Array, command: Array, payload: float, side: Side, friction: Friction
+) -> tuple[Array, Array, tuple[ResultWarning, ...]]:
+    """A, B by all inputs, and what they do not show."""
+    moving = bool(point[places(machine, "joint", "qd")].any())
+    if friction != "smoothed" and moving:
+        raise InputError(
+            f'friction="{friction}" is of a crane at rest, and joints move here; take friction="smoothed", '
+            "which has the slopes of friction in motion"
+        )
+    beside = _beside_the_kink(machine, point, side)
+    jacobian = machine.jacobian(beside, command, payload=payload)
+    b, limited = _input_matrix(machine, beside, command, payload)
+    smoothing = () if moving else smoothing_warnings(machine, jacobian, beside, payload, friction)
+    valves = _valve_warnings(machine, point, command, payload, side)
+    return with_friction(machine, jacobian, beside, payload, friction), b, (*valves, *limited, *smoothing)
 
 
 def _working_point(
