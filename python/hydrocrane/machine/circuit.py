@@ -13,6 +13,12 @@ from hydrocrane.machine.machine import Machine
 # its `cylinder` and its `side`.
 ON_LINES = ("counterbalance",)
 SIDES = ("piston-side", "rod-side")
+# Tables that the circuit is read from, and those that say nothing of it. All others are counted as left out.
+READ = {"supply", "mains", "pump", "cylinder", "valve", *ON_LINES}
+OTHERS = {
+    "extends", "include", "machine", "environment", "link", "joint", "friction", "fluid", "sensor", "payload",
+    "equilibrium", "keep-out", "ground", "control", "errata",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -88,6 +94,8 @@ class Circuit:
     relief_pressure : float or None
         Of the main relief valve, Pa, also where the file leaves it to its default; none without a pump.
     sections : tuple of Section
+    left_out : tuple of str
+        Tables of the file that belong to none of these.
     """
 
     supply: Table
@@ -95,6 +103,7 @@ class Circuit:
     pump: Table | None
     relief_pressure: float | None
     sections: tuple[Section, ...]
+    left_out: tuple[str, ...] = ()
 
     @property
     def senses_load(self) -> bool:
@@ -119,6 +128,7 @@ def read(machine: Machine) -> Circuit:
         pumps[0] if pumps and relief is not None else None,
         relief,
         tuple(sections),
+        tuple(sorted({key.split(".")[0] for key in (*machine.words, *machine.keys)} - READ - OTHERS)),
     )
 
 

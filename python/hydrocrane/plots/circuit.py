@@ -62,6 +62,8 @@ def diagram(machine: Machine) -> Sheet:
     left, _, _, top = sheet.extent
     sheet.labels.append(Label(left, top + 12.0, machine.title or machine.name, bold=True, size=4.6))
     note = f"{machine.name}  ·  hydraulic circuit, symbols after ISO 1219-1, simplified"
+    if found.left_out:
+        note += f"  ·  not drawn: {', '.join(found.left_out)}"
     sheet.labels.append(Label(left, top + 6.0, note, colour=MUTED))
     return sheet
 

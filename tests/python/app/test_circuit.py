@@ -151,6 +151,14 @@ def test_every_part_that_can_stand_on_a_line_has_a_symbol():
     assert set(circuits.ON_LINES) == set(ON_LINE)
 
 
+def test_what_the_diagram_does_not_know_is_named(monkeypatch):
+    """A part of the machine is never left out without a word."""
+    for name in hc.bundled_machines():
+        assert circuits.read(hc.load_machine(name)).left_out == ()
+    monkeypatch.setattr(circuits, "READ", circuits.READ - {"counterbalance", "mains"})
+    assert any("not drawn: counterbalance, mains" in text for text in texts(hc.load_machine("rottne-f9-mobile")))
+
+
 def test_the_same_machine_makes_the_same_file(tmp_path):
     for suffix in ("svg", "pdf"):
         paths = [tmp_path / f"{i}.{suffix}" for i in range(2)]
