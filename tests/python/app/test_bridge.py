@@ -236,7 +236,7 @@ def test_addresses():
     for wrong in ("127.0.0.1:5005", "tcp://127.0.0.1:5005", "udp://127.0.0.1", "udp://127.0.0.1:99999", "udp://:1/x"):
         with pytest.raises(hc.InputError, match="udp://HOST:PORT"):
             address_of(wrong)
-    with served(plant()) as (_, bridge), pytest.raises(hc.InputError, match="cannot have"):
+    with served(plant()) as (_, bridge), pytest.raises(hc.InputError, match="cannot use"):
         Bridge(plant(), address_of(bridge.address))
     with pytest.raises(hc.InputError, match="watchdog"):
         Bridge(plant(), (HERE, 0), watchdog=0.0)

@@ -50,5 +50,5 @@ def test_a_machine_without_ground_has_no_names_of_it():
 
 def test_a_start_in_the_ground_is_refused_with_a_cure():
     crane = hc.load_machine("rottne-f9-lab", {**GROUND, "ground.height": "1 m"})
-    with pytest.raises(hc.OutOfReachError, match="lies in the ground.*raise the tip"):
+    with pytest.raises(hc.OutOfReachError, match="is inside the ground.*raise the tip"):
         crane.equilibrium([1.7, 1.7, 0.0])

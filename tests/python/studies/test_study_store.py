@@ -165,10 +165,10 @@ def test_a_machine_that_changes_under_the_study_stops_it(tmp_path):
 @pytest.mark.parametrize("overwrite", [False, True])
 def test_what_is_no_study_is_left_alone(overwrite, tmp_path):
     (tmp_path / "thesis.txt").write_text("years of work")
-    with pytest.raises(hc.ResultFileError, match="no study"):
+    with pytest.raises(hc.ResultFileError, match="not a study"):
         rig_study(store=tmp_path, overwrite=overwrite)
     zarr.open_group(tmp_path / "other.zarr", mode="w").create_array("x", data=np.ones(3))
-    with pytest.raises(hc.ResultFileError, match="no study"):
+    with pytest.raises(hc.ResultFileError, match="not a study"):
         rig_study(store=tmp_path / "other.zarr", overwrite=overwrite)
     assert (tmp_path / "thesis.txt").read_text() == "years of work"
     with pytest.raises(hc.ResultFileError, match="no such store"):

@@ -274,7 +274,7 @@ fn control_returns_when_the_sensor_does_and_the_stick_is_released() {
         sticks.deflections.extend([0.0, -1.0, 0.0, 0.0]);
         let done = case.run("tip", sticks, 1, 6.0, &[fault("joint.jib.q", kind, 2.5)]);
         let [_, back] = &done.events[..] else { panic!("{kind:?}: {:?}", done.events) };
-        assert!(back.text.contains("starts anew"), "{back:?}");
+        assert!(back.text.contains("control restarts"), "{back:?}");
         // Half a second after the sensor is back at 2.5 s, but not with the stick pushed.
         let expected = release.max(3.0);
         assert!((back.time - expected).abs() < 0.02, "{kind:?}, released at {release}: {back:?}");

@@ -117,7 +117,7 @@ fn longer_failures_stop_the_crane_gently_until_the_sensor_is_back_and_the_stick_
                 let [stop, back] = &done.events[..] else { panic!("{signal}: {:?}", done.events) };
                 assert!(stop.text.contains(&signal) && stop.text.contains("neutral"), "{stop:?}");
                 assert!((stop.time - FAILS - 0.05).abs() < 1e-9, "{stop:?}");
-                assert!(back.text.contains("starts anew") && (back.time - RELEASED).abs() < 0.02, "{back:?}");
+                assert!(back.text.contains("control restarts") && (back.time - RELEASED).abs() < 0.02, "{back:?}");
                 // As a release of the stick, no spool moves faster.
                 let (gentle, usual) = (steps(&done), steps(&healthy));
                 let tips = tips(&case, &done);
