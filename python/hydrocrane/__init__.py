@@ -54,7 +54,7 @@ _HOME = {
     "Stick": "control.joystick",
     "Study": "studies",
     "SupplyPressure": "scenario.supply",
-    "Value": "machine.machine",
+    "Value": "machine.value",
     "bundled_machines": "machine.machine",
     "bundled_scenarios": "scenario.scenario_file",
     "cite": "results.citation",

@@ -27,10 +27,10 @@ from hydrocrane.identification import identify_friction as identify_friction
 from hydrocrane.logs import Log as Log
 from hydrocrane.logs import read_log as read_log
 from hydrocrane.machine.machine import Machine as Machine
-from hydrocrane.machine.machine import Value as Value
 from hydrocrane.machine.machine import bundled_machines as bundled_machines
 from hydrocrane.machine.machine import load_machine as load_machine
 from hydrocrane.machine.sensors import SensorFault as SensorFault
+from hydrocrane.machine.value import Value as Value
 from hydrocrane.results.citation import cite as cite
 from hydrocrane.results.comparison import Comparison as Comparison
 from hydrocrane.results.outcome import Outcome as Outcome

@@ -10,7 +10,6 @@ from __future__ import annotations
 import warnings
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
@@ -26,6 +25,7 @@ from hydrocrane.errors import HydrocraneError, InputError, OutOfReachError, tran
 from hydrocrane.machine.measuring import Recorded, recorded_data, sensor_readings
 from hydrocrane.machine.overrides import Override, Overrides, plain_overrides
 from hydrocrane.machine.sensors import SensorFault
+from hydrocrane.machine.value import Value
 from hydrocrane.result_warning import DoubtfulResult, ResultWarning
 
 if TYPE_CHECKING:
@@ -88,35 +88,6 @@ def bundled_machines() -> tuple[str, ...]:
     True
     """
     return tuple(_core.bundled_machines())
-
-
-@dataclass(frozen=True)
-class Value:
-    """A value that a machine file, or an override, states.
-
-    Attributes
-    ----------
-    key : str
-        Dotted, as in overrides.
-    si : float or array
-        In SI: a number, two of a pair or a point, or those of a list one after the other.
-    unit : str
-        SI unit; empty for a plain number.
-    provenance, source : str
-        Class and source, as in :attr:`Machine.provenance`.
-
-    Examples
-    --------
-    >>> value = hc.load_machine("rottne-f9-lab").value("supply.pressure")
-    >>> print(value.si, value.unit, value.provenance)
-    14000000.0 Pa setting
-    """
-
-    key: str
-    si: float | Array
-    unit: str
-    provenance: str
-    source: str
 
 
 # Poses of a tip, nested as the tips are.
