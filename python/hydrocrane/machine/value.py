@@ -1,4 +1,4 @@
-"""A value of a machine file with its provenance."""
+"""A value that a machine states, with its unit and where it comes from."""
 
 from __future__ import annotations
 
