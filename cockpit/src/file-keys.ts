@@ -81,6 +81,20 @@ export type MachineKey =
   | `valve.${string}.velocity-limit`
   | `valve.${string}.acceleration-limit`
   | `valve.${string}.delay`
+  | `valve.${string}.return-pressure`
+  | `valve.${string}.return-pressure-range`
+  | `valve.${string}.metering.supply-to-a.travel`
+  | `valve.${string}.metering.supply-to-a.area`
+  | `valve.${string}.metering.supply-to-a.flow`
+  | `valve.${string}.metering.a-to-tank.travel`
+  | `valve.${string}.metering.a-to-tank.area`
+  | `valve.${string}.metering.a-to-tank.flow`
+  | `valve.${string}.metering.supply-to-b.travel`
+  | `valve.${string}.metering.supply-to-b.area`
+  | `valve.${string}.metering.supply-to-b.flow`
+  | `valve.${string}.metering.b-to-tank.travel`
+  | `valve.${string}.metering.b-to-tank.area`
+  | `valve.${string}.metering.b-to-tank.flow`
   | `valve.${string}.command.offset`
   | `valve.${string}.command.gain`
   | `valve.${string}.command.dead-band`
@@ -125,6 +139,8 @@ export type MachineKey =
   | `pump.${string}.type`
   | `pump.${string}.displacement`
   | `pump.${string}.speed`
+  | `pump.${string}.droop`
+  | `pump.${string}.rated-torque`
   | `pump.${string}.volumetric-efficiency`
   | `pump.${string}.hydromechanical-efficiency`
   | `pump.${string}.control-range`

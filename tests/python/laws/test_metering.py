@@ -96,15 +96,15 @@ def test_shares_of_the_wrong_number_are_refused():
 
 
 def test_the_speed_of_the_pump_changes_with_the_phases():
-    """At idle speed the mains sag under the same command, and come back with the speed."""
+    """At idle speed the pump gives no more than its displacement times that speed."""
     phases = [hc.Phase(1.0, {"pump.main.speed": "700 rpm"}), hc.Phase(2.0, {"pump.main.speed": "1450 rpm"})]
-    plan = hc.load_scenario("vertical-lift-open-loop").changed(machine="rottne-f9-pump", duration=3.0, phases=phases)
+    plan = hc.load_scenario("tip-vertical-line").changed(machine="rottne-f9-pump", duration=3.0, phases=phases)
     data = hc.simulate(plan).data
     rpm = data["mains.shaft_speed"].values * 60 / (2 * np.pi)
     slow = (data.time.values > 1.01) & (data.time.values < 1.99)
     assert rpm[slow] == pytest.approx(700.0)
     assert rpm[data.time.values > 2.01] == pytest.approx(1450.0)
-    assert data["mains.p"].values[slow].min() < data["mains.p"].values[data.time.values < 0.99].min() - 5e5
+    assert data["mains.pump_flow"].values[slow].max() < 6.3e-6 * 700 / 60
 
 
 def test_flow_valves_keep_their_speed_when_a_load_is_taken_up():
