@@ -62,6 +62,8 @@ def test_a_step_of_co_simulation_takes_no_more_than_twice_a_native_one(tmp_path)
             do(component, (i * steps + k) * STEP, STEP, 1)
         took["native"].append(between - began)
         took["fmu"].append(time.perf_counter() - between)
+    assert unit.get(["time"])[0] == pytest.approx(native.time)
+    assert unit.get(crane.state_names).tobytes() == native.state.tobytes()
     ratio = statistics.median(took["fmu"]) / statistics.median(took["native"])
     print(f"co-simulation / native at 1 ms: {ratio:.2f}, native {1e6 * min(took['native']) / steps:.1f} us")
     assert ratio < 2.0
