@@ -4,13 +4,13 @@ from hydrocrane.machine.machine import (
     PROVENANCE_CLASSES,
     Machine,
     MachineLike,
-    Value,
     as_machine,
     bundled_machines,
     load_machine,
 )
 from hydrocrane.machine.overrides import Override, plain_overrides
 from hydrocrane.machine.sensors import SensorFault
+from hydrocrane.machine.value import Value
 
 __all__ = [
     "PROVENANCE_CLASSES",
