@@ -26,7 +26,7 @@ fn areas(m: &dyn Model) -> [f64; 2] {
     [area, area - FRAC_PI_4 * cylinder.rod_diameter.powi(2)]
 }
 
-/// The loader crane lowers 300 kg with its valve wide open.
+/// The loader crane lowers 300 kg with its valve wide open, and stops.
 fn lowering(more: &str) -> (Arc<dyn Model>, Run) {
     let m = extended("hiab-xs031", more);
     let options = RunOptions { payload: 300.0, ..options("rodas5p") };
