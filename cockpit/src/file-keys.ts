@@ -97,6 +97,35 @@ export type MachineKey =
   | `counterbalance.${string}.opening-pressure`
   | `counterbalance.${string}.nominal-flow`
   | `counterbalance.${string}.nominal-pressure-drop`
+  | `pilot-check.${string}.cylinder`
+  | `pilot-check.${string}.side`
+  | `pilot-check.${string}.pilot-ratio`
+  | `pilot-check.${string}.spring-pressure`
+  | `pilot-check.${string}.opening-pressure`
+  | `pilot-check.${string}.nominal-flow`
+  | `pilot-check.${string}.nominal-pressure-drop`
+  | `hose-burst.${string}.cylinder`
+  | `hose-burst.${string}.side`
+  | `hose-burst.${string}.closing-flow`
+  | `hose-burst.${string}.bleed`
+  | `hose-burst.${string}.nominal-flow`
+  | `hose-burst.${string}.nominal-pressure-drop`
+  | `line.${string}.cylinder`
+  | `line.${string}.side`
+  | `line.${string}.length`
+  | `line.${string}.inner-diameter`
+  | `line.${string}.volume`
+  | `line.${string}.compliance`
+  | `port-relief.${string}.cylinder`
+  | `port-relief.${string}.side`
+  | `port-relief.${string}.setting`
+  | `port-relief.${string}.nominal-flow`
+  | `port-relief.${string}.overpressure`
+  | `anti-cavitation.${string}.cylinder`
+  | `anti-cavitation.${string}.side`
+  | `anti-cavitation.${string}.nominal-flow`
+  | `anti-cavitation.${string}.nominal-pressure-drop`
+  | `anti-cavitation.${string}.opening-pressure`
   | `friction.${string}.cylinder`
   | `friction.${string}.model`
   | `friction.${string}.coulomb`
@@ -136,6 +165,9 @@ export type MachineKey =
   | "mains.hose-compliance"
   | "mains.relief-pressure"
   | "mains.relief-gradient"
+  | `accumulator.${string}.volume`
+  | `accumulator.${string}.precharge`
+  | `accumulator.${string}.polytropic-exponent`
   | "payload.mass"
   | "payload.hang"
   | "payload.hang-growth"

@@ -28,7 +28,11 @@ machine has a sensor for. `set_point.*` and `tip.deviation` are there where the 
 
 GROUND = """The table is that of a machine without `[ground]`. One with it also has `energy.ground` (J, energy in the
 spring of the ground), `tip.contact.x` and `tip.contact.z` (N, force of the ground on the tip or its load), and in the
-ledger `ledger.ground.contact` (sign -1, heat of the contact)."""
+ledger `ledger.ground.contact` (sign -1, heat of the contact).
+
+A machine with valves at the ports of its cylinders has `cylinder.<name>.relieved1` and `relieved2` (m^3/s, flow from
+a port through its relief valve to the tank, negative through its anti-cavitation valve), and in the ledger
+`ledger.valves.port_relief` and `ledger.valves.anti_cavitation` (sign -1)."""
 
 LEDGER = """Energies since the start, J. The sum of all terms, each times its sign, equals the gain of the `energy.*`
 outputs; a term of sign 0 moves inside the sum. `run.data[name].attrs["sign"]` holds the sign.

@@ -71,8 +71,13 @@ impl<'a> Field<'a> {
 
     /// Notes that the value is allowed and unusual: what it is, and the cure.
     pub fn warn(&self, text: String, cure: String) {
-        let place = self.place.locate().to_string();
-        self.log.warn(Unusual { key: self.path.clone(), place, text, cure });
+        let (key, place) = self.origin();
+        self.log.warn(Unusual { key, place, text, cure });
+    }
+
+    /// Dotted path of the value, and where it was written.
+    pub fn origin(&self) -> (String, String) {
+        (self.path.clone(), self.place.locate().to_string())
     }
 
     /// A choice by its present name; a former name is noted.

@@ -4,6 +4,7 @@
 //! place, key and cure. Nothing here knows physics.
 
 mod bundled;
+mod circuit;
 mod columns;
 mod document;
 mod errors;

@@ -5,6 +5,8 @@
 //! plain.
 //! Pairs of a friction parameter are (extending, retracting).
 
+pub use crate::circuit::*;
+
 /// A complete machine: a planar chain of links, each moved by one cylinder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Machine<T = f64> {
@@ -34,7 +36,7 @@ pub struct Machine<T = f64> {
     pub control: Control,
     /// One entry per value of the file, in file order.
     pub provenance: Vec<Provenance>,
-    /// Values that are allowed and unusual, in the order in which they are read.
+    /// Values that are allowed and unusual, in the order in which they are read; those that geometry and weights show come last.
     pub warnings: Vec<Unusual>,
 }
 
@@ -145,7 +147,11 @@ pub struct Cylinder<T = f64> {
     pub pressure_rating: Option<f64>,
     pub valve: Valve<T>,
     /// Of the piston side and of the rod side.
-    pub counterbalances: [Option<Counterbalance<T>>; 2],
+    pub holding: [Option<LoadHolding<T>>; 2],
+    /// Between the same two sides and the valve.
+    pub lines: [Option<Line<T>>; 2],
+    /// Between the same two sides and the tank.
+    pub port_valves: [PortValves<T>; 2],
     pub friction: Friction<T>,
 }
 
@@ -232,19 +238,6 @@ impl<T> Compensator<T> {
     pub fn is_none(&self) -> bool {
         matches!(self, Compensator::None)
     }
-}
-
-/// Counterbalance valve between a chamber and its port of the spool valve, vented.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Counterbalance<T = f64> {
-    /// Pressure of the chamber that opens it without a pilot, Pa.
-    pub setting: T,
-    pub pilot_ratio: T,
-    /// Rise beyond that which opens it fully, Pa.
-    pub opening_pressure: T,
-    /// Flow when fully open, m^3/s, at a pressure drop, Pa.
-    pub nominal_flow: T,
-    pub nominal_pressure_drop: T,
 }
 
 /// Signal chain between a controller's command u and the spool command (thesis Figures 18 and 60):
@@ -350,6 +343,7 @@ pub struct Mains<T = f64> {
     pub pump: Pump<T>,
     /// `None`: the pump does not follow the load.
     pub load_sensing: Option<LoadSensing<T>>,
+    pub accumulator: Option<Accumulator<T>>,
 }
 
 /// A line from the valves that tells the pump the highest load pressure.

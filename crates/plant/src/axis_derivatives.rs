@@ -141,7 +141,7 @@ impl<L: Real> Lifted<L> {
             Dual::constant(supply_pressures.tank),
         );
         let bulk = (self.bulk_modulus(s.p1).value, self.bulk_modulus(s.p2).value);
-        let (stiffness_1, stiffness_2) = self.chambers.stiffness(bulk, s.x);
+        let (stiffness_1, stiffness_2) = self.chambers.stiffness(bulk, s.x, (s.p1, s.p2));
         let (inflow_1, inflow_2) = (a.fed - a.drained, b.fed - b.drained);
         SupplyDerivatives {
             drawn: piston.row(&by_states(a.fed + b.fed)),

@@ -3,7 +3,7 @@
 use crate::axis_derivatives::{Lifted, Piston, RateDerivatives, SupplyDerivatives};
 use crate::hydraulic_axis::{HydraulicAxis, LocalRates, LocalState, SupplyPressures};
 use crate::layout::Layout;
-use crate::ledger::{powers, LEDGER_PER_CYLINDER};
+use crate::ledger::{port_valve_powers, powers, LEDGER_PER_CYLINDER, PORT_VALVE_TERMS};
 use crate::plant::Plant;
 use hydrocrane_num::{register::WIDEST, Pack, Real};
 use hydrocrane_ode::AxisStates;
@@ -18,6 +18,15 @@ pub struct AxisGroup<L> {
     pub unit: HydraulicAxis<L>,
     pub fluid: Fluid<L>,
     pub lifted: Lifted<L>,
+}
+
+/// Powers of the ledger, W, and the flow drawn from the supply, m^3/s.
+#[derive(Debug, Clone, Copy)]
+pub struct AxisPowers<L> {
+    pub own: [L; LEDGER_PER_CYLINDER],
+    pub compensators: L,
+    pub port_valves: [L; PORT_VALVE_TERMS.len()],
+    pub drawn: L,
 }
 
 /// A cylinder and the indices of its states.
@@ -149,14 +158,9 @@ impl<L: Real> AxisGroup<L> {
         self.unit.valve.connection.signal(spool, [ports.a, ports.b], ports.tank)
     }
 
-    /// Powers of the ledger and the losses of the compensators, W, and the flow drawn from the supply, m^3/s.
+    /// Powers of the ledger.
     #[inline(always)]
-    pub fn powers(
-        &self,
-        oil: &OilTables,
-        supply_pressures: &SupplyPressures<L>,
-        s: &LocalState<L>,
-    ) -> ([L; LEDGER_PER_CYLINDER], L, L) {
+    pub fn powers(&self, oil: &OilTables, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> AxisPowers<L> {
         // In one piece, so that the rates of states, which no power needs, are left out.
         L::outlined(
             #[inline(always)]
@@ -164,7 +168,12 @@ impl<L: Real> AxisGroup<L> {
                 let rates = self.unit.rates(&self.fluid, supply_pressures, s);
                 let lost = self.unit.valve.compensator_losses(&rates.ports, &rates.edges);
                 let stored = [oil.energy_density(s.p1), oil.energy_density(s.p2)];
-                (powers(stored, s, &rates, &lost), lost[0] + lost[1], rates.edges.supply())
+                AxisPowers {
+                    own: powers(stored, s, &rates, &lost),
+                    compensators: lost[0] + lost[1],
+                    port_valves: port_valve_powers(&rates),
+                    drawn: rates.edges.supply(),
+                }
             },
         )
     }

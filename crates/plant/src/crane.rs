@@ -10,7 +10,7 @@ use crate::oil;
 use crate::outputs::{self, OutputInfo};
 use crate::plant::Plant;
 use crate::precision::Precision;
-use hydrocrane_machine::model::Cylinder;
+use hydrocrane_machine::model::{Cylinder, PortValves};
 use hydrocrane_machine::Machine;
 use hydrocrane_num::{portable, small};
 use hydrocrane_physics::hydraulics::fluid::OilTables;
@@ -52,7 +52,11 @@ impl<const N: usize> Crane<N> {
             swivels: mains.pump.control.is_some(),
         });
         let measured = machine.supply.measured;
-        let plain = |c: &Cylinder| c.valve.compensator.is_none() && c.counterbalances.iter().all(Option::is_none);
+        let plain = |c: &Cylinder| {
+            c.valve.compensator.is_none()
+                && c.holding.iter().all(Option::is_none)
+                && c.port_valves.iter().all(PortValves::is_none)
+        };
         let mobile = measured || pump.is_some() || !machine.cylinders.iter().all(plain);
         if mobile && !cfg!(feature = "chains") {
             return Err(BuildError::Pump);
@@ -75,6 +79,12 @@ impl<const N: usize> Crane<N> {
         crane.safe = crane.safe_ranges();
         crane.check_mass_matrix()?;
         crane.require_finite()?;
+        for low in crane.low_settings() {
+            // A machine that is built once more has its warnings already.
+            if !crane.machine.warnings.contains(&low) {
+                crane.machine.warnings.push(low);
+            }
+        }
         Ok(crane)
     }
 

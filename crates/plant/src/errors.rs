@@ -11,8 +11,8 @@ pub enum BuildError {
     Chain(usize),
     /// Hydraulics of mobile machines in a program for the smallest chains alone.
     #[error(
-        "the machine has a pump, a measured supply, compensators or counterbalance valves, for which this program has no laws; plain valves \
-         at a constant pressure can be simulated"
+        "the machine has a pump, a measured supply, compensators, counterbalance or port valves, for which this program has no laws; plain \
+         spool valves at a constant pressure can be simulated"
     )]
     Pump,
     #[error("machine.tip lies on link `{0}`; it must lie on the last link of the chain, `{1}`")]

@@ -12,16 +12,21 @@ use hydrocrane_physics::friction::{lugre::LuGre, StaticParameters};
 use hydrocrane_physics::geometry::four_bar::FourBar;
 use hydrocrane_physics::geometry::frames::Joint;
 use hydrocrane_physics::geometry::stroke::{Actuation, Drive};
+use hydrocrane_physics::hydraulics::accumulator::Accumulator;
 use hydrocrane_physics::hydraulics::chamber::Chambers;
 use hydrocrane_physics::hydraulics::compensator::Compensator;
 use hydrocrane_physics::hydraulics::connector::{dynamic_pressure_coefficient, Connector};
 use hydrocrane_physics::hydraulics::counterbalance::Counterbalance;
 use hydrocrane_physics::hydraulics::end_stop::EndStop;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
+use hydrocrane_physics::hydraulics::hose_burst::HoseBurst;
 use hydrocrane_physics::hydraulics::leakage::{annular_gap_conductance, Leakage};
+use hydrocrane_physics::hydraulics::load_holding::LoadHolding;
 use hydrocrane_physics::hydraulics::load_sensing::{Connection, LoadSensing};
 use hydrocrane_physics::hydraulics::mains::Mains;
 use hydrocrane_physics::hydraulics::orifice::{Orifice, OrificeLaw};
+use hydrocrane_physics::hydraulics::pilot_check::PilotCheck;
+use hydrocrane_physics::hydraulics::port_valves::{AntiCavitation, PortValves};
 use hydrocrane_physics::hydraulics::pump::{PressureControl, Pump};
 use hydrocrane_physics::hydraulics::relief_valve::ReliefValve;
 use hydrocrane_physics::hydraulics::spool::Spool;
@@ -86,6 +91,11 @@ fn supply<T: Number>(of: &file::Supply<T>, mains: &file::Mains<T>) -> Supply<T> 
             .map(|sensing| LoadSensing { margin: sensing.margin, time_constant: sensing.time_constant }),
         mains: Mains { volume: mains.volume, compliance: mains.compliance },
         relief: ReliefValve { pressure: mains.relief_pressure, gradient: mains.relief_gradient },
+        accumulator: mains.accumulator.as_ref().map(|a| Accumulator {
+            volume: a.volume,
+            precharge: a.precharge,
+            exponent: a.polytropic_exponent,
+        }),
     }
 }
 
@@ -189,15 +199,21 @@ fn cylinder<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Hydraulic
     };
     let dynamic =
         |area: T| c.port_diameter.map_or(T::c(0.0), |d| dynamic_pressure_coefficient(m.fluid.density, area, circle(d)));
+    let with_line = |side: usize, volume: T| c.lines[side].as_ref().map_or(volume, |line| volume + line.volume);
+    let compliance = |side: usize| c.lines[side].as_ref().map_or(T::c(0.0), |line| line.compliance);
     let boundless = T::c(f64::INFINITY);
     HydraulicAxis {
         chambers: Chambers {
             area_1,
             area_2,
-            mid_volume_1: dead[0] + area_1 * c.stroke / 2.0,
-            mid_volume_2: dead[1] + area_2 * c.stroke / 2.0,
+            mid_volume_1: with_line(0, dead[0] + area_1 * c.stroke / 2.0),
+            mid_volume_2: with_line(1, dead[1] + area_2 * c.stroke / 2.0),
+            compliance_1: compliance(0),
+            compliance_2: compliance(1),
+            elastic: c.lines.iter().flatten().any(|line| !line.compliance.always(0.0)),
         },
         valve: valve(m, c),
+        port_valves: std::array::from_fn(|side| port_valves(&c.port_valves[side])),
         spool: Spool {
             natural_frequency: c.valve.natural_frequency,
             damping_ratio: c.valve.damping_ratio,
@@ -243,16 +259,41 @@ fn valve<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> SpoolValve<T
             file::Compensator::Behind => Compensator::Behind,
         },
         connection: connection(v),
-        counterbalances: std::array::from_fn(|side| c.counterbalances[side].as_ref().map(counterbalance)),
+        holding: std::array::from_fn(|side| c.holding[side].as_ref().map(load_holding)),
     }
 }
 
-fn counterbalance<T: Number>(v: &file::Counterbalance<T>) -> Counterbalance<T> {
-    Counterbalance {
-        setting: v.setting,
-        pilot_ratio: v.pilot_ratio,
-        opening_pressure: v.opening_pressure,
-        coefficient: v.nominal_flow / v.nominal_pressure_drop.sqrt(),
+fn port_valves<T: Number>(v: &file::PortValves<T>) -> PortValves<T> {
+    PortValves {
+        relief: v
+            .relief
+            .as_ref()
+            .map(|v| ReliefValve { pressure: v.setting, gradient: v.nominal_flow / v.overpressure }),
+        anti_cavitation: v.anti_cavitation.as_ref().map(|v| AntiCavitation {
+            opening_pressure: v.opening_pressure,
+            coefficient: v.nominal_flow / (v.nominal_pressure_drop - v.opening_pressure).sqrt(),
+        }),
+    }
+}
+
+fn load_holding<T: Number>(v: &file::LoadHolding<T>) -> LoadHolding<T> {
+    let coefficient = v.nominal_flow / v.nominal_pressure_drop.sqrt();
+    match &v.kind {
+        file::HoldingKind::Counterbalance(v) => LoadHolding::Counterbalance(Counterbalance {
+            setting: v.setting,
+            pilot_ratio: v.pilot_ratio,
+            opening_pressure: v.opening_pressure,
+            coefficient,
+        }),
+        file::HoldingKind::PilotCheck(v) => LoadHolding::PilotCheck(PilotCheck {
+            pilot_ratio: v.pilot_ratio,
+            spring: v.spring_pressure,
+            opening_pressure: v.opening_pressure,
+            coefficient,
+        }),
+        file::HoldingKind::HoseBurst(v) => {
+            LoadHolding::HoseBurst(HoseBurst { closing_flow: v.closing_flow, bleed: v.bleed, coefficient })
+        }
     }
 }
 

@@ -8,6 +8,7 @@ use hydrocrane_physics::hydraulics::connector::Connector;
 use hydrocrane_physics::hydraulics::end_stop::EndStop;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::leakage::Leakage;
+use hydrocrane_physics::hydraulics::port_valves::PortValves;
 use hydrocrane_physics::hydraulics::spool::Spool;
 use hydrocrane_physics::hydraulics::spool_valve::{EdgeFlows, PortPressures, SpoolValve};
 
@@ -34,6 +35,8 @@ pub enum FrictionLaw<T> {
 pub struct HydraulicAxis<T> {
     pub chambers: Chambers<T>,
     pub valve: SpoolValve<T>,
+    /// At the piston side and at the rod side.
+    pub port_valves: [PortValves<T>; 2],
     pub spool: Spool<T>,
     pub leakage: Leakage<T>,
     pub connector: Connector<T>,
@@ -77,6 +80,8 @@ pub struct LocalRates<T> {
     /// m/s
     pub z_rate: T,
     pub edges: EdgeFlows<T>,
+    /// From each port through its own valves to the tank, m^3/s.
+    pub relieved: [T; 2],
     /// Leakage from chamber 1 to 2 and from chamber 2 outside, m^3/s.
     pub internal_leakage: T,
     pub external_leakage: T,
@@ -105,12 +110,21 @@ impl<T: Copy> LocalRates<T> {
                 supply_to_b: f(e.supply_to_b),
                 b_to_tank: f(e.b_to_tank),
             },
+            relieved: [f(self.relieved[0]), f(self.relieved[1])],
             internal_leakage: f(self.internal_leakage),
             external_leakage: f(self.external_leakage),
             ports: PortPressures { supply: f(p.supply), load: f(p.load), tank: f(p.tank), a: f(p.a), b: f(p.b) },
             stop_damping: f(self.stop_damping),
             bristle_power: f(self.bristle_power),
         }
+    }
+}
+
+impl<T: Real> LocalRates<T> {
+    /// Flow into the piston side and out of the rod side, m^3/s: that of the spool valve less that of the ports' own valves.
+    #[inline(always)]
+    pub fn through_ports(&self) -> (T, T) {
+        (self.edges.port_a() - self.relieved[0], self.edges.port_b() + self.relieved[1])
     }
 }
 
@@ -174,12 +188,14 @@ pub struct Port<T> {
     /// Flows from the supply and to the tank, m^3/s.
     pub fed: T,
     pub drained: T,
+    /// Through the port's own valves to the tank, m^3/s.
+    pub relieved: T,
 }
 
 impl<T: Copy> Port<T> {
     #[inline(always)]
     pub fn map<U>(&self, f: impl Fn(T) -> U) -> Port<U> {
-        Port { pressure: f(self.pressure), fed: f(self.fed), drained: f(self.drained) }
+        Port { pressure: f(self.pressure), fed: f(self.fed), drained: f(self.drained), relieved: f(self.relieved) }
     }
 }
 
@@ -219,18 +235,18 @@ impl<T: Real> HydraulicAxis<T> {
         self.assemble(supply_pressures, s, &outputs)
     }
 
-    /// Flows of port A; the pressure of port B counts with a counterbalance valve only.
+    /// Flows of port A; the pressure of port B counts where it opens what holds the load of port A.
     #[inline(always)]
     pub fn port_a(&self, ports: &PortPressures<T>, spool: T) -> Port<T> {
         let (fed, drained) = self.valve.flows_at_a(spool, ports);
-        Port { pressure: ports.a, fed, drained }
+        Port { pressure: ports.a, fed, drained, relieved: self.port_valves[0].flow(ports.a, ports.tank) }
     }
 
     /// Flows of port B, likewise.
     #[inline(always)]
     pub fn port_b(&self, ports: &PortPressures<T>, spool: T) -> Port<T> {
         let (fed, drained) = self.valve.flows_at_b(spool, ports);
-        Port { pressure: ports.b, fed, drained }
+        Port { pressure: ports.b, fed, drained, relieved: self.port_valves[1].flow(ports.b, ports.tank) }
     }
 
     /// Pressures around the valve, with those of both chambers.
@@ -257,8 +273,11 @@ impl<T: Real> HydraulicAxis<T> {
             b_to_tank: port_b.drained,
         };
         let (internal_leakage, external_leakage) = self.leakage.flows(s.p1, s.p2, supply_pressures.tank);
-        let inflow = (edges.port_a() - internal_leakage, internal_leakage - external_leakage - edges.port_b());
-        let (p1_rate, p2_rate) = self.chambers.pressure_rates(outputs.bulk, s.x, s.v, inflow);
+        let inflow = (
+            edges.port_a() - internal_leakage - port_a.relieved,
+            internal_leakage - external_leakage - edges.port_b() - port_b.relieved,
+        );
+        let (p1_rate, p2_rate) = self.chambers.pressure_rates(outputs.bulk, s.x, s.v, (s.p1, s.p2), inflow);
         LocalRates {
             force: self.chambers.force(s.p1, s.p2) + stops.0 + stops.1 - friction.force,
             friction: friction.force,
@@ -266,6 +285,7 @@ impl<T: Real> HydraulicAxis<T> {
             p2_rate,
             z_rate: friction.deflection_rate,
             edges,
+            relieved: [port_a.relieved, port_b.relieved],
             internal_leakage,
             external_leakage,
             ports: PortPressures {
@@ -283,14 +303,22 @@ impl<T: Real> HydraulicAxis<T> {
     /// Whether this cylinder has the same laws as another one, possibly with other parameters.
     pub fn same_laws(&self, other: &Self) -> bool {
         let edges = |unit: &Self| [unit.valve.edge_a.law, unit.valve.edge_b.law];
-        let switches =
-            |unit: &Self| (unit.leakage.external_from_piston_side, unit.end_stop.printed, unit.valve.load_check);
+        let switches = |unit: &Self| {
+            [
+                unit.leakage.external_from_piston_side,
+                unit.end_stop.printed,
+                unit.valve.load_check,
+                unit.chambers.elastic,
+            ]
+        };
         let compensator = |unit: &Self| std::mem::discriminant(&unit.valve.compensator);
-        let held = |unit: &Self| unit.valve.counterbalances.map(|valve| valve.is_some());
+        let held = |unit: &Self| unit.valve.holding.map(|valve| valve.map(|valve| std::mem::discriminant(&valve)));
+        let at_ports = |unit: &Self| unit.port_valves.map(|valves| valves.kinds());
         edges(self) == edges(other)
             && switches(self) == switches(other)
             && compensator(self) == compensator(other)
             && held(self) == held(other)
+            && at_ports(self) == at_ports(other)
             && self.friction.same_laws(&other.friction)
     }
 }
@@ -307,6 +335,7 @@ impl<T: Copy> HydraulicAxis<T> {
         HydraulicAxis {
             chambers: self.chambers.map(f),
             valve: self.valve.map(f),
+            port_valves: self.port_valves.map(|valves| valves.map(f)),
             spool: self.spool.map(f),
             leakage: self.leakage.map(f),
             connector: self.connector.map(f),

@@ -7,7 +7,7 @@
 //! ```
 //! `elastic` is the strain energy that oil carries with it through the chamber boundaries (w q, with w the
 //! energy density at the chamber's pressure). With compensators, a further loss is theirs, and that of an edge from the supply is
-//! that of its own drop. With a pump, the energy of the mains is stored too:
+//! that of its own drop. Relief and anti-cavitation valves of the ports are two more losses. With a pump, the energy of the mains is stored too:
 //! ```text
 //! d(mains)/dt = shaft + suction + elastic - rubbing - pump leakage - relief - delivered
 //! ```
@@ -16,7 +16,7 @@
 use crate::hydraulic_axis::{LocalRates, LocalState, SupplyPressures};
 use crate::supply::{Supply, SupplyRates};
 use hydrocrane_machine::Machine;
-use hydrocrane_num::Real;
+use hydrocrane_num::{smooth, Real};
 
 /// Name, meaning and sign in the balance.
 pub type Term = (&'static str, &'static str, f64);
@@ -46,6 +46,12 @@ pub const GROUND_TERMS: [Term; 1] = [("contact", "heat of the contact with the g
 /// The same for pressure compensators.
 pub const COMPENSATOR_TERMS: [Term; 1] = [("compensators", "loss of the pressure compensators of all valves", -1.0)];
 
+/// The same for the valves between the cylinders' ports and the tank.
+pub const PORT_VALVE_TERMS: [Term; 2] = [
+    ("port_relief", "loss of the relief valves of all ports", -1.0),
+    ("anti_cavitation", "loss of the anti-cavitation valves of all ports", -1.0),
+];
+
 /// The same for a pump with its mains. What the mains deliver is the work of the supply on all cylinders.
 pub const SUPPLY_TERMS: [Term; 7] = [
     ("shaft", "work of the shaft on the pump", 1.0),
@@ -57,14 +63,16 @@ pub const SUPPLY_TERMS: [Term; 7] = [
     ("carried", "elastic energy carried in with the oil", 1.0),
 ];
 
-/// Terms after those of the cylinders, each with what it belongs to: of the ground, the compensators and the supply, where the
-/// machine has a ground, compensators and a pump.
+/// Terms after those of the cylinders, each with what it belongs to: of the ground, the compensators, the valves at the ports and the
+/// supply, where the machine has a ground, compensators, such valves and a pump.
 pub fn shared_terms(machine: &Machine) -> Vec<(&'static str, &'static Term)> {
     let ground = machine.ground.iter().flat_map(|_| GROUND_TERMS.iter().map(|term| ("ground", term)));
     let supply = machine.supply.mains.iter().flat_map(|_| SUPPLY_TERMS.iter().map(|term| ("mains", term)));
     let compensated = machine.cylinders.iter().any(|c| !c.valve.compensator.is_none());
     let valves = COMPENSATOR_TERMS.iter().filter(|_| compensated).map(|term| ("valves", term));
-    ground.chain(valves).chain(supply).collect()
+    let at_ports = machine.cylinders.iter().any(|c| c.port_valves.iter().any(|valves| !valves.is_none()));
+    let ports = PORT_VALVE_TERMS.iter().filter(|_| at_ports).map(|term| ("valves", term));
+    ground.chain(valves).chain(ports).chain(supply).collect()
 }
 
 /// Powers (W) in the order of [`SUPPLY_TERMS`]; `stored` is the oil's energy density in the mains, J/m^3, `e` the share of the
@@ -92,6 +100,16 @@ pub fn supply_powers<T: Real>(
     ]
 }
 
+/// Powers (W) in the order of [`PORT_VALVE_TERMS`]: what flows from a port is lost in its relief valve, what flows into it in its
+/// anti-cavitation valve.
+#[inline(always)]
+pub fn port_valve_powers<T: Real>(r: &LocalRates<T>) -> [T; PORT_VALVE_TERMS.len()] {
+    let [a, b] = [r.ports.a, r.ports.b].map(|port| port - r.ports.tank);
+    let [out_a, out_b] = r.relieved.map(smooth::positive_part);
+    let [in_a, in_b] = r.relieved.map(|flow| smooth::positive_part(-flow));
+    [a * out_a + b * out_b, -(a * in_a + b * in_b)]
+}
+
 /// Powers (W) in the order of [`LEDGER_TERMS`]; `stored` are the oil's energy densities in the two chambers, J/m^3, `compensated`
 /// the losses of the compensators before the two ports, W.
 #[inline(always)]
@@ -103,13 +121,13 @@ pub fn powers<T: Real>(
 ) -> [T; LEDGER_PER_CYLINDER] {
     let p = &r.ports;
     let e = &r.edges;
-    let (q_a, q_b) = (e.port_a(), e.port_b());
+    let (q_a, q_b) = r.through_ports();
     let inflow_1 = q_a - r.internal_leakage;
     let inflow_2 = r.internal_leakage - r.external_leakage - q_b;
     [
         r.force * s.v,
         p.supply * e.supply(),
-        p.tank * (e.tank() + r.external_leakage),
+        p.tank * (e.tank() + r.relieved[0] + r.relieved[1] + r.external_leakage),
         (p.supply - p.a) * e.supply_to_a - compensated[0],
         (p.a - p.tank) * e.a_to_tank,
         (p.supply - p.b) * e.supply_to_b - compensated[1],

@@ -18,6 +18,7 @@ mod laws;
 pub mod layout;
 pub mod ledger;
 pub mod limits;
+mod load_pressure;
 mod oil;
 pub mod outputs;
 pub mod plant;

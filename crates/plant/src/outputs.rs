@@ -34,7 +34,11 @@ const GLOBAL: [(&str, &str, &str); 9] = [
     ("supply.power", "W", "power drawn from the pump"),
     ("energy.kinetic", "J", "kinetic energy of the links"),
     ("energy.potential", "J", "potential energy of the links"),
-    (OIL_ENERGY, "J", "elastic energy of the oil in chambers and mains, and of the hoses"),
+    (
+        OIL_ENERGY,
+        "J",
+        "elastic energy of the oil in chambers and mains, of the hoses, and of the gas in an accumulator",
+    ),
     ("energy.end_stops", "J", "energy in the springs of the end stops"),
     ("energy.bristles", "J", "energy in the bristles of LuGre friction"),
 ];
@@ -53,6 +57,16 @@ const OF_MAINS: [(&str, &str, &str); 3] = [
     ("mains.shaft_power", "W", "power of the pump's shaft"),
 ];
 
+/// Further outputs of each cylinder if one has valves at its ports.
+const AT_PORTS: [(&str, &str, &str); 2] = [
+    (
+        "relieved1",
+        "m^3/s",
+        "flow from the piston-side port through its relief valve to the tank, negative through its anti-cavitation valve",
+    ),
+    ("relieved2", "m^3/s", "the same from the rod-side port"),
+];
+
 /// Range of the stored energies among the outputs.
 pub fn energies(machine: &Machine) -> std::ops::Range<usize> {
     4..GLOBAL.len() + usize::from(machine.ground.is_some())
@@ -65,9 +79,12 @@ pub fn info(machine: &Machine) -> Vec<OutputInfo> {
     let of_mains = if machine.supply.mains.is_some() { &OF_MAINS[..] } else { &[] };
     let global = GLOBAL.iter().chain(of_ground).chain(of_mains);
     let mut all: Vec<OutputInfo> = global.map(|(n, u, l)| owned((*n).to_string(), *u, (*l).to_string())).collect();
-    for c in &machine.cylinders {
-        for (name, unit, long_name) in PER_CYLINDER {
-            all.push(owned(format!("cylinder.{}.{name}", c.name), unit, format!("{} {long_name}", c.name)));
+    let at_ports = machine.cylinders.iter().any(|c| c.port_valves.iter().any(|valves| !valves.is_none()));
+    for rows in [if at_ports { &AT_PORTS[..] } else { &[] }, &PER_CYLINDER[..]] {
+        for c in &machine.cylinders {
+            for (name, unit, long_name) in rows {
+                all.push(owned(format!("cylinder.{}.{name}", c.name), unit, format!("{} {long_name}", c.name)));
+            }
         }
     }
     all
@@ -88,9 +105,10 @@ pub fn write<T: Real, const N: usize>(
     rates.iter().for_each(|r| drawn += r.edges.supply());
     let (mut oil_energy, mut stops, mut bristles) = (T::c(0.0), T::c(0.0), T::c(0.0));
     for (unit, s) in plant.cylinders.iter().zip(&local) {
-        let (v1, v2) = unit.chambers.volumes(s.x);
         oil_energy += match &energy_density {
-            Some(energy_density) => v1 * energy_density(s.p1) + v2 * energy_density(s.p2),
+            Some(energy_density) => {
+                unit.chambers.energy((energy_density(s.p1), energy_density(s.p2)), s.x, (s.p1, s.p2))
+            }
             None => T::c(f64::NAN),
         };
         stops += unit.end_stop.energy(s.x);
@@ -100,7 +118,7 @@ pub fn write<T: Real, const N: usize>(
     }
     let supply = plant.supply_at(at.layout, at.x);
     if let (Some((unit, pressures, _)), Some(energy_density)) = (&supply, &energy_density) {
-        oil_energy += unit.mains.energy(energy_density(pressures.supply), pressures.supply);
+        oil_energy += unit.stored(energy_density(pressures.supply), pressures.supply);
     }
     let global = [
         tip.x,
@@ -129,7 +147,13 @@ pub fn write<T: Real, const N: usize>(
         of_mains.copy_from_slice(&[pump_flow, relief_flow, unit.pump.shaft_power(e, rise)]);
         rest = others;
     }
+    if plant.has_port_valves() {
+        let (relieved, others) = rest.split_at_mut(AT_PORTS.len() * N);
+        relieved.iter_mut().zip(rates.iter().flat_map(|r| r.relieved)).for_each(|(out, flow)| *out = flow);
+        rest = others;
+    }
     for ((s, r), row) in local.iter().zip(rates).zip(rest.chunks_exact_mut(PER_CYLINDER.len())) {
-        row.copy_from_slice(&[s.x, s.v, r.force, r.friction, r.edges.port_a(), r.edges.port_b()]);
+        let (q1, q2) = r.through_ports();
+        row.copy_from_slice(&[s.x, s.v, r.force, r.friction, q1, q2]);
     }
 }

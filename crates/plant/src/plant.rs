@@ -65,6 +65,11 @@ impl<T: Real, const N: usize> Plant<T, N> {
         self.cylinders.iter().any(|c| !matches!(c.valve.compensator, Compensator::None))
     }
 
+    /// Whether a port of a cylinder has valves of its own to the tank.
+    pub fn has_port_valves(&self) -> bool {
+        self.cylinders.iter().any(|c| c.port_valves.iter().any(|valves| valves.kinds() != [false; 2]))
+    }
+
     /// Adds the forces of the ground to those that drive the joints.
     #[inline(always)]
     pub fn add_contact(&self, pose: &ChainPose<T, N>, rates: &[T; N], payload: T, driving: &mut [T; N]) {

@@ -87,14 +87,20 @@ fn supply_rates(m: &Machine, mains: &Mains, x: &[f64], drawn: f64, signal: f64) 
     let opens = if pump.control.is_some() { mains.relief_pressure } else { follows(mains.relief_pressure) };
     let per_angle = pump.displacement / (2.0 * PI);
     let leaked = (1.0 - pump.volumetric_efficiency) * per_angle * pump.speed * (p - tank) / (m.supply.pressure - tank);
-    let relieved = match p - opens {
-        beyond if beyond <= -0.5e5 => 0.0,
-        beyond if beyond < 0.5e5 => mains.relief_gradient * (beyond + 0.5e5).powi(2) / 2e5,
-        beyond => mains.relief_gradient * beyond,
-    };
-    let volume = mains.volume + mains.compliance * p;
+    let relieved = mains.relief_gradient * rounded(p - opens, 0.5e5);
+    // Gas that the oil presses together, from its precharge on.
+    let (held, growth) = mains.accumulator.as_ref().map_or((0.0, 0.0), |a| {
+        let (atmosphere, within) = (1.013_25e5, 1e5);
+        let slope = ((p - a.precharge + within) / (2.0 * within)).clamp(0.0, 1.0);
+        let absolute = a.precharge + atmosphere;
+        let gas =
+            a.volume * (absolute / (absolute + rounded(p - a.precharge, within))).powf(1.0 / a.polytropic_exponent);
+        let growth = gas / (a.polytropic_exponent * (absolute + rounded(p - a.precharge, within))) * slope;
+        (a.volume - gas, growth)
+    });
+    let volume = mains.volume + mains.compliance * p + held;
     let inflow = e * per_angle * pump.speed - leaked - relieved - drawn;
-    let mut rates = vec![inflow / (volume / bulk_modulus(&m.fluid, p) + mains.compliance)];
+    let mut rates = vec![inflow / (volume / bulk_modulus(&m.fluid, p) + mains.compliance + growth)];
     rates.extend(mains.load_sensing.iter().map(|sensing| (signal - x[1]) / sensing.time_constant));
     rates.extend(pump.control.iter().map(|control| {
         let mut wanted = (follows(m.supply.pressure) - p) / control.range;
@@ -107,11 +113,11 @@ fn supply_rates(m: &Machine, mains: &Mains, x: &[f64], drawn: f64, signal: f64) 
     rates
 }
 
-/// A positive part, rounded within 0.2 bar.
-fn rounded(dp: f64) -> f64 {
+/// A positive part, rounded within `width`.
+fn rounded(dp: f64, width: f64) -> f64 {
     match dp {
-        dp if dp <= -0.2e5 => 0.0,
-        dp if dp < 0.2e5 => (dp + 0.2e5).powi(2) / 0.8e5,
+        dp if dp <= -width => 0.0,
+        dp if dp < width => (dp + width).powi(2) / (4.0 * width),
         dp => dp,
     }
 }
@@ -229,57 +235,76 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         // Behind the compensator.
         let drop_to = |port: f64| match valve.compensator {
             Compensator::None => ps - port,
-            Compensator::Before(setting) => ps - port - rounded(ps - port - setting),
-            Compensator::Behind => ps - port - rounded(load_pressure - port),
+            Compensator::Before(setting) => ps - port - rounded(ps - port - setting, 0.2e5),
+            Compensator::Behind => ps - port - rounded(load_pressure - port, 0.2e5),
         };
         let travel = 0.01 * valve.stroke;
         let (connected, _) = flank((xs.abs() - (valve.overlap - travel).max(0.0)) / travel);
         let fed_pressure = pt + connected * (if xs < 0.0 { pb } else { pa } - pt);
         signal = signal.max(fed_pressure);
-        // Opening of the counterbalance valve of a port, if there is one: the port that is fed opens the other's.
-        let counterbalance = |port: usize| {
-            let pilot = if (port == 0) == (xs < 0.0) { fed_pressure } else { pt };
-            c.counterbalances[port].as_ref().map(|v| {
-                let share = ([pa, pb][port] + v.pilot_ratio * pilot - v.setting) / v.opening_pressure;
-                let part = |x: f64| {
-                    if x <= -0.1 {
-                        0.0
-                    } else if x < 0.1 {
-                        (x + 0.1).powi(2) / 0.4
-                    } else {
-                        x
-                    }
-                };
-                (part(share) - part(share - 1.0), v.nominal_flow / v.nominal_pressure_drop.sqrt())
-            })
+        // Flow per root of the drop over the valve that holds the load of a port and the `opening` of the edge to the tank behind it, and
+        // the opening of that valve; the port that is fed opens the other's.
+        let held = |port: usize, opening: f64| {
+            let valve = c.holding[port].as_ref()?;
+            let (pc, pilot) = ([pa, pb][port], if (port == 0) == (xs < 0.0) { fed_pressure } else { pt });
+            let (full, other) = (valve.nominal_flow / valve.nominal_pressure_drop.sqrt(), c0 * opening);
+            let series = |own: f64| own * other / (own * own + other * other + (1e-9 * full).powi(2)).sqrt();
+            let share = |beyond: f64| rounded(beyond, 0.1) - rounded(beyond - 1.0, 0.1);
+            let open = match &valve.kind {
+                HoldingKind::Counterbalance(v) => share((pc + v.pilot_ratio * pilot - v.setting) / v.opening_pressure),
+                HoldingKind::PilotCheck(v) => {
+                    share((v.pilot_ratio * (pilot - pt) - (pc - pt) - v.spring_pressure) / v.opening_pressure)
+                }
+                HoldingKind::HoseBurst(v) => {
+                    let wide_open = series(full) / c0 * (edge(1.0, pc - pt, 0.0));
+                    1.0 - (1.0 - v.bleed) * flank((wide_open / v.closing_flow - 1.0) / 0.1).0
+                }
+            };
+            Some((series(full * open), open))
         };
         let returned = |port: usize, opening: f64, dp: f64| {
             let opening = opening.max(0.0) * valve.return_ratio[port];
-            match counterbalance(port) {
-                Some((open, full)) if dp >= 0.0 => {
-                    let (own, other) = (open * full, c0 * opening);
-                    let series = own * other / (own * own + other * other + (1e-9 * full).powi(2)).sqrt();
-                    edge(series / c0, dp, open)
-                }
-                Some((open, _)) => edge(opening, dp, open),
+            match held(port, opening) {
+                Some((series, open)) if dp >= 0.0 => edge(series / c0, dp, open),
+                Some((_, open)) => edge(opening, dp, open),
                 None => edge(opening, dp, 1.0),
             }
         };
-        let sealed = |port: usize| counterbalance(port).map_or(1.0, |(open, _)| open);
-        let checked = |flow: f64| if valve.load_check { flow.max(0.0) } else { flow };
+        let sealed = |port: usize| held(port, 0.0).map_or(1.0, |(_, open)| open);
+        // A check valve before the edges, or the one of what holds the load of a port.
+        let holds = |port: usize| {
+            let held = c.holding[port].as_ref();
+            held.is_some_and(|held| !matches!(held.kind, HoldingKind::HoseBurst(_)))
+        };
+        let checked = |port: usize, flow: f64| if valve.load_check || holds(port) { flow.max(0.0) } else { flow };
         let from_supply = match valve.kind {
             ValveKind::FourThree => {
-                [checked(edge(extend, drop_to(pa), sealed(0))), checked(edge(retract, drop_to(pb), sealed(1)))]
+                [checked(0, edge(extend, drop_to(pa), sealed(0))), checked(1, edge(retract, drop_to(pb), sealed(1)))]
             }
             ValveKind::Regenerative => {
-                [edge(extend, ps - pa, sealed(0)), edge(extend.max(retract), ps - pb, sealed(1))]
+                [checked(0, edge(extend, ps - pa, sealed(0))), edge(extend.max(retract), ps - pb, sealed(1))]
             }
         };
         let to_tank = match valve.kind {
             ValveKind::FourThree => [returned(0, retract, pa - pt), returned(1, extend, pb - pt)],
             ValveKind::Regenerative => [returned(0, retract, pa - pt), returned(1, 0.0, pb - pt)],
         };
-        let (q_a, q_b) = (from_supply[0] - to_tank[0], to_tank[1] - from_supply[1]);
+        // Through relief and anti-cavitation valve of a port to the tank.
+        let through = |port: usize| {
+            let (valves, p) = (&c.port_valves[port], [pa, pb][port]);
+            let relieved = valves
+                .relief
+                .as_ref()
+                .map_or(0.0, |v| v.nominal_flow / v.overpressure * rounded(p - pt - v.setting, 0.5e5));
+            let refilled = valves.anti_cavitation.as_ref().map_or(0.0, |v| {
+                let left = rounded(pt - p - v.opening_pressure, 0.02e5);
+                let root =
+                    if left < 0.1e5 { left * (3.0 - left / 0.1e5) / (2.0 * 0.1e5f64.sqrt()) } else { left.sqrt() };
+                v.nominal_flow / (v.nominal_pressure_drop - v.opening_pressure).sqrt() * root
+            });
+            relieved - refilled
+        };
+        let (q_a, q_b) = (from_supply[0] - to_tank[0] - through(0), to_tank[1] - from_supply[1] + through(1));
         drawn += from_supply[0] + from_supply[1];
 
         let (k_int, k_ext) = match c.leakage {
@@ -293,8 +318,14 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
 
         let bulk = |p: f64| bulk_modulus(&m.fluid, p);
         let half = c.stroke / 2.0;
-        dx[s] = bulk(p1) / (c.dead_volume[0] + a1 * (half + position)) * (q_a - q_int - a1 * v);
-        dx[s + 1] = bulk(p2) / (c.dead_volume[1] + a2 * (half - position)) * (a2 * v - q_b + q_int - q_ext);
+        // What a chamber with its line takes up per pressure.
+        let capacity = |side: usize, p: f64, volume: f64| match &c.lines[side] {
+            Some(line) => (volume + line.volume + line.compliance * p) / bulk(p) + line.compliance,
+            None => volume / bulk(p),
+        };
+        let volumes = [c.dead_volume[0] + a1 * (half + position), c.dead_volume[1] + a2 * (half - position)];
+        dx[s] = (q_a - q_int - a1 * v) / capacity(0, p1, volumes[0]);
+        dx[s + 1] = (a2 * v - q_b + q_int - q_ext) / capacity(1, p2, volumes[1]);
         let limited = |value: f64, limit: Option<f64>| limit.map_or(value, |l| value.clamp(-l, l));
         let w = valve.natural_frequency;
         dx[s + 2] = limited(vs, valve.velocity_limit);

@@ -3,7 +3,7 @@
 use crate::axis_group::{AxisGroup, Member};
 use crate::hydraulic_axis::{LocalRates, LocalState, SupplyPressures};
 use crate::layout::Layout;
-use crate::ledger::{supply_powers, LEDGER_PER_CYLINDER, SUPPLY_TERMS};
+use crate::ledger::{supply_powers, LEDGER_PER_CYLINDER, PORT_VALVE_TERMS, SUPPLY_TERMS};
 use crate::plant::{stroke, Plant};
 use hydrocrane_num::small::Spd;
 use hydrocrane_num::{Dual, Pack, Real};
@@ -207,17 +207,25 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
             out[N * LEDGER_PER_CYLINDER] = contact.heat;
         }
         let (pressures, mut demand, mut compensated) = (self.pressures(layout, x), self.plant.no_demand(), T::c(0.0));
+        let mut at_ports = [T::c(0.0); PORT_VALVE_TERMS.len()];
         for group in &self.groups {
             let local = group.local(&placed.positions, &placed.velocities, x);
-            let (powers, lost, flow) = group.powers(oil, &pressures, &local);
-            group.write_powers(&powers, out);
-            compensated += group.sum(lost);
-            demand.drawn += group.sum(flow);
+            let powers = group.powers(oil, &pressures, &local);
+            group.write_powers(&powers.own, out);
+            compensated += group.sum(powers.compensators);
+            demand.drawn += group.sum(powers.drawn);
+            for (sum, power) in at_ports.iter_mut().zip(powers.port_valves) {
+                *sum += group.sum(power);
+            }
         }
         let mut first = N * LEDGER_PER_CYLINDER + usize::from(self.plant.ground.is_some());
         if self.plant.is_compensated() {
             out[first] = compensated;
             first += 1;
+        }
+        if self.plant.has_port_valves() {
+            out[first..][..at_ports.len()].copy_from_slice(&at_ports);
+            first += at_ports.len();
         }
         let Some((supply, pressures, e)) = self.plant.supply_at(layout, x) else { return };
         let rates = supply.rates(&self.plant.fluid, &pressures, e, demand);

@@ -2,6 +2,7 @@
 
 use crate::hydraulic_axis::SupplyPressures;
 use hydrocrane_num::Real;
+use hydrocrane_physics::hydraulics::accumulator::Accumulator;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::load_sensing::LoadSensing;
 use hydrocrane_physics::hydraulics::mains::Mains;
@@ -20,6 +21,7 @@ pub struct Supply<T> {
     pub sensing: Option<LoadSensing<T>>,
     pub mains: Mains<T>,
     pub relief: ReliefValve<T>,
+    pub accumulator: Option<Accumulator<T>>,
 }
 
 /// What happens in the supply at one state.
@@ -45,6 +47,7 @@ impl<T: Copy> Supply<T> {
             sensing: self.sensing.map(|sensing| sensing.map(f)),
             mains: self.mains.map(f),
             relief: self.relief.map(f),
+            accumulator: self.accumulator.map(|accumulator| accumulator.map(f)),
         }
     }
 }
@@ -71,7 +74,7 @@ impl<T: Real> Supply<T> {
         let SupplyPressures { supply, load, tank } = *pressures;
         let pump_flow = self.pump.flow(e, supply - tank);
         let relief_flow = self.relief(load).flow(supply);
-        let stiffness = self.mains.stiffness(fluid.bulk_modulus(supply), supply);
+        let stiffness = self.stiffness(fluid.bulk_modulus(supply), supply);
         let (zero, set) = (T::c(0.0), self.setting(load));
         SupplyRates {
             pressure_rate: stiffness * (pump_flow - relief_flow - drawn),
@@ -79,6 +82,25 @@ impl<T: Real> Supply<T> {
             load_rate: self.sensing.as_ref().map_or(zero, |sensing| sensing.rate(signal, load)),
             pump_flow,
             relief_flow,
+        }
+    }
+
+    /// Rise of the pressure of the mains `p` (Pa) per volume that flows in, Pa/m^3, with the oil's bulk modulus (Pa).
+    #[inline(always)]
+    fn stiffness(&self, bulk: T, p: T) -> T {
+        match &self.accumulator {
+            Some(accumulator) => accumulator.with_mains(&self.mains, p).stiffness(bulk, p),
+            None => self.mains.stiffness(bulk, p),
+        }
+    }
+
+    /// Energy of the oil, the hoses and the gas, J, from the oil's energy per volume at the pressure `p` (Pa) of the mains.
+    pub fn stored(&self, energy_density: T, p: T) -> T {
+        match &self.accumulator {
+            Some(accumulator) => {
+                self.mains.energy(energy_density, p) + accumulator.oil(p) * energy_density + accumulator.energy(p)
+            }
+            None => self.mains.energy(energy_density, p),
         }
     }
 

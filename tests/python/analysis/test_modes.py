@@ -106,6 +106,42 @@ def test_the_map_says_what_friction_does():
     assert np.nanmax(found.damping) < 0.05
 
 
+def test_long_lines_slow_the_modes_down_as_their_oil_and_walls_say(tmp_path):
+    """A mass on two trapped volumes of oil: the frequency by hand, for three lengths of hose."""
+    bore, rod, stroke, hose = 0.05, 0.03, 0.63, 0.012
+    areas = np.pi / 4 * np.array([bore**2, bore**2 - rod**2])
+    found = []
+    for length in (0.5, 5.0, 20.0):
+        lines = "".join(
+            f"""
+            [line.{side}]
+            cylinder = "test"
+            side = "{side}"
+            length = "{length} m"
+            inner-diameter = "12 mm"
+            compliance = "{0.01 * length} ml/bar"
+            """
+            for side in ("piston-side", "rod-side")
+        )
+        path = tmp_path / f"hose-{length}.toml"
+        path.write_text(f'extends = "single-cylinder"\n[machine]\nclass = "assumed"\n{lines}')
+        crane = hc.load_machine(path)
+        q = np.array([0.05])
+        state = crane.equilibrium(q)
+        x, pressures = crane.strokes(q)[0], state[2:4]
+        dead = np.pi / 4 * 0.01**2 * 0.02
+        oil = dead + areas * (stroke / 2 + np.array([x, -x])) + np.pi / 4 * hose**2 * length
+        widening = 0.01e-6 * length / 1e5
+        capacity = (oil + widening * pressures) / crane.bulk_modulus(pressures) + widening
+        by_hand = np.sqrt((areas**2 / capacity).sum() / crane.mass_matrix(q)[0, 0]) / (2 * np.pi)
+        modes = hc.modes(crane, q, friction="released")
+        slowest = modes.frequency.min()
+        # Leakage damps a little.
+        assert slowest == pytest.approx(by_hand, rel=1e-3), length
+        found.append(slowest)
+    assert found[0] > 1.3 * found[1] > 1.6 * found[2]
+
+
 def test_wrong_friction_names_the_choices():
     with pytest.raises(hc.InputError, match="did you mean `released`"):
         hc.modes(LAB, [1.7, 1.7, 0.3], friction="release")

@@ -1,4 +1,4 @@
-//! `[cylinder]`, `[valve]`, `[counterbalance]`, `[friction]`, `[fluid]`, `[supply]`, `[pump]`, `[mains]` and `[equilibrium]`.
+//! `[cylinder]`, `[valve]`, `[friction]`, `[fluid]`, `[supply]`, `[pump]`, `[mains]` and `[equilibrium]`.
 
 use super::Sign::{Any, NonNegative, Positive};
 use super::{Key, Value};
@@ -342,30 +342,6 @@ static PRINTED_FLUID: &[Key] = &[Key::quantity("leakage-viscosity", &[VISCOSITY]
     .required()
     .usual(&[("0.0005 Pa s", "5 Pa s", 1e3)])
     .means("What the printed program uses for the viscosity in leakage.")];
-
-pub static COUNTERBALANCE: &[Key] = &[
-    Key::text("cylinder").required().means("The cylinder that it stands at."),
-    Key::choice("side", &["piston-side", "rod-side"]).required().means("The chamber whose oil it holds."),
-    Key::quantity("setting", &[PRESSURE], Positive).required().usual(&[("20 bar", "500 bar", 4.0)]).means(
-        "Pressure of the chamber that opens it without a pilot; makers advise 1.3 times the highest load pressure.",
-    ),
-    Key::quantity("pilot-ratio", &[NUMBER], NonNegative)
-        .required()
-        .usual(&[("1", "12", 3.0)])
-        .means("How much more the pressure of the other side opens it than that of the chamber."),
-    Key::quantity("opening-pressure", &[PRESSURE], Positive)
-        .defaults(&["40 bar"])
-        .usual(&[("2 bar", "200 bar", 5.0)])
-        .means("Rise beyond the setting, pilot included, that opens it fully."),
-    Key::quantity("nominal-flow", &[FLOW], Positive)
-        .required()
-        .usual(&[("0.1 l/min", "5000 l/min", 1e3)])
-        .means("Flow when fully open, at the nominal pressure drop."),
-    Key::quantity("nominal-pressure-drop", &[PRESSURE], Positive)
-        .required()
-        .usual(&[("0.5 bar", "400 bar", 100.0)])
-        .means("Pressure drop of that flow."),
-];
 
 pub static SUPPLY: &[Key] = &[
     Key::quantity("pressure", &[PRESSURE], NonNegative)

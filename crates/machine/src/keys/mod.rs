@@ -4,6 +4,7 @@
 //! ([`crate::plausible`]), and the schema for editors and the tables of the reference page are made from them
 //! (`crate::schema`, with the feature `schema`).
 
+mod circuit;
 mod control;
 mod hydraulics;
 mod scenario;
@@ -30,10 +31,30 @@ pub static MACHINE: &[Key] = &[
     Key::tables("joint", structure::JOINT).required().means("A joint between two links; the joints form one chain."),
     Key::tables("cylinder", hydraulics::CYLINDER).required().means("A double-acting cylinder; exactly one per joint."),
     Key::tables("valve", hydraulics::VALVE).required().means("The valve of a cylinder; exactly one per cylinder."),
-    Key::tables("counterbalance", hydraulics::COUNTERBALANCE)
+    Key::tables("counterbalance", circuit::COUNTERBALANCE)
         .otherwise("none")
         .means("A counterbalance valve on one side of a cylinder: it holds the load, and lets it down as the other side is fed.")
         .source("theory/hydraulics/counterbalance.md"),
+    Key::tables("pilot-check", circuit::PILOT_CHECK)
+        .otherwise("none")
+        .means("A pilot-operated check valve on one side of a cylinder: it holds the load until the other side is fed.")
+        .source("theory/hydraulics/pilot_check.md"),
+    Key::tables("hose-burst", circuit::HOSE_BURST)
+        .otherwise("none")
+        .means("A hose-burst valve on one side of a cylinder: it closes where more would flow out than it is set to.")
+        .source("theory/hydraulics/hose_burst.md"),
+    Key::tables("line", circuit::LINE)
+        .otherwise("the dead volume of the cylinder stands for it")
+        .means("A hose or pipe between the valve and one side of a cylinder.")
+        .source("theory/hydraulics/chamber.md"),
+    Key::tables("port-relief", circuit::PORT_RELIEF)
+        .otherwise("none")
+        .means("A relief (shock) valve from one side of a cylinder to the tank.")
+        .source("theory/hydraulics/port_valves.md"),
+    Key::tables("anti-cavitation", circuit::ANTI_CAVITATION)
+        .otherwise("none")
+        .means("A check valve from the tank to one side of a cylinder: it feeds a chamber that a load empties faster than the valve fills it.")
+        .source("theory/hydraulics/port_valves.md"),
     Key::tables("friction", hydraulics::FRICTION)
         .required()
         .means("Seal friction of a cylinder; exactly one per cylinder."),
@@ -45,6 +66,10 @@ pub static MACHINE: &[Key] = &[
     Key::table("mains", hydraulics::MAINS)
         .otherwise("required with a pump that is not `constant-pressure`")
         .means("The lines between pump and valves, with the main relief valve."),
+    Key::tables("accumulator", circuit::ACCUMULATOR)
+        .otherwise("none")
+        .means("A gas accumulator on the mains; at most one.")
+        .source("theory/hydraulics/accumulator.md"),
     Key::table("payload", structure::PAYLOAD).means("The load at the tip."),
     Key::table("equilibrium", hydraulics::EQUILIBRIUM).means("Pressures of a crane at rest."),
     Key::tables("sensor", sensor::SENSOR)

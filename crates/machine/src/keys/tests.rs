@@ -54,6 +54,40 @@ const MACHINE_WITH_MORE: &str = r#"
     measures = "cylinder.jib.x"
     kind = "wire-potentiometer"
     span = "1 m"
+    [port-relief.lift]
+    cylinder = "lift"
+    side = "piston-side"
+    setting = "250 bar"
+    nominal-flow = "40 l/min"
+    [anti-cavitation.lift]
+    cylinder = "lift"
+    side = "rod-side"
+    nominal-flow = "40 l/min"
+    nominal-pressure-drop = "2 bar"
+    [accumulator.main]
+    volume = "1 l"
+    precharge = "90 bar"
+    [line.extension]
+    cylinder = "extension"
+    side = "piston-side"
+    length = "3 m"
+    inner-diameter = "10 mm"
+    [line.extension-rod]
+    cylinder = "extension"
+    side = "rod-side"
+    volume = "0.2 l"
+    [pilot-check.lift]
+    cylinder = "lift"
+    side = "rod-side"
+    pilot-ratio = 3
+    nominal-flow = "40 l/min"
+    nominal-pressure-drop = "10 bar"
+    [hose-burst.jib]
+    cylinder = "jib"
+    side = "piston-side"
+    closing-flow = "60 l/min"
+    nominal-flow = "40 l/min"
+    nominal-pressure-drop = "2 bar"
     [counterbalance.lift]
     cylinder = "lift"
     side = "piston-side"

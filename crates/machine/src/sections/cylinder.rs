@@ -3,11 +3,11 @@
 use std::f64::consts::PI;
 
 use crate::errors::ErrorKind;
-use crate::model::{Cylinder, EndStop, FourBar, Friction, Joint, JointKind, Leakage, Link, RodPin, Valve};
+use crate::model::{Cylinder, EndStop, FourBar, Friction, Joint, JointKind, Leakage, Link, PortValves, RodPin, Valve};
 use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::chain::Chain;
-use crate::sections::{closure, counterbalance, friction, reference, valve, Result};
+use crate::sections::{closure, friction, line, load_holding, port_valves, reference, valve, Result};
 
 pub fn read<T: Number>(
     root: &Reader,
@@ -33,7 +33,9 @@ pub fn read<T: Number>(
         closure::check(table, &cylinder, &joints[index], links)?;
         cylinders.push(cylinder);
     }
-    counterbalance::read(root, &mut cylinders)?;
+    load_holding::read(root, &mut cylinders)?;
+    port_valves::read(root, &mut cylinders)?;
+    line::read(root, &mut cylinders)?;
     Ok(cylinders)
 }
 
@@ -70,7 +72,9 @@ fn read_cylinder<T: Number>(
         end_stop: end_stop(table, travel.stroke.plain())?,
         pressure_rating: table.optional_quantity("pressure-rating")?,
         valve,
-        counterbalances: [None, None],
+        holding: [None, None],
+        lines: [None, None],
+        port_valves: std::array::from_fn(|_| PortValves { relief: None, anti_cavitation: None }),
         friction,
     })
 }

@@ -1,9 +1,9 @@
 //! One file per group of tables of a machine file. Each turns checked text into its part of the model.
 
+mod accumulator;
 mod chain;
 mod closure;
 mod control;
-mod counterbalance;
 mod cylinder;
 mod errata;
 mod fluid;
@@ -11,7 +11,11 @@ mod friction;
 mod ground;
 mod joint;
 mod keep_out;
+mod line;
 mod link;
+mod load_holding;
+mod on_a_side;
+mod port_valves;
 mod reference;
 mod sensor;
 mod signal_chain;

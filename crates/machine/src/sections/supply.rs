@@ -4,7 +4,7 @@ use crate::errors::ErrorKind;
 use crate::model::{Compensator, LoadSensing, Machine, Mains, PressureControl, Pump, Supply, Valve};
 use crate::number::Number;
 use crate::reader::Reader;
-use crate::sections::{required_table, Result};
+use crate::sections::{accumulator, required_table, Result};
 use std::f64::consts::TAU;
 
 /// Relief pressure over supply pressure where the file does not say.
@@ -149,7 +149,7 @@ fn mains<T: Number>(root: &Reader, supply: &Supply<T>) -> Result<Option<Mains<T>
         }
     };
     match (pump, table) {
-        (None, None) => Ok(None),
+        (None, None) => accumulator::refuse_without_mains(root),
         (Some(_), None) => Err(root.missing("mains", "add the table [mains] with the `volume` of the lines")),
         (None, Some(_)) => Err(root
             .error(ErrorKind::ConflictingKeys, "mains", "its pressure would follow from a pump, and there is none")
@@ -158,7 +158,10 @@ fn mains<T: Number>(root: &Reader, supply: &Supply<T>) -> Result<Option<Mains<T>
             let message = "the supply pressure is that of the tank: its pump has nothing to do";
             Err(root.error(ErrorKind::OutOfRange, "supply", message).help("raise `supply.pressure`"))
         }
-        (Some((pump, load_sensing)), Some(table)) => Ok(Some(lines(&table, supply, pump, load_sensing)?)),
+        (Some((pump, load_sensing)), Some(table)) => {
+            let mains = lines(&table, supply, pump, load_sensing)?;
+            Ok(Some(Mains { accumulator: accumulator::read(root, supply, &mains)?, ..mains }))
+        }
     }
 }
 
@@ -176,6 +179,7 @@ fn lines<T: Number>(
         relief_gradient: table.quantity_or_default("relief-gradient")?,
         pump,
         load_sensing,
+        accumulator: None,
     };
     if mains.pump.control.is_none() || mains.relief_pressure.plain() > supply.pressure.plain() {
         return Ok(mains);

@@ -1,15 +1,20 @@
 //! Oil, metering edges, spools, chambers and end stops (thesis 4).
 
+pub mod accumulator;
 pub mod chamber;
 pub mod compensator;
 pub mod connector;
 pub mod counterbalance;
 pub mod end_stop;
 pub mod fluid;
+pub mod hose_burst;
 pub mod leakage;
+pub mod load_holding;
 pub mod load_sensing;
 pub mod mains;
 pub mod orifice;
+pub mod pilot_check;
+pub mod port_valves;
 pub mod pump;
 pub mod relief_valve;
 pub mod spool;

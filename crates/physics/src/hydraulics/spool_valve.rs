@@ -15,14 +15,14 @@
 //! With a load check valve the flows from the supply are not below zero: oil does not return from a port. A pressure compensator
 //! ([`super::compensator`]) takes its part of the drop from the supply to a port.
 //!
-//! Between a chamber and its port a counterbalance valve ([`super::counterbalance`]) may stand in series with the edge to the
-//! tank. It seals: the leakage of both edges of the port flows in proportion to its opening.
+//! Between a chamber and its port a valve that holds the load ([`super::load_holding`]) may stand in series with the edge to the
+//! tank. The leakage of both edges of the port flows in proportion to its opening.
 //!
 //! Overlap closes both directions within +-overlap. Leakage (75) is laminar over each edge; unlike (75), which
 //! opens it on the closed edges only, it is always there, so the law stays smooth (an open edge drowns it).
 
 use super::compensator::Compensator;
-use super::counterbalance::Counterbalance;
+use super::load_holding::{HeldPressures, LoadHolding};
 use super::load_sensing::Connection;
 use super::orifice::Orifice;
 use hydrocrane_num::{smooth, Real};
@@ -45,7 +45,7 @@ pub struct SpoolValve<T> {
     pub compensator: Compensator<T>,
     pub connection: Connection<T>,
     /// Of the piston side and of the rod side.
-    pub counterbalances: [Option<Counterbalance<T>>; 2],
+    pub holding: [Option<LoadHolding<T>>; 2],
 }
 
 impl<T: Copy> SpoolValve<T> {
@@ -61,13 +61,13 @@ impl<T: Copy> SpoolValve<T> {
             load_check: self.load_check,
             compensator: self.compensator.map(f),
             connection: self.connection.map(f),
-            counterbalances: self.counterbalances.map(|valve| valve.map(|valve| valve.map(f))),
+            holding: self.holding.map(|valve| valve.map(|valve| valve.map(f))),
         }
     }
 
-    /// Whether a counterbalance valve makes the flow of one port depend on the pressure of the other.
+    /// Whether the flow of one port may depend on the pressure of the other.
     pub fn couples_ports(&self) -> bool {
-        cfg!(feature = "mobile") && self.counterbalances.iter().any(Option::is_some)
+        cfg!(feature = "mobile") && self.holding.iter().any(Option::is_some)
     }
 }
 
@@ -103,15 +103,15 @@ impl<T: Real> SpoolValve<T> {
     #[inline(always)]
     pub fn closed(&self, p: &PortPressures<T>) -> EdgeFlows<T> {
         let drop = |port: T| self.compensator.drop(p.supply, p.load, port);
-        let leakage = |port: usize, chamber: T| match self.counterbalance(port) {
-            Some(valve) => self.leakage * valve.opening(chamber, p.tank),
+        let leakage = |port: usize, chamber: T| match self.holding(port) {
+            Some(valve) => self.leakage * valve.closed(&HeldPressures { chamber, pilot: p.tank, tank: p.tank }),
             None => self.leakage,
         };
         let (of_a, of_b) = (leakage(0, p.a), leakage(1, p.b));
         EdgeFlows {
-            supply_to_a: self.checked(of_a * drop(p.a)),
+            supply_to_a: self.checked(0, of_a * drop(p.a)),
             a_to_tank: of_a * (p.a - p.tank),
-            supply_to_b: self.checked(of_b * drop(p.b)),
+            supply_to_b: self.checked(1, of_b * drop(p.b)),
             b_to_tank: of_b * (p.b - p.tank),
         }
     }
@@ -124,7 +124,7 @@ impl<T: Real> SpoolValve<T> {
         // At most one edge of a port is open: one root per port serves both.
         let per_opening = self.edge_a.flow_per_opening(T::select(spool.lt(T::c(0.0)), drained, fed));
         let (share, leakage) = self.held(0, spool, self.return_ratio[0] * retract, p);
-        let from_supply = self.checked(extend * per_opening + leakage * fed);
+        let from_supply = self.checked(0, extend * per_opening + leakage * fed);
         (from_supply, share * per_opening + leakage * drained)
     }
 
@@ -139,29 +139,28 @@ impl<T: Real> SpoolValve<T> {
         let to_supply = T::select(regenerative, extend + retract, retract);
         let to_tank = T::select(regenerative, zero, extend);
         let (share, leakage) = self.held(1, spool, self.return_ratio[1] * to_tank, p);
-        let from_supply = self.checked(to_supply * per_opening + leakage * fed);
+        let from_supply = self.checked(1, to_supply * per_opening + leakage * fed);
         (from_supply, share * per_opening + leakage * drained)
     }
 
-    /// Opening (m) of the edge from a `port` to the tank that is left behind its counterbalance valve, if there is one, and the leakage
-    /// that this lets pass.
+    /// Opening (m) of the edge from a `port` to the tank that is left behind the valve that holds its load, if there is one, and the
+    /// leakage that this lets pass.
     #[inline(always)]
     fn held(&self, port: usize, spool: T, opening: T, p: &PortPressures<T>) -> (T, T) {
-        let Some(valve) = self.counterbalance(port) else { return (opening, self.leakage) };
+        let Some(valve) = self.holding(port) else { return (opening, self.leakage) };
         let (chamber, edge) = if port == 0 { (p.a, &self.edge_a) } else { (p.b, &self.edge_b) };
         // The other port opens the valve while it is fed.
         let fed = self.connection.signal(spool, [p.a, p.b], p.tank);
         let extends = T::c(0.0).le(spool);
         let pilot = if port == 0 { T::select(extends, p.tank, fed) } else { T::select(extends, fed, p.tank) };
-        let open = valve.opening(chamber, pilot);
-        let held = valve.in_series(open, edge.coefficient * opening) / edge.coefficient;
+        let (held, open) = valve.held(&HeldPressures { chamber, pilot, tank: p.tank }, edge, opening);
         // Into the chamber the check valve is open.
         (T::select(chamber.lt(p.tank), opening, held), self.leakage * open)
     }
 
     #[inline(always)]
-    fn counterbalance(&self, port: usize) -> Option<&Counterbalance<T>> {
-        self.counterbalances[port].as_ref().filter(|_| cfg!(feature = "mobile"))
+    fn holding(&self, port: usize) -> Option<&LoadHolding<T>> {
+        self.holding[port].as_ref().filter(|_| cfg!(feature = "mobile"))
     }
 
     /// Losses of the compensator at the edges to port A and to port B, W, with the flows through `edges`.
@@ -171,10 +170,10 @@ impl<T: Real> SpoolValve<T> {
         [taken(p.a) * edges.supply_to_a, taken(p.b) * edges.supply_to_b]
     }
 
-    /// A flow from the supply behind the check valve, if there is one.
+    /// A flow from the supply to a `port` behind a check valve, if there is one: that of the section, or that of a valve that holds.
     #[inline(always)]
-    fn checked(&self, flow: T) -> T {
-        if self.load_check {
+    fn checked(&self, port: usize, flow: T) -> T {
+        if self.load_check || self.holding(port).is_some_and(LoadHolding::checks) {
             smooth::positive_part(flow)
         } else {
             flow
@@ -213,6 +212,7 @@ impl<T: Real> EdgeFlows<T> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::counterbalance::Counterbalance;
     use super::super::orifice::OrificeLaw;
     use super::*;
 
@@ -235,7 +235,7 @@ mod tests {
             load_check: false,
             compensator: Compensator::None,
             connection: Connection { begins: 0.0, travel: 1e-3 },
-            counterbalances: [None; 2],
+            holding: [None; 2],
         }
     }
 
@@ -314,7 +314,7 @@ mod tests {
         let counterbalance =
             Counterbalance { setting: 120e5, pilot_ratio: 3.0, opening_pressure: 30e5, coefficient: 1e-6 };
         let plain = SpoolValve { leakage: 1e-13, ..valve(false, 0.0) };
-        let held = SpoolValve { counterbalances: [Some(counterbalance), None], ..plain };
+        let held = SpoolValve { holding: [Some(LoadHolding::Counterbalance(counterbalance)), None], ..plain };
         // 60 bar hold until the other port has 20 bar.
         for (b, holds) in [(0.0, true), (10e5, true), (45e5, false)] {
             let p = PortPressures { b, ..P };

@@ -1,4 +1,5 @@
-//! Counterbalance valves in a whole machine: they hold, and lower at the speed of the oil that is fed, whatever the pilot ratio.
+//! What holds loads in a whole machine: counterbalance and pilot-operated check valves hold, and lower at the speed of the oil that is
+//! fed; hose-burst valves close.
 
 use crate::extended;
 use crate::supply::{options, output, rows};
@@ -15,10 +16,10 @@ const EDGE_FLOW: f64 = 6e-3 / 60.0;
 const COMPENSATED: f64 = 8e5;
 const STROKE: f64 = 0.05;
 
-const VISCOUS: f64 = 40e3;
+pub const VISCOUS: f64 = 40e3;
 
 /// A mass that hangs on a cylinder with viscous friction alone: its rod side carries it.
-fn hanging(more: &str) -> Arc<dyn Model> {
+pub fn hanging(more: &str) -> Arc<dyn Model> {
     let text = format!(
         "[friction.test]\nmodel = \"static\"\ncoulomb = \"0 N\"\nbreakaway = \"0 N\"\nviscous-exponent = 1\nviscous = \"40000 N s/m\"\n\
          [valve.test]\nnominal-flow = \"6 l/min\"\nnominal-pressure-drop = \"16 bar\"\ncompensator = \"before-spool\"\n\
@@ -35,7 +36,7 @@ fn counterbalance(ratio: f64) -> String {
 }
 
 /// From rest at `q` (m) with the spool at `spool` (m).
-fn moved(m: &dyn Model, q: f64, spool: f64, end: f64) -> Run {
+pub fn moved(m: &dyn Model, q: f64, spool: f64, end: f64) -> Run {
     let options = RunOptions { payload: 300.0, ..options("rodas5p") };
     let start = m.equilibrium(&[q], EquilibriumMode::Hold, options.payload).expect("a pose");
     let commands = Commands { times: vec![0.0, 0.1, 0.6], values: vec![0.0, 0.0, spool], linear: true };
@@ -112,6 +113,101 @@ fn a_counterbalance_valve_that_cannot_be_is_said() {
     let unknown = counterbalance(3.0).replace("\"test\"", "\"tset\"");
     let shown = refused("single-cylinder", &unknown);
     assert!(shown.contains("no cylinder `tset`") && shown.contains("test"), "{shown}");
+    let both = counterbalance(3.0) + PILOT_CHECK;
+    assert!(refused("single-cylinder", &both).contains("already"));
+    let weak = PILOT_CHECK.replace("pilot-ratio = 4", "pilot-ratio = 1");
+    assert!(refused("single-cylinder", &weak).contains("pilot-ratio"));
+    let never = "[hose-burst.load]\ncylinder = \"test\"\nside = \"rod-side\"\nclosing-flow = \"2 l/min\"\nbleed = 1\n\
+         nominal-flow = \"10 l/min\"\nnominal-pressure-drop = \"2 bar\"\n";
+    assert!(refused("single-cylinder", never).contains("never closes"));
+    let line = "[line.load]\ncylinder = \"test\"\nside = \"rod-side\"\nvolume = \"0.2 l\"\n";
+    let shown = refused("single-cylinder", &(counterbalance(3.0) + line));
+    assert!(shown.contains("pressure of its own"), "{shown}");
     let sideless = counterbalance(3.0).replace("rod-side", "rod");
     assert!(refused("single-cylinder", &sideless).contains("rod-side"));
+}
+
+#[test]
+fn a_counterbalance_valve_set_too_low_is_said_with_pose_pressure_and_cure() {
+    let said = |payload: f64| {
+        let m = hanging(&format!("{}[payload]\nmass = \"{payload} kg\"\n", counterbalance(3.0)));
+        let warnings = m.machine().warnings.clone();
+        warnings.into_iter().find(|warning| warning.key == "counterbalance.load.setting")
+    };
+    // The rod side carries all of the weight while the tank's pressure, none here, is on the piston.
+    let m = hanging("");
+    let cylinder = &m.machine().cylinders[0];
+    let a2 = std::f64::consts::FRAC_PI_4 * (cylinder.bore.powi(2) - cylinder.rod_diameter.powi(2));
+    let pressure = |payload: f64| (payload + m.machine().links[1].mass) * m.machine().gravity.abs() / a2;
+    assert!(1.3 * pressure(400.0) < SETTING && said(400.0).is_none());
+    assert!(1.3 * pressure(550.0) > SETTING);
+    let warning = said(550.0).expect("a warning");
+    let bar = format!("{:.0} bar with 550 kg", pressure(550.0) / 1e5);
+    assert!(warning.text.contains(&bar) && warning.text.contains("slide"), "{warning:?}");
+    assert!(warning.cure.contains(&format!("{:.0} bar", (1.3 * pressure(550.0) / 1e5).ceil())), "{warning:?}");
+    assert!(warning.place.contains("extended.toml:"), "{warning:?}");
+    // Built once more, it is said once.
+    let again = hydrocrane_sim::build(m.machine()).expect("it can be built");
+    assert_eq!(again.machine().warnings, m.machine().warnings);
+}
+
+const PILOT_CHECK: &str =
+    "[pilot-check.load]\ncylinder = \"test\"\nside = \"rod-side\"\npilot-ratio = 4\nspring-pressure = \"2 bar\"\n\
+     nominal-flow = \"6 l/min\"\nnominal-pressure-drop = \"10 bar\"\n";
+
+#[test]
+fn a_pilot_operated_check_valve_holds_and_lowers_as_fast_as_oil_is_fed() {
+    let m = hanging(&format!("leakage = \"1e-12 m^3/(s Pa)\"\n{PILOT_CHECK}"));
+    let m = m.as_ref();
+    let position = |x: &[f64]| output(m, x, "cylinder.test.x");
+    let held = moved(m, 0.1, 0.0, 20.0);
+    let rows_held = rows(m, &held);
+    let crept = position(rows_held[rows_held.len() - 1]) - position(rows_held[0]);
+    // What leaks past the piston evens its pressures out: as behind a counterbalance valve.
+    assert!(crept.abs() < 3e-3, "{crept} m");
+    let spool = 0.01;
+    let run = moved(m, -0.1, spool, 6.0);
+    let all = rows(m, &run);
+    let a1 = std::f64::consts::FRAC_PI_4 * m.machine().cylinders[0].bore.powi(2);
+    let (v, mean) = (EDGE_FLOW * spool / STROKE / a1, (position(all[600]) - position(all[400])) / 2.0);
+    println!("sinks at {mean} m/s, fed for {v} m/s");
+    assert!((mean / v - 1.0).abs() < 0.05, "{mean} {v}");
+}
+
+#[test]
+fn a_hose_burst_valve_closes_above_its_flow_and_leaves_its_bleed() {
+    let burst = |flow: &str| {
+        format!(
+            "[hose-burst.load]\ncylinder = \"test\"\nside = \"rod-side\"\nclosing-flow = \"{flow}\"\nbleed = 0.02\n\
+             nominal-flow = \"10 l/min\"\nnominal-pressure-drop = \"2 bar\"\n"
+        )
+    };
+    let speed = |more: &str| {
+        let m = hanging(more);
+        let run = moved(m.as_ref(), -0.2, 0.04, 2.5);
+        let x = rows(m.as_ref(), &run).pop().expect("a row").to_vec();
+        (output(m.as_ref(), &x, "cylinder.test.v"), x[m.layout().p2(0)], m)
+    };
+    let (free, ..) = speed("");
+    let (wide, ..) = speed(&burst("20 l/min"));
+    let (closed, p2, m) = speed(&burst("2 l/min"));
+    let cylinder = &m.machine().cylinders[0];
+    let a2 = std::f64::consts::FRAC_PI_4 * (cylinder.bore.powi(2) - cylinder.rod_diameter.powi(2));
+    // Its bleed and the open edge in series.
+    let (bleed, edge) = (0.02 * 10e-3 / 60.0 / 2e5f64.sqrt(), EDGE_FLOW / COMPENSATED.sqrt() * 0.04 / STROKE);
+    let by_hand = (p2 - m.machine().supply.tank_pressure).sqrt() / (bleed.powi(-2) + edge.powi(-2)).sqrt() / a2;
+    println!("{free} m/s free, {wide} m/s below its flow, {closed} m/s closed, by hand {by_hand} m/s");
+    assert!(free > 0.02 && wide > 0.9 * free, "{free} {wide}");
+    assert!(closed < 0.5 * free && (closed / by_hand - 1.0).abs() < 0.02, "{closed} {by_hand}");
+}
+
+#[test]
+fn what_holds_a_load_keeps_oil_and_energy() {
+    for more in [PILOT_CHECK.to_string(), counterbalance(3.0)] {
+        let m = hanging(&more);
+        let run = moved(m.as_ref(), -0.1, 0.01, 3.0);
+        let (gap, supply) = (crate::ledger::gap(m.as_ref(), &run), crate::ledger::at_end(m.as_ref(), &run, "supply"));
+        println!("supply {supply:.1} J, open {gap:.2e} J");
+        assert!(supply > 10.0 && gap < 1e-4 * supply, "{gap} of {supply} J");
+    }
 }

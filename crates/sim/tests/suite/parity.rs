@@ -35,7 +35,7 @@ fn models() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     MACHINES.into_iter().flat_map(|name| [(name, model(name)), (name, frictionless(name))])
 }
 
-/// Fixed pumps, torque limits, soft hoses, unloading, flow sharing, counterbalance valves and measured pressures on chains of one and
+/// Fixed pumps, torque limits, soft hoses, unloading, flow sharing, load-holding and port valves, lines, accumulators and measured pressures on chains of one and
 /// three joints.
 fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     let fixed = r#"
@@ -70,11 +70,45 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
         )
     };
     let on_both_sides = ["piston-side", "rod-side"].map(|side| holding("test", side)).concat();
+    let at_ports = ["lift", "tilt"].map(|cylinder| {
+        let at = |side: &str| format!("cylinder = \"{cylinder}\"\nside = \"{side}\"\nnominal-flow = \"60 l/min\"\n");
+        format!(
+            "[port-relief.{cylinder}]\n{}setting = \"110 bar\"\n[anti-cavitation.{cylinder}]\n{}nominal-pressure-drop = \"2 bar\"\n\
+             [anti-cavitation.{cylinder}-2]\n{}nominal-pressure-drop = \"5 bar\"\nopening-pressure = \"0.5 bar\"\n",
+            at("piston-side"),
+            at("piston-side"),
+            at("rod-side")
+        )
+    });
+    let at = |cylinder: &str, side: &str| format!("cylinder = \"{cylinder}\"\nside = \"{side}\"\n");
+    let passing = "nominal-flow = \"40 l/min\"\nnominal-pressure-drop = \"5 bar\"\n";
+    let checked = |cylinder: &str| {
+        format!(
+            "[pilot-check.{cylinder}]\n{}pilot-ratio = 3.5\n{passing}[hose-burst.{cylinder}]\n{}closing-flow = \"4 l/min\"\nbleed = 0.02\n{passing}",
+            at(cylinder, "rod-side"),
+            at(cylinder, "piston-side")
+        )
+    };
+    let lines = |cylinder: &str| {
+        format!(
+            "[line.{cylinder}]\n{}length = \"4 m\"\ninner-diameter = \"12 mm\"\ncompliance = \"0.05 ml/bar\"\n\
+             [line.{cylinder}-2]\n{}volume = \"0.3 l\"\n",
+            at(cylinder, "piston-side"),
+            at(cylinder, "rod-side")
+        )
+    };
+    let gas = "[accumulator.main]\nvolume = \"0.7 l\"\nprecharge = \"80 bar\"\n";
     let held = unloaded.clone() + &on_both_sides;
     let lifting = sharing.clone() + &holding("lift", "piston-side") + &holding("tilt", "rod-side");
     [
         ("hiab-xs031", "[supply]\nmeasured = \"yes\"\n".to_string()),
         ("single-cylinder", on_both_sides),
+        ("hiab-xs031", at_ports[0].clone()),
+        ("hiab-xs031", checked("lift") + &lines("tilt")),
+        ("single-cylinder", unloaded.clone() + &checked("test")),
+        ("single-cylinder", fixed.to_string() + &lines("test") + gas),
+        ("hiab-xs031", sharing.clone() + &lines("lift") + gas),
+        ("hiab-xs031", lifting.clone() + &at_ports.concat()),
         ("single-cylinder", held),
         ("hiab-xs031", lifting),
         ("hiab-xs031", fixed.to_string()),

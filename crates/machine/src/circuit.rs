@@ -1,0 +1,99 @@
+//! The part of the [model](crate::model) that stands in a circuit beside cylinders, valves and pump.
+
+/// What holds the load of a chamber, between it and its port of the spool valve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadHolding<T = f64> {
+    /// Flow when fully open, m^3/s, at a pressure drop, Pa.
+    pub nominal_flow: T,
+    pub nominal_pressure_drop: T,
+    pub kind: HoldingKind<T>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub enum HoldingKind<T = f64> {
+    Counterbalance(Counterbalance<T>),
+    PilotCheck(PilotCheck<T>),
+    HoseBurst(HoseBurst<T>),
+}
+
+/// Counterbalance valve, vented.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Counterbalance<T = f64> {
+    /// Dotted path of its setting, and where it was written.
+    pub key: String,
+    pub place: String,
+    /// Pressure of the chamber that opens it without a pilot, Pa.
+    pub setting: T,
+    pub pilot_ratio: T,
+    /// Rise beyond that which opens it fully, Pa.
+    pub opening_pressure: T,
+}
+
+/// Pilot-operated check valve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PilotCheck<T = f64> {
+    pub pilot_ratio: T,
+    /// Force of its spring over its seat, Pa, and the rise beyond it that opens it fully.
+    pub spring_pressure: T,
+    pub opening_pressure: T,
+}
+
+/// Hose-burst valve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HoseBurst<T = f64> {
+    /// Flow at which it begins to close, m^3/s.
+    pub closing_flow: T,
+    /// Share of the opening that it leaves.
+    pub bleed: T,
+}
+
+/// Hose or pipe between a side of a cylinder and its port of the valve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Line<T = f64> {
+    /// Without pressure, m^3, and its growth with pressure, m^3/Pa.
+    pub volume: T,
+    pub compliance: T,
+}
+
+/// What stands between a side of a cylinder and the tank.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PortValves<T = f64> {
+    pub relief: Option<PortRelief<T>>,
+    pub anti_cavitation: Option<AntiCavitation<T>>,
+}
+
+impl<T> PortValves<T> {
+    pub fn is_none(&self) -> bool {
+        self.relief.is_none() && self.anti_cavitation.is_none()
+    }
+}
+
+/// Relief (shock) valve of a port.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PortRelief<T = f64> {
+    /// Pressure over the tank at which it opens, Pa.
+    pub setting: T,
+    /// Flow, m^3/s, at a pressure beyond the setting, Pa.
+    pub nominal_flow: T,
+    pub overpressure: T,
+}
+
+/// Check valve from the tank to a port.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AntiCavitation<T = f64> {
+    /// Flow, m^3/s, at a pressure drop from the tank to the port, Pa.
+    pub nominal_flow: T,
+    pub nominal_pressure_drop: T,
+    /// Pressure drop that opens it, Pa.
+    pub opening_pressure: T,
+}
+
+/// Gas behind a bladder or a piston, joined to the mains.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Accumulator<T = f64> {
+    /// Of the gas without oil, m^3.
+    pub volume: T,
+    /// Gauge pressure of the gas without oil, Pa.
+    pub precharge: T,
+    pub polytropic_exponent: T,
+}

@@ -1,0 +1,148 @@
+//! `[counterbalance]`, `[pilot-check]`, `[hose-burst]`, `[line]`, `[port-relief]`, `[anti-cavitation]` and `[accumulator]`: what stands in a
+//! circuit beside cylinders, valves and pump.
+
+use super::Key;
+use super::Sign::{NonNegative, Positive};
+use crate::quantities::{COMPLIANCE, FLOW, LENGTH, NUMBER, PRESSURE, VOLUME};
+
+pub static COUNTERBALANCE: &[Key] = &[
+    Key::text("cylinder").required().means("The cylinder that it stands at."),
+    Key::choice("side", &["piston-side", "rod-side"]).required().means("The chamber whose oil it holds."),
+    Key::quantity("setting", &[PRESSURE], Positive).required().usual(&[("20 bar", "500 bar", 4.0)]).means(
+        "Pressure of the chamber that opens it without a pilot; makers advise 1.3 times the highest load pressure.",
+    ),
+    Key::quantity("pilot-ratio", &[NUMBER], NonNegative)
+        .required()
+        .usual(&[("1", "12", 3.0)])
+        .means("How much more the pressure of the other side opens it than that of the chamber."),
+    Key::quantity("opening-pressure", &[PRESSURE], Positive)
+        .defaults(&["40 bar"])
+        .usual(&[("2 bar", "200 bar", 5.0)])
+        .means("Rise beyond the setting, pilot included, that opens it fully."),
+    Key::quantity("nominal-flow", &[FLOW], Positive)
+        .required()
+        .usual(&[("0.1 l/min", "5000 l/min", 1e3)])
+        .means("Flow when fully open, at the nominal pressure drop."),
+    Key::quantity("nominal-pressure-drop", &[PRESSURE], Positive)
+        .required()
+        .usual(&[("0.5 bar", "400 bar", 100.0)])
+        .means("Pressure drop of that flow."),
+];
+
+pub static PILOT_CHECK: &[Key] = &[
+    Key::text("cylinder").required().means("The cylinder that it stands at."),
+    Key::choice("side", &["piston-side", "rod-side"]).required().means("The chamber whose oil it holds."),
+    Key::quantity("pilot-ratio", &[NUMBER], Positive)
+        .required()
+        .usual(&[("1.5", "12", 3.0)])
+        .means("Area of the pilot piston over that of the seat."),
+    Key::quantity("spring-pressure", &[PRESSURE], NonNegative)
+        .defaults(&["2 bar"])
+        .usual(&[("0.1 bar", "20 bar", 10.0)])
+        .means("Force of its spring over the area of the seat."),
+    Key::quantity("opening-pressure", &[PRESSURE], Positive)
+        .defaults(&["10 bar"])
+        .usual(&[("1 bar", "100 bar", 5.0)])
+        .means("Rise beyond load and spring, pilot ratio included, that opens it fully."),
+    Key::quantity("nominal-flow", &[FLOW], Positive)
+        .required()
+        .usual(&[("0.1 l/min", "5000 l/min", 1e3)])
+        .means("Flow when fully open, at the nominal pressure drop."),
+    Key::quantity("nominal-pressure-drop", &[PRESSURE], Positive)
+        .required()
+        .usual(&[("0.5 bar", "400 bar", 100.0)])
+        .means("Pressure drop of that flow."),
+];
+
+pub static HOSE_BURST: &[Key] = &[
+    Key::text("cylinder").required().means("The cylinder that it stands at."),
+    Key::choice("side", &["piston-side", "rod-side"]).required().means("The chamber whose oil it holds."),
+    Key::quantity("closing-flow", &[FLOW], Positive).required().usual(&[("0.1 l/min", "5000 l/min", 1e3)]).means(
+        "Flow out of the chamber at which it begins to close; it has closed where 1.1 times as much would flow.",
+    ),
+    Key::quantity("bleed", &[NUMBER], NonNegative)
+        .defaults(&["0"])
+        .usual(&[("0.0001", "0.2", 5.0)])
+        .means("Share of its opening that it leaves when closed, below 1: the load sinks slowly."),
+    Key::quantity("nominal-flow", &[FLOW], Positive)
+        .required()
+        .usual(&[("0.1 l/min", "5000 l/min", 1e3)])
+        .means("Flow when open, at the nominal pressure drop."),
+    Key::quantity("nominal-pressure-drop", &[PRESSURE], Positive)
+        .required()
+        .usual(&[("0.2 bar", "100 bar", 100.0)])
+        .means("Pressure drop of that flow."),
+];
+
+/// Of the two descriptions of a line.
+const BORE: &str = "this group, or `volume`";
+
+pub static LINE: &[Key] = &[
+    Key::text("cylinder").required().means("The cylinder that it leads to."),
+    Key::choice("side", &["piston-side", "rod-side"]).required().means("The side that it leads to."),
+    Key::quantity("length", &[LENGTH], Positive)
+        .otherwise(BORE)
+        .usual(&[("0.1 m", "50 m", 10.0)])
+        .means("Length of the line."),
+    Key::quantity("inner-diameter", &[LENGTH], Positive)
+        .otherwise(BORE)
+        .usual(&[("3 mm", "80 mm", 10.0)])
+        .means("Its inner diameter."),
+    Key::quantity("volume", &[VOLUME], Positive)
+        .otherwise("this, or `length` and `inner-diameter`")
+        .usual(&[("1 ml", "50 l", 100.0)])
+        .means("Oil in the line without pressure."),
+    Key::quantity("compliance", &[COMPLIANCE], NonNegative)
+        .defaults(&["0 m^3/Pa"])
+        .usual(&[("0.0001 ml/bar", "10 ml/bar", 100.0)])
+        .means("Growth of that volume with pressure: some 0.01 % per bar in hoses, next to none in pipes."),
+];
+
+pub static ACCUMULATOR: &[Key] = &[
+    Key::quantity("volume", &[VOLUME], Positive)
+        .required()
+        .usual(&[("0.05 l", "100 l", 10.0)])
+        .means("Volume of the gas without oil."),
+    Key::quantity("precharge", &[PRESSURE], Positive)
+        .required()
+        .usual(&[("5 bar", "350 bar", 4.0)])
+        .means("Gauge pressure of the gas without oil."),
+    Key::quantity("polytropic-exponent", &[NUMBER], Positive)
+        .defaults(&["1.4"])
+        .usual(&[("1", "1.8", 1.2)])
+        .means("1 where the gas keeps its temperature, 1.4 where nitrogen has no time to give off heat."),
+];
+
+pub static PORT_RELIEF: &[Key] = &[
+    Key::text("cylinder").required().means("The cylinder that it protects."),
+    Key::choice("side", &["piston-side", "rod-side"]).required().means("The side that it relieves."),
+    Key::quantity("setting", &[PRESSURE], Positive)
+        .required()
+        .usual(&[("20 bar", "500 bar", 4.0)])
+        .means("Pressure over that of the tank at which it begins to open."),
+    Key::quantity("nominal-flow", &[FLOW], Positive)
+        .required()
+        .usual(&[("0.1 l/min", "5000 l/min", 1e3)])
+        .means("Flow at the overpressure."),
+    Key::quantity("overpressure", &[PRESSURE], Positive)
+        .defaults(&["20 bar"])
+        .usual(&[("1 bar", "100 bar", 10.0)])
+        .means("Rise beyond the setting at which the nominal flow passes."),
+];
+
+pub static ANTI_CAVITATION: &[Key] = &[
+    Key::text("cylinder").required().means("The cylinder that it feeds."),
+    Key::choice("side", &["piston-side", "rod-side"]).required().means("The side that it feeds."),
+    Key::quantity("nominal-flow", &[FLOW], Positive)
+        .required()
+        .usual(&[("0.1 l/min", "5000 l/min", 1e3)])
+        .means("Flow from the tank at the nominal pressure drop."),
+    Key::quantity("nominal-pressure-drop", &[PRESSURE], Positive)
+        .required()
+        .usual(&[("0.2 bar", "20 bar", 10.0)])
+        .means("Drop from the tank to the port at that flow."),
+    Key::quantity("opening-pressure", &[PRESSURE], Positive)
+        .defaults(&["0.1 bar"])
+        .usual(&[("0.01 bar", "5 bar", 10.0)])
+        .means("Drop that opens it, below the nominal one."),
+];

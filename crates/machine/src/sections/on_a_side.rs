@@ -1,0 +1,24 @@
+//! Valves that stand at one side of a cylinder, one of a kind at each.
+
+use crate::errors::ErrorKind;
+use crate::model::Cylinder;
+use crate::number::Number;
+use crate::reader::Reader;
+use crate::sections::{reference, Result};
+
+/// The cylinder, and its side: 0 of the piston, 1 of the rod.
+pub fn place<'c, T: Number>(table: &Reader, cylinders: &'c mut [Cylinder<T>]) -> Result<(&'c mut Cylinder<T>, usize)> {
+    let names: Vec<&str> = cylinders.iter().map(|cylinder| cylinder.name.as_str()).collect();
+    let index = reference::index(&table.required("cylinder", "the name of its cylinder")?, "cylinder", &names)?;
+    Ok((&mut cylinders[index], table.choice("side", &[0, 1])?))
+}
+
+/// Puts a valve where there is none of its kind.
+pub fn put<V>(table: &Reader, cylinder: &str, place: &mut Option<V>, valve: V) -> Result<()> {
+    if place.is_some() {
+        let message = format!("cylinder `{cylinder}` has one on this side already");
+        return Err(table.error(ErrorKind::NotOneToOne, "side", message).help("keep one on each side"));
+    }
+    *place = Some(valve);
+    Ok(())
+}

@@ -1,0 +1,120 @@
+//! What holds the load of a chamber, in series with the metering edge to the tank.
+//!                                                     theory: docs/theory/hydraulics/load_holding.md
+//!
+//! q = C C_e/sqrt(C^2 + C_e^2) g(p_c - p_T), C = C_N o                                   Watton (2009), chapter 2
+//!
+//! | symbol | meaning | unit |
+//! | C_N, C_e | flow per root of the pressure drop: of the open valve, of the edge | m^3/(s sqrt(Pa)) |
+//! | o        | opening of the valve                                               | -  |
+//! | g        | root of the law of the edge, of the drop from chamber to tank      | sqrt(Pa) |
+//!
+//! Limits of validity: both drops are turbulent, and no oil is stored between the two.
+
+use super::counterbalance::Counterbalance;
+use super::hose_burst::HoseBurst;
+use super::orifice::Orifice;
+use super::pilot_check::PilotCheck;
+use hydrocrane_num::{smooth, Real};
+
+/// Share of the opening within which its ends are rounded.
+pub const ROUNDING: f64 = 0.1;
+/// Share of the coefficient that keeps the slope of a series of two closed edges finite.
+pub const LEAST: f64 = 1e-9;
+
+/// One of them on each side of a cylinder at most.
+#[derive(Debug, Clone, Copy)]
+pub enum LoadHolding<T> {
+    Counterbalance(Counterbalance<T>),
+    PilotCheck(PilotCheck<T>),
+    HoseBurst(HoseBurst<T>),
+}
+
+/// Pressures that act on such a valve, Pa.
+#[derive(Debug, Clone, Copy)]
+pub struct HeldPressures<T> {
+    pub chamber: T,
+    /// Of the other port while it is fed, else of the tank.
+    pub pilot: T,
+    pub tank: T,
+}
+
+/// An opening from 0 to 1 with rounded ends, from the `share` of the pressure that opens fully.
+#[inline(always)]
+pub fn share_of_opening<T: Real>(share: T) -> T {
+    smooth::rounded_positive_part(share, ROUNDING) - smooth::rounded_positive_part(share - T::c(1.0), ROUNDING)
+}
+
+/// Flow per root of the drop over two edges in series, m^3/(s sqrt(Pa)), from that over each; both may be closed down to `least`.
+#[inline(always)]
+pub fn in_series<T: Real>(own: T, edge: T, least: T) -> T {
+    own * edge / (own.square() + edge.square() + least.square()).sqrt()
+}
+
+impl<T: Copy> LoadHolding<T> {
+    /// The same with `f` of every number.
+    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> LoadHolding<U> {
+        match self {
+            LoadHolding::Counterbalance(valve) => LoadHolding::Counterbalance(valve.map(f)),
+            LoadHolding::PilotCheck(valve) => LoadHolding::PilotCheck(valve.map(f)),
+            LoadHolding::HoseBurst(valve) => LoadHolding::HoseBurst(valve.map(f)),
+        }
+    }
+}
+
+impl<T: Real> LoadHolding<T> {
+    /// Whether oil gets out of the chamber through its opening alone: not against the flow from the supply.
+    pub fn checks(&self) -> bool {
+        !matches!(self, LoadHolding::HoseBurst(_))
+    }
+
+    /// Opening of the valve in front of a closed spool.
+    #[inline(always)]
+    pub fn closed(&self, p: &HeldPressures<T>) -> T {
+        match self {
+            LoadHolding::Counterbalance(valve) => valve.opening(p.chamber, p.pilot),
+            LoadHolding::PilotCheck(valve) => valve.opening(p.chamber, p.pilot, p.tank),
+            LoadHolding::HoseBurst(_) => T::c(1.0),
+        }
+    }
+
+    /// What is left of the `opening` (m) of the `edge` to the tank, and the opening of the valve, to which leakage flows in proportion.
+    #[inline(always)]
+    pub fn held(&self, p: &HeldPressures<T>, edge: &Orifice<T>, opening: T) -> (T, T) {
+        let along = edge.coefficient * opening;
+        let (coefficient, open) = match self {
+            LoadHolding::Counterbalance(valve) => (valve.coefficient, valve.opening(p.chamber, p.pilot)),
+            LoadHolding::PilotCheck(valve) => (valve.coefficient, valve.opening(p.chamber, p.pilot, p.tank)),
+            LoadHolding::HoseBurst(valve) => {
+                let root = edge.flow_per_opening(p.chamber - p.tank) / edge.coefficient;
+                (valve.coefficient, valve.opening(along, root))
+            }
+        };
+        (in_series(coefficient * open, along, coefficient * LEAST) / edge.coefficient, open)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hydrocrane_num::{Dual, Field};
+
+    #[test]
+    fn two_edges_in_series_share_the_drop() {
+        // Equal coefficients leave half the drop to each: the flow falls by the root of two.
+        assert!((in_series(1e-7, 1e-7, 1e-16) / 1e-7 * 2f64.sqrt() - 1.0).abs() < 1e-12);
+        assert!((in_series(1e-7, 1e-12, 1e-16) / 1e-12 - 1.0).abs() < 1e-6);
+        assert_eq!([in_series(0.0, 1e-7, 1e-16), in_series(1e-7, 0.0, 1e-16)], [0.0; 2]);
+    }
+
+    #[test]
+    fn slopes_are_finite_where_both_are_closed() {
+        let series = in_series(Dual::<f64, 2>::variable(0.0, 0), Dual::variable(0.0, 1), Dual::constant(1e-16));
+        assert!(series.value == 0.0 && series.derivative.iter().all(|d| d.finite()));
+        for share in [-ROUNDING, ROUNDING, 1.0 - ROUNDING, 1.0 + ROUNDING] {
+            let at = |offset: f64| share_of_opening(Dual::<f64, 1>::variable(share + offset, 0));
+            let (before, after) = (at(-1e-7), at(1e-7));
+            assert!((before.value - after.value).abs() < 1e-6);
+            assert!((before.derivative[0] - after.derivative[0]).abs() < 1e-5);
+        }
+    }
+}
