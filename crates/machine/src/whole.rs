@@ -98,11 +98,17 @@ fn provenance(origin: &Origin) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
+    use crate::model::HoldingKind;
     use crate::{bundled_machines, parse, Machine, OverrideValue, Template};
 
-    /// Values stand before tables in a file, so that the order of the values is another one.
+    /// Values stand before tables in a file, so that the order of the values and their places are other ones.
     fn in_any_order(mut machine: Machine) -> Machine {
         machine.provenance.sort_by(|one, other| one.key.cmp(&other.key));
+        for held in machine.cylinders.iter_mut().flat_map(|cylinder| cylinder.holding.iter_mut().flatten()) {
+            if let HoldingKind::Counterbalance(valve) = &mut held.kind {
+                valve.place.clear();
+            }
+        }
         machine
     }
 

@@ -38,7 +38,7 @@ const MACHINE_WITH_MORE: &str = r#"
     hydromechanical-efficiency = 0.92
     [mains]
     volume = "2 l"
-    [valve.jib]
+    [valve.lift]
     return-pressure = ["20 bar", "3 bar"]
     return-pressure-range = "4 bar"
     [valve.lift.metering.supply-to-a]

@@ -92,7 +92,7 @@ fn commands_under_way_still_arrive() {
 #[test]
 fn what_cannot_follow_is_told_before_the_run() {
     let (m, other) = (model(&[]), model(&[("friction.lift.model".into(), OverrideValue::Text("static".into()))]));
-    for (second, at, part) in [(&m, 0.0, "above zero"), (&m, f64::NAN, "above zero"), (&other, 0.05, "other states")] {
+    for (second, at, part) in [(&m, 0.0, "positive"), (&m, f64::NAN, "positive"), (&other, 0.05, "other states")] {
         let done = run([m.as_ref(), second.as_ref()], at, [&mut constant(0.0), &mut constant(0.0)], 0.0).run;
         assert_eq!((done.outcome.kind, done.times.len()), (OutcomeKind::BadState, 0));
         assert!(done.outcome.message.contains(part), "{}", done.outcome.message);

@@ -50,6 +50,15 @@ pub fn options(method: &str) -> RunOptions {
     }
 }
 
+/// Even steps of 1 ms where a method has them: return edges and curves are too steep for longer ones.
+pub fn fine(method: &str) -> RunOptions {
+    let mut options = options(method);
+    if method == "hc-rosenbrock-3" {
+        options.tolerances.max_step = 1e-3;
+    }
+    options
+}
+
 pub fn run(m: &dyn Model, end: f64, spools: [f64; 3], options: &RunOptions) -> Run {
     let start = m.equilibrium(&POSE, EquilibriumMode::Hold, options.payload).expect("a pose");
     let values = [[0.0; 3], [0.0; 3], spools].concat();

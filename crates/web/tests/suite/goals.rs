@@ -54,7 +54,7 @@ fn a_drive_with_goals_and_precision_is_saved_and_repeated_to_the_bit() {
 fn a_goal_that_cannot_be_is_refused_and_a_stick_ends_one() {
     let (mut cockpit, description, [x, z]) = begun();
     cockpit.advance(100);
-    for (place, why) in [([9.0, 0.0], "out of reach"), ([x, -1.3], "keep out"), ([f64::NAN, z], "finite")] {
+    for (place, why) in [([9.0, 0.0], "out of reach"), ([x, -1.3], "keep-out region"), ([f64::NAN, z], "finite")] {
         let problem = cockpit.go_to(place).expect_err("no such place");
         assert!(problem.message().contains(why), "{}", problem.message());
     }
