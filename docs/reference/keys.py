@@ -1,6 +1,7 @@
 """Write what is declared of the keys of files: ``python docs/reference/keys.py``.
 
-The tables of ``machine-file.md`` between their marks, and the types of the cockpit in ``cockpit/src/file-keys.ts``.
+The tables of ``machine-file.md`` and ``scenario-file.md`` between their marks, and the types of the cockpit in
+``cockpit/src/file-keys.ts``.
 """
 
 from __future__ import annotations
@@ -9,12 +10,13 @@ import json
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from hydrocrane import _core
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = ROOT / "docs/reference/machine-file.md"
+PAGES = {kind: ROOT / f"docs/reference/{kind}-file.md" for kind in ("machine", "scenario")}
 TYPES = ROOT / "cockpit/src/file-keys.ts"
 # <!-- keys of machine: link --> ... <!-- keys: end -->
 BLOCK = re.compile(r"(<!-- keys of (machine|scenario): ([^\n]*) -->\n).*?(<!-- keys: end -->)", re.DOTALL)
@@ -124,21 +126,19 @@ def table(keys: list[Key], paths: list[str]) -> str:
     return "".join("| " + " | ".join(line[i] for i in columns) + " |\n" for line in lines)
 
 
-def page() -> str:
-    """``machine-file.md`` with its tables brought up to date; every key must have a place."""
-    text = PAGE.read_text(encoding="utf-8")
-    blocks = [(kind, paths.split(", ")) for _, kind, paths, _ in BLOCK.findall(text)]
-    for kind in ("machine", "scenario"):
-        placed = {path for of, paths in blocks if of == kind for path in paths}
-        missing = {key.path.split(".")[0] for key in declared(kind)} - placed
-        if missing:
-            raise SystemExit(f"{PAGE.name} has no place for the keys of {kind} files {sorted(missing)}")
+def page(kind: str) -> str:
+    """The page of a kind of file with its tables brought up to date; every key must have a place."""
+    text = PAGES[kind].read_text(encoding="utf-8")
+    blocks = [paths.split(", ") for _, _, paths, _ in BLOCK.findall(text)]
+    missing = {key.path.split(".")[0] for key in declared(kind)} - {path for paths in blocks for path in paths}
+    if missing:
+        raise SystemExit(f"{PAGES[kind].name} has no place for the keys {sorted(missing)}")
 
     def written(match: re.Match[str]) -> str:
-        begin, kind, paths, end = match.groups()
+        begin, _, paths, end = match.groups()
         own = paths.split(", ")
         # Tables inside these that have a block of their own.
-        inner = [p for k, others in blocks if k == kind for p in others if any(p.startswith(f"{one}.") for one in own)]
+        inner = [p for others in blocks for p in others if any(p.startswith(f"{one}.") for one in own)]
         keys = [key for key in declared(kind) if not any(key.path.startswith(f"{path}.") for path in inner)]
         return f"{begin}\n{table(keys, own)}\n{end}"
 
@@ -171,7 +171,7 @@ def types() -> str:
     )
 
 
-FILES: dict[Path, Callable[[], str]] = {PAGE: page, TYPES: types}
+FILES: dict[Path, Callable[[], str]] = {PAGES[kind]: partial(page, kind) for kind in PAGES} | {TYPES: types}
 
 if __name__ == "__main__":
     for path, text in FILES.items():

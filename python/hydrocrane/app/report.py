@@ -11,7 +11,7 @@ from rich.text import Text
 
 from hydrocrane import _core
 from hydrocrane.analysis.capacity import Height, at_height
-from hydrocrane.machine.machine import PROVENANCE_CLASSES
+from hydrocrane.machine.stated import PROVENANCE_CLASSES
 from hydrocrane.scenario.solver import named
 from hydrocrane.scenario.stage import Stage
 

@@ -56,6 +56,13 @@ class LinearModel(Matrices):
         As of :func:`~hydrocrane.linear.linearise`.
     warnings : tuple of ResultWarning
         What the matrices do not show.
+
+    Examples
+    --------
+    >>> crane = hc.load_machine("rottne-f9-lab")
+    >>> model = crane.linearise([1.9, 2.0, 0.0], outputs="tip.z", friction="released")
+    >>> print(model.A.shape, model.output_names, model.input_names[0])
+    (21, 21) ('tip.z',) cylinder.lift.command
     """
 
     def __repr__(self) -> str:

@@ -1,7 +1,6 @@
 """Machines: loaded from files, with their geometry, mechanics, hydraulics and sensors."""
 
 from hydrocrane.machine.machine import (
-    PROVENANCE_CLASSES,
     Machine,
     MachineLike,
     as_machine,
@@ -10,6 +9,7 @@ from hydrocrane.machine.machine import (
 )
 from hydrocrane.machine.overrides import Override, plain_overrides
 from hydrocrane.machine.sensors import SensorFault
+from hydrocrane.machine.stated import PROVENANCE_CLASSES
 from hydrocrane.machine.value import Value
 
 __all__ = [

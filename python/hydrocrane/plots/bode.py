@@ -42,6 +42,13 @@ def bode(models: LinearModel | Mapping[str, LinearModel], omega: ArrayLike | Non
     -------
     Figure
         Magnitude in dB of output per input, both in SI; phase in degrees; frequency in Hz.
+
+    Examples
+    --------
+    >>> crane = hc.load_machine("rottne-f9-lab")
+    >>> model = crane.linearise([1.9, 2.0, 0.0], outputs="tip.z", friction="released")
+    >>> figure = hc.bode(model.select("cylinder.lift.command", "tip.z"))
+    >>> figure.savefig("bode.png")
     """
     named = {"": models} if isinstance(models, LinearModel) else dict(models)
     pairs = [(label, m, o, i) for label, m in named.items() for o in m.output_names for i in m.input_names]

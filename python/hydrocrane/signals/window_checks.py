@@ -109,9 +109,7 @@ def velocity_levels(windows: Sequence[Window], direction: int) -> list[float]:
 
 def _coverage(windows: Sequence[Window]) -> list[tuple[str, str]]:
     if not windows:
-        return [
-            ("no-window", "the log has no window of steady motion; hold each command until the pressures are constant")
-        ]
+        return [("no-window", "the log has no window of steady motion; hold commands until pressures are constant")]
     texts = []
     for direction, word in DIRECTIONS:
         levels = len(velocity_levels(windows, direction))

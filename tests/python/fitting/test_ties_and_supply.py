@@ -70,7 +70,7 @@ def test_what_is_tied_keeps_its_proportion(tied: hc.Fit, tmp_path):
     friction = [tied.machine.value(f"friction.lift.{key}").si for key in ("coulomb", "breakaway")]
     assert friction[1][0] == pytest.approx(2.0 * friction[0][0]) and friction[1][1] == 1470.0
     assert not any("has stayed" in warning for warning in tied.warnings)
-    assert "friction.lift.breakaway[0] moves along, 2 times" in tied.summary()
+    assert "friction.lift.breakaway[0] moves with it, 2 times" in tied.summary()
     tied.write(tmp_path / "fitted.toml")
     (tmp_path / "mine.toml").write_text(
         'extends = "rottne-f9-lab"\ninclude = ["fitted.toml"]\n[machine]\nname = "mine"\n'
@@ -109,7 +109,7 @@ def test_a_column_that_fits_no_worse_as_it_is_is_not_called_swapped():
     def told(small: np.ndarray, large: np.ndarray) -> list[str]:
         pairs = {names[0]: (other, small), names[1]: (wave, large)}
         known = {("log", n): Difference(n, "N", time, run, log) for n, (run, log) in pairs.items()}
-        return [text for text in doubtful_columns(known) if "swapped" in text]
+        return [text for text in doubtful_columns(known) if "columns exchanged" in text]
 
     assert len(told(wave, other)) == 1
     assert not told(0.3 * wave + 0.1 * other, wave)
@@ -151,6 +151,6 @@ def test_the_command_line_ties_keys(log: dict[str, np.ndarray], tmp_path):
     sets = [part for key, pair in texts.items() for part in ("--set", f"{key}={json.dumps(pair)}")]
     done = CliRunner().invoke(app, ["fit", *text, *sets, "--payload", "130"])
     assert done.exit_code == 0, done.output
-    assert "moves along" in done.output
+    assert "moves with it" in done.output
     wrong = CliRunner().invoke(app, ["fit", *text[:4], "--tie", "friction.lift.breakaway[0]"])
     assert "--tie takes KEY=PARAMETER" in str(wrong.exception)

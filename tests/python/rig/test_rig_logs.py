@@ -192,7 +192,7 @@ WRONG = {
     "calibration": (lambda: rig.run("ramp", calibration=-1.0), ["calibration", "-1.0"]),
     "load cell": (lambda: rig.run("ramp", "single-cylinder"), ["single-cylinder", "load_cell=False"]),
     "bits": (lambda: rig.run("ramp", bits=0), ["bits"]),
-    "varied": (lambda: rig.series("load-variation", payload=20.0), ["payload", "leave it out"]),
+    "varied": (lambda: rig.series("load-variation", payload=20.0), ["payload", "omit it"]),
     "table": (lambda: rig.loaded_friction("rig-rotne"), ["rig-rotne", "rig-rottne"]),
     "table's load": (lambda: rig.loaded_friction("rig-rottne", 20), ["20", "115"]),
     "damping": (lambda: rig.bristle_damping(0.0, 5.0, 100.0), ["stiffness", "0.0"]),

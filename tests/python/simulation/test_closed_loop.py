@@ -201,7 +201,7 @@ def test_the_place_of_an_exception_in_the_package_does_not_tell_where_it_is_inst
         (Unwilling(), RuntimeError, "no model of this crane"),
         (Misplaced(), ValueError, "could not convert"),
         (lambda obs, command: [0.0], hc.InputError, r"1 spool commands for 3 cylinders \(lift, jib, extension\)"),
-        (lambda obs, command: "garbage", hc.InputError, "no list of 3 spool commands in m"),
+        (lambda obs, command: "garbage", hc.InputError, "not a list of 3 spool commands in m"),
     ],
 )
 def test_whatever_a_controller_gets_wrong_is_raised(controller, error, said):

@@ -14,7 +14,7 @@
 //! Source: Handroos, Halme and Vilenius (1993). Both ends of the opening are rounded within a tenth of p_o. Limits of validity: the
 //! valve follows at once, and no pressure stands between it and the edge of a closed spool. In series with an edge: [`super::load_holding`].
 
-use super::load_holding::share_of_opening;
+use super::orifice::share_of_opening;
 use hydrocrane_num::Real;
 
 parameters! {

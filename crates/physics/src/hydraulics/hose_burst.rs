@@ -14,7 +14,7 @@
 //! Source: Watton (2009), chapter 2, for the plate that the flow closes against a spring. Limits of validity: static, so without its
 //! latch: it opens as soon as no more than q_s would flow, where a real one waits until the pressures on both sides are equal.
 
-use super::load_holding::{in_series, LEAST};
+use super::orifice::{in_series, LEAST};
 use hydrocrane_num::{smooth, Real};
 
 parameters! {

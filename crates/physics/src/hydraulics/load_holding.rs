@@ -12,14 +12,9 @@
 
 use super::counterbalance::Counterbalance;
 use super::hose_burst::HoseBurst;
-use super::orifice::Orifice;
+use super::orifice::{in_series, Orifice, LEAST};
 use super::pilot_check::PilotCheck;
-use hydrocrane_num::{smooth, Real};
-
-/// Share of the opening within which its ends are rounded.
-pub const ROUNDING: f64 = 0.1;
-/// Share of the coefficient that keeps the slope of a series of two closed edges finite.
-pub const LEAST: f64 = 1e-9;
+use hydrocrane_num::Real;
 
 /// One of them on each side of a cylinder at most.
 #[derive(Debug, Clone, Copy)]
@@ -36,18 +31,6 @@ pub struct HeldPressures<T> {
     /// Of the other port while it is fed, else of the tank.
     pub pilot: T,
     pub tank: T,
-}
-
-/// An opening from 0 to 1 with rounded ends, from the `share` of the pressure that opens fully.
-#[inline(always)]
-pub fn share_of_opening<T: Real>(share: T) -> T {
-    smooth::rounded_positive_part(share, ROUNDING) - smooth::rounded_positive_part(share - T::c(1.0), ROUNDING)
-}
-
-/// Flow per root of the drop over two edges in series, m^3/(s sqrt(Pa)), from that over each; both may be closed down to `least`.
-#[inline(always)]
-pub fn in_series<T: Real>(own: T, edge: T, least: T) -> T {
-    own * edge / (own.square() + edge.square() + least.square()).sqrt()
 }
 
 impl<T: Copy> LoadHolding<T> {
@@ -95,6 +78,7 @@ impl<T: Real> LoadHolding<T> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::orifice::{share_of_opening, ROUNDING};
     use super::*;
     use hydrocrane_num::{Dual, Field};
 

@@ -15,6 +15,11 @@
 
 use hydrocrane_num::{smooth, Real};
 
+/// Share of the opening within which its ends are rounded.
+pub const ROUNDING: f64 = 0.1;
+/// Share of the coefficient that keeps the slope of a series of two closed edges finite.
+pub const LEAST: f64 = 1e-9;
+
 parameters! {
     pub struct Orifice {
         /// C_0, m^2 sqrt(m/kg): flow per opening and root of pressure.
@@ -71,6 +76,18 @@ impl<T: Real> Orifice<T> {
         let outer = T::select(magnitude.lt(self.blend_high), blend, turbulent);
         T::select(magnitude.lt(self.blend_low), quadratic, outer)
     }
+}
+
+/// An opening from 0 to 1 with rounded ends, from the `share` of the pressure that opens fully.
+#[inline(always)]
+pub fn share_of_opening<T: Real>(share: T) -> T {
+    smooth::rounded_positive_part(share, ROUNDING) - smooth::rounded_positive_part(share - T::c(1.0), ROUNDING)
+}
+
+/// Flow per root of the drop over two edges in series, m^3/(s sqrt(Pa)), from that over each; both may be closed down to `least`.
+#[inline(always)]
+pub fn in_series<T: Real>(own: T, edge: T, least: T) -> T {
+    own * edge / (own.square() + edge.square() + least.square()).sqrt()
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@
 //! Source: Watton (2009), chapter 2. Both ends of the opening are rounded within a tenth of p_o. Limits of validity: the valve
 //! follows at once, the pressure behind the seat is that of the tank.
 
-use super::load_holding::share_of_opening;
+use super::orifice::share_of_opening;
 use hydrocrane_num::Real;
 
 parameters! {
