@@ -318,7 +318,7 @@ const MOST_EXTENDED: usize = 16;
 /// Files that one file includes.
 const MOST_INCLUDED: usize = 64;
 /// Names in one message.
-const MOST_LISTED: usize = 12;
+const MOST_LISTED: usize = 8;
 
 /// A name with a separator or a suffix is a path; a plain word is a bundled name.
 pub fn is_path(source: &str) -> bool {

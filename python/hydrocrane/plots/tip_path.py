@@ -60,7 +60,7 @@ def _path(axes: Axes, run: Record) -> None:
     axes.plot(x[0], z[0], marker="o", ms=4, color=INK, ls="none", label="start")
     for change in run.payload_changes:
         load = change.after - change.before
-        word, colour = ("picks up", ACCENT) if load > 0 else ("lets go", MUTED)
+        word, colour = ("picks up", ACCENT) if load > 0 else ("releases", MUTED)
         place = [np.interp(change.time, time, column) for column in (x, z)]
         axes.plot(*place, marker="v", ms=7, color=colour, ls="none", label=f"{word} {abs(load):g} kg")
     axes.set_aspect("equal", adjustable="datalim")

@@ -35,7 +35,7 @@ def test_a_run_tells_its_changes_in_order(run):
     assert down.velocity_before == down.velocity_after
     assert np.hypot(*up.velocity_after) < 0.5 * np.hypot(*up.velocity_before)
     assert [event.time for event in run.events] == [0.5035, 0.8]
-    assert "picks up 150 kg" in run.events[0].text and "lets 120 kg go" in run.events[1].text
+    assert "picks up 150 kg" in run.events[0].text and "releases 120 kg" in run.events[1].text
     assert "picks up 150 kg" in run.summary() and "impacts of loads" not in run.summary()
 
 
@@ -119,7 +119,7 @@ def test_the_bundled_scenario_shows_it(tmp_path):
     assert run.data["tip.deviation"].values.max() < 0.03
     figure = plots.tip_charts(run)
     labels = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
-    assert "picks up 100 kg" in labels and "lets go 100 kg" in labels
+    assert "picks up 100 kg" in labels and "releases 100 kg" in labels
     assert len(figure.axes) == 4
     drawn = figure.axes[2].lines[0].get_ydata()
     np.testing.assert_array_equal(drawn, run.data["payload"].values)

@@ -38,7 +38,7 @@ const MACHINE_WITH_MORE: &str = r#"
     hydromechanical-efficiency = 0.92
     [mains]
     volume = "2 l"
-    [valve.lift]
+    [valve.jib]
     return-pressure = ["20 bar", "3 bar"]
     return-pressure-range = "4 bar"
     [valve.lift.metering.supply-to-a]
@@ -78,8 +78,8 @@ const MACHINE_WITH_MORE: &str = r#"
     [accumulator.main]
     volume = "1 l"
     precharge = "90 bar"
-    [line.extension]
-    cylinder = "extension"
+    [line.jib]
+    cylinder = "jib"
     side = "piston-side"
     length = "3 m"
     inner-diameter = "10 mm"
@@ -93,8 +93,8 @@ const MACHINE_WITH_MORE: &str = r#"
     pilot-ratio = 3
     nominal-flow = "40 l/min"
     nominal-pressure-drop = "10 bar"
-    [hose-burst.jib]
-    cylinder = "jib"
+    [hose-burst.extension]
+    cylinder = "extension"
     side = "piston-side"
     closing-flow = "60 l/min"
     nominal-flow = "40 l/min"
