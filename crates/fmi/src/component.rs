@@ -309,7 +309,9 @@ impl Component {
         }
         let own = self.part.time();
         // Tools sum steps up in ways of their own.
-        if !((now - own).abs() <= 1e-9 * own.abs().max(1.0) + 1e-6 * duration) {
+        // Also false where one of them is no number.
+        let together = (now - own).abs() <= 1e-9 * own.abs().max(1.0) + 1e-6 * duration;
+        if !together {
             return Err(
                 format!("a step from {now} s was asked for, and the FMU is at {own} s; go on from there").into()
             );

@@ -158,7 +158,7 @@ impl Template {
     /// As [`load`].
     pub fn to_toml(&self, changes: &[(String, OverrideValue)]) -> Result<String> {
         let tree = overridden(Cow::Borrowed(&self.tree), &placed(changes))?;
-        let machine: Machine = sections::machine(&*tree, &[])?;
+        let machine: Machine = sections::machine(&tree, &[])?;
         Ok(whole::text(&tree, &machine.provenance))
     }
 

@@ -57,7 +57,7 @@ impl Writer<'_> {
         if values.is_empty() && !empty {
             return None;
         }
-        let _ = write!(self.text, "{}[{header}]\n", if self.text.is_empty() { "" } else { "\n" });
+        let _ = writeln!(self.text, "{}[{header}]", if self.text.is_empty() { "" } else { "\n" });
         let own = values.first().map(|(_, _, origin)| *origin).filter(|_| path != "machine")?;
         for line in provenance(own) {
             let _ = writeln!(self.text, "{line}");
