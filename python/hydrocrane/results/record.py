@@ -31,7 +31,7 @@ class Event:
     --------
     >>> run = hc.simulate("vertical-lift-open-loop", payload_changes={1.0: 50.0}, duration=1.5)
     >>> print(run.events[0].time, run.events[0].text)
-    1.0 takes up 50 kg; payload 50 kg, tip from 0.173 to 0.0292 m/s, 0.126 J lost
+    1.0 picks up 50 kg; payload 50 kg, tip from 0.173 to 0.0292 m/s, 0.126 J lost
     """
 
     time: float

@@ -198,7 +198,7 @@ def test_cite_prints_bibtex():
         (["plot", "rottne-f9-lab"], "takes a scenario or a saved run"),
         (["simulate", "rottne-f9-lab"], "takes a scenario"),
         (["simulate", "vertical-lift-open-loop", "-o", __file__], "--output is a folder"),
-        (["simulate", "vertical-lift-open-loop", "--also", "xlsx"], "unknown suffix `.xlsx`"),
+        (["simulate", "vertical-lift-open-loop", "--also", "ods"], "unknown suffix `.ods`"),
         (["loadchart", "rottne-f9-lab", "--height", "highest"], "best, worst, or a length with its unit"),
         (["loadchart", "rottne-f9-lab", "--height", "2"], "a length with its unit"),
         (["loadchart", "rottne-f9-lab", "-o", "x.xlsx"], "choose a suffix"),
