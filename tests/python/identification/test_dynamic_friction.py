@@ -343,7 +343,7 @@ def test_readings_that_err_together_are_said(logs):
     fresh = np.random.default_rng(0).normal(size=step.time.size)
     slow = noise * lfilter([np.sqrt(1.0 - 0.9**2)], [1.0, -0.9], fresh)
     found = fit_dynamic([], [changed(step, p2=step["p2"] + slow)], CRANE, calibrated=True)
-    (told,) = (text for text in found.warnings if "residuals of samples" in text)
+    (told,) = (text for text in found.warnings if "residuals of consecutive samples" in text)
     assert told.startswith("bad.csv, p2:") and "count as about" in told
 
 
