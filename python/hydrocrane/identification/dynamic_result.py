@@ -92,15 +92,17 @@ class DynamicFit:
         """Correlation of all unknowns; the bristle parameters come first."""
         return labelled(self._names(), self.fitted().correlation)
 
+    def _unknown(self, name: str) -> bool:
+        """Whether the logs do not identify a parameter: it ended on a bound, or may be zero."""
+        found, key = self.fitted(), self._key(name)
+        return key in found.at_bound or 1.96 * found.deviation(key) > abs(found[key])
+
     def intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
-        """Confidence intervals of the bristle parameters, SI; infinite where one ended on a bound."""
+        """Confidence intervals of the bristle parameters, SI; infinite where one is not identifiable."""
         if not 0.0 < level < 1.0:
             raise InputError(f"level must lie between 0 and 1, got {level:g}; 0.95 is usual")
         found, width = self.fitted(), float(stats.norm.ppf(0.5 + 0.5 * level))
-        half = {
-            name: np.inf if self._key(name) in found.at_bound else width * found.deviation(self._key(name))
-            for name in DYNAMIC
-        }
+        half = {name: np.inf if self._unknown(name) else width * found.deviation(self._key(name)) for name in DYNAMIC}
         return {name: (value - half[name], value + half[name]) for name, value in self.params.items()}
 
     def predicted(self, log: int) -> Array:
