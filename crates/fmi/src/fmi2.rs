@@ -66,7 +66,7 @@ fn logger(name: CString, environment: *mut c_void, log: Log) -> Logger {
     })
 }
 
-/// The folder of a resource location, which is a URI such as `file:///tmp/fmu/resources`.
+/// The folder of a resource location, which is a URI such as `file:///C:/models/fmu/resources`.
 fn folder(location: &str) -> PathBuf {
     let path = location.strip_prefix("file:").map_or(location, |rest| match rest.strip_prefix("//") {
         // Behind the slashes stands the name of a computer, which is empty or this one.
