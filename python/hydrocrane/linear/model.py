@@ -33,7 +33,7 @@ _EVEN = 1e-6
 class LinearModel(Matrices):
     """x' = A x + B u, y = C x + D u, for small deviations of states, inputs and outputs from a working point.
 
-    Made by :func:`hydrocrane.linear.linearise`, also as ``crane.linearise(...)``.
+    Made by :func:`hydrocrane.linearise`, also as ``crane.linearise(...)``.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class LinearModel(Matrices):
     payload : float
         At the tip, kg.
     friction, side : str
-        As of :func:`~hydrocrane.linear.linearise`.
+        As of :func:`~hydrocrane.linearise`.
     warnings : tuple of ResultWarning
         What the matrices do not show.
 

@@ -425,7 +425,7 @@ class Machine(Stated):
         return self._over(self.core.jacobian, *self._plant(state, spool_command), payload=payload)
 
     def linearise(self, q: ArrayLike | None = None, **options: Unpack[Options]) -> LinearModel:
-        """Linear model about a pose or a state; see :func:`hydrocrane.linear.linearise`."""
+        """Linear model about a pose or a state; see :func:`hydrocrane.linearise`."""
         from hydrocrane.linear.linearise import linearise
 
         return linearise(self, q, **options)

@@ -39,8 +39,8 @@ def circuit(machine: Machine) -> Figure:
 
     Symbols are those of ISO 1219-1, simplified. Save it as ``.svg``, ``.pdf`` or ``.png``.
 
-    Example
-    -------
+    Examples
+    --------
     >>> hc.plots.circuit(hc.load_machine("rottne-f9-mobile")).savefig("circuit.svg")
     """
     return render(diagram(machine))
