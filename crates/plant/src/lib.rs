@@ -19,7 +19,7 @@ pub mod layout;
 pub mod ledger;
 pub mod limits;
 mod load_pressure;
-mod oil;
+pub mod oil;
 pub mod outputs;
 pub mod plant;
 pub mod precision;

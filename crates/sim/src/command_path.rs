@@ -116,7 +116,7 @@ pub fn at_spools(machine: &Machine, u: &[f64]) -> Vec<(f64, f64)> {
 }
 
 /// What arrives at a spool of this stroke (m) of the command `u`.
-pub(crate) fn at_spool(chain: &SignalChain, stroke: f64, u: f64) -> f64 {
+pub fn at_spool(chain: &SignalChain, stroke: f64, u: f64) -> f64 {
     apply_signal_chain(chain, u).clamp(-stroke, stroke)
 }
 
@@ -132,31 +132,7 @@ pub(crate) fn kinks(chain: &SignalChain, stroke: f64) -> Vec<f64> {
 }
 
 /// Applies the signal chain, without its delay, to the command `u`. Inside the dead band only the offset is left.
-pub(crate) fn apply_signal_chain(chain: &SignalChain, u: f64) -> f64 {
+pub fn apply_signal_chain(chain: &SignalChain, u: f64) -> f64 {
     let beyond = u - u.clamp(-chain.dead_band, chain.dead_band);
     (chain.offset + chain.gain * beyond).clamp(chain.low, chain.high)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const IDENTITY: SignalChain =
-        SignalChain { offset: 0.0, gain: 1.0, dead_band: 0.0, low: -0.05, high: 0.05, delay: 0.0 };
-
-    #[test]
-    fn the_identity_changes_nothing() {
-        for u in [-0.05, -0.01, 0.0, 0.02] {
-            assert_eq!(apply_signal_chain(&IDENTITY, u), u);
-        }
-    }
-
-    #[test]
-    fn dead_band_gain_offset_and_limits_act_in_this_order() {
-        let chain = SignalChain { offset: 0.001, gain: -2.0, dead_band: 0.003, low: -0.02, high: 0.01, delay: 0.0 };
-        assert_eq!(apply_signal_chain(&chain, 0.002), 0.001);
-        assert!((apply_signal_chain(&chain, 0.008) - (0.001 - 2.0 * 0.005)).abs() < 1e-15);
-        assert_eq!(apply_signal_chain(&chain, 0.05), -0.02);
-        assert_eq!(apply_signal_chain(&chain, -0.05), 0.01);
-    }
 }

@@ -11,7 +11,7 @@ use std::collections::VecDeque;
 const ROUNDING: f64 = 1e-9;
 
 /// Commands sent and not yet forgotten.
-pub(super) struct BatchCommandPath {
+pub struct BatchCommandPath {
     valves: Vec<Valve>,
     delays: Vec<f64>,
     groups: usize,
@@ -24,11 +24,11 @@ pub(super) struct BatchCommandPath {
 
 /// A stretch of a sample in which no command arrives.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Plan {
+pub struct Plan {
     /// s
     pub length: f64,
     /// How many samples ago the command at each spool was sent.
-    age: [usize; MAX_JOINTS],
+    pub age: [usize; MAX_JOINTS],
 }
 
 impl BatchCommandPath {
@@ -91,44 +91,5 @@ impl BatchCommandPath {
 
     pub fn cylinders(&self) -> usize {
         self.valves.len()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use hydrocrane_machine::load;
-
-    fn path(delays: [f64; 3]) -> BatchCommandPath {
-        let machine = load("rottne-f9-lab", &[]).expect("a bundled machine");
-        let mut path = BatchCommandPath::new(&machine, 1, 0.01);
-        path.delays = delays.to_vec();
-        path.memory = 4;
-        path.sent = vec![vec![[0.0; WIDTH]; 3]; 4].into();
-        path
-    }
-
-    #[test]
-    fn without_delay_a_sample_is_one_stretch() {
-        assert_eq!(path([0.0; 3]).plan(), [Plan { length: 0.01, age: [0; MAX_JOINTS] }]);
-    }
-
-    #[test]
-    fn delayed_commands_arrive_within_a_later_sample() {
-        let plan = path([0.0, 0.004, 0.02]).plan();
-        assert_eq!(plan.len(), 2);
-        assert!((plan[0].length - 0.004).abs() < 1e-15);
-        assert!((plan[1].length - 0.006).abs() < 1e-15);
-        assert_eq!((plan[0].age[..3].to_vec(), plan[1].age[..3].to_vec()), (vec![0, 1, 2], vec![0, 0, 2]));
-    }
-
-    #[test]
-    fn a_crane_that_is_reset_forgets_what_was_sent() {
-        let mut path = path([0.0; 3]);
-        path.send(&[0.01, 0.02, 0.03, 0.01, 0.02, 0.03]);
-        path.forget(0, 1);
-        let plan = path.plan();
-        let at = |crane, cylinder| path.at_spool(&plan[0], crane, cylinder);
-        assert_eq!([at(0, 0), at(0, 1), at(1, 0), at(1, 1)], [0.01, 0.02, 0.0, 0.0]);
     }
 }

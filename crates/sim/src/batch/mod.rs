@@ -4,7 +4,7 @@
 //! start, commands and payload alone, bit for bit: not on its place, the number of cranes, the number of threads or the
 //! instruction set.                                                        theory: docs/theory/batch.md
 
-mod command_path;
+pub mod command_path;
 pub(crate) mod kernel;
 mod lane_scheduler;
 

@@ -31,7 +31,7 @@ impl<T: Number, const N: usize> Inputs<T, N> {
     }
 
     /// All numbers, always in the same order.
-    fn numbers(&self) -> Vec<T> {
+    pub fn numbers(&self) -> Vec<T> {
         let mut all = Vec::new();
         self.plant.map(&mut |number| all.push(number));
         all.extend([self.payload, self.back_pressure]);
@@ -60,7 +60,3 @@ fn without_effect(key: &str) -> String {
          it, unless by the commands that arrive at the spools, which are held"
     )
 }
-
-#[cfg(test)]
-#[path = "inputs_tests.rs"]
-mod tests;

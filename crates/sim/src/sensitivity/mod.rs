@@ -4,8 +4,8 @@
 //! ([`inputs`]), and from these states and outputs with theirs ([`tangent_system`]).
 
 mod error;
-mod inputs;
-mod key;
+pub mod inputs;
+pub mod key;
 mod solve;
 mod tangent_system;
 

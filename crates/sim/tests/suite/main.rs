@@ -1,8 +1,11 @@
 //! Runs, steps, batches and control on whole cranes. One binary: linking takes longer than compiling.
 
 mod batch;
+mod batch_command_path;
 mod block_arrow;
 mod chamber_estimate;
+mod command_path;
+mod controllers;
 mod crane_step;
 mod effort;
 mod fixed_steps;
@@ -15,6 +18,8 @@ mod load_holding;
 mod load_sensing;
 mod meter_out;
 mod metering;
+mod method_choice;
+mod oil;
 mod outcomes;
 mod parity;
 mod payload;
@@ -24,8 +29,13 @@ mod port_valves;
 mod prime_mover;
 mod ride_through;
 mod sampled_loop;
+mod schedule;
+mod sensitivity_inputs;
+mod steady_friction;
+mod stick;
 mod supply;
 mod tip_control;
+mod tip_rates;
 
 use hydrocrane_machine::parse;
 use hydrocrane_ode::StepControl;

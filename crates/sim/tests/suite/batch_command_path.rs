@@ -1,0 +1,36 @@
+//! The command path of a batch.
+
+use hydrocrane_machine::{load, OverrideValue};
+use hydrocrane_plant::layout::MAX_JOINTS;
+use hydrocrane_sim::batch::command_path::{BatchCommandPath, Plan};
+
+fn path(delays: [f64; 3]) -> BatchCommandPath {
+    let late = |(name, delay): (&str, f64)| (format!("valve.{name}.delay"), OverrideValue::Number(delay));
+    let late: Vec<_> = ["lift", "jib", "extension"].into_iter().zip(delays).map(late).collect();
+    let machine = load("rottne-f9-lab", &late).expect("a bundled machine");
+    BatchCommandPath::new(&machine, 1, 0.01)
+}
+
+#[test]
+fn without_delay_a_sample_is_one_stretch() {
+    assert_eq!(path([0.0; 3]).plan(), [Plan { length: 0.01, age: [0; MAX_JOINTS] }]);
+}
+
+#[test]
+fn delayed_commands_arrive_within_a_later_sample() {
+    let plan = path([0.0, 0.004, 0.02]).plan();
+    assert_eq!(plan.len(), 2);
+    assert!((plan[0].length - 0.004).abs() < 1e-15);
+    assert!((plan[1].length - 0.006).abs() < 1e-15);
+    assert_eq!((plan[0].age[..3].to_vec(), plan[1].age[..3].to_vec()), (vec![0, 1, 2], vec![0, 0, 2]));
+}
+
+#[test]
+fn a_crane_that_is_reset_forgets_what_was_sent() {
+    let mut path = path([0.0; 3]);
+    path.send(&[0.01, 0.02, 0.03, 0.01, 0.02, 0.03]);
+    path.forget(0, 1);
+    let plan = path.plan();
+    let at = |crane, cylinder| path.at_spool(&plan[0], crane, cylinder);
+    assert_eq!([at(0, 0), at(0, 1), at(1, 0), at(1, 1)], [0.01, 0.02, 0.0, 0.0]);
+}
