@@ -144,8 +144,18 @@ def start_pose(machine: Machine) -> Array:
     count = max(2, round(POSES ** (1.0 / len(machine.joint_names))))
     lower, upper = machine.joint_limits.T
     grid = itertools.product(*[np.linspace(*INNER, count)] * len(lower))
-    poses = [lower + (upper - lower) * np.array(shares) for shares in grid]
-    return max(poses, key=lambda q: _score(list(walks(machine, q).values())))
+    best, most = lower, (-np.inf, -np.inf)
+    for shares in grid:
+        q = lower + (upper - lower) * np.array(shares)
+        found: list[Walk] = []
+        for sense in SENSES.values():
+            found.append(walk(machine, q, np.array(sense)))
+            # Further walks can only lower what all of them have in common.
+            if _score(found) <= most:
+                break
+        else:
+            best, most = q, _score(found)
+    return best
 
 
 def walks(machine: Machine, q: Array, length: float = LINE) -> dict[str, Walk]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -24,6 +26,8 @@ from hydrocrane.benchmark.tuning import UNITS
 
 pytestmark = pytest.mark.evidence
 
+# A search over the poses of a machine, once for all tests.
+start_pose = cache(start_pose)
 LAB, HIAB = hc.load_machine("rottne-f9-lab"), hc.load_machine("hiab-xs031")
 
 
