@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 import yaml
 
+from hydrocrane.export.platforms import PLATFORMS
+
 ROOT = Path(__file__).resolve().parents[3]
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
 # Actions that exist and are wanted; any other is a slip or a decision.
@@ -51,6 +53,14 @@ def test_artifacts_that_are_fetched_were_kept():
     steps = [step for job in jobs.values() for step in job["steps"] if "artifact" in step.get("uses", "")]
     kept = {step["with"]["name"] for step in steps if "upload" in step["uses"]}
     assert {step["with"]["name"] for step in steps if "download" in step["uses"] and "name" in step["with"]} <= kept
+
+
+def test_wheels_hold_the_fmu_library_of_every_platform():
+    jobs = yaml.safe_load(text_of(".github/workflows/wheels.yml"))["jobs"]
+    built = {entry["platform"]: entry["name"] for entry in jobs["fmu"]["strategy"]["matrix"]["include"]}
+    assert built == {name: platform.library.name for name, platform in PLATFORMS.items()}
+    tried = "\n".join(step.get("run", "") for step in jobs["wheels"]["steps"])
+    assert re.findall(r"--platform (\S+)", tried) == list(PLATFORMS)
 
 
 def test_there_is_one_version():
