@@ -1,4 +1,4 @@
-"""Names of modules and keywords from before: they still work, with a warning that names the new one."""
+"""Former names. Modules and keywords still work, with a warning. Fields and attributes are refused."""
 
 from __future__ import annotations
 
@@ -8,10 +8,16 @@ from collections.abc import Callable, Sequence
 from functools import wraps
 from importlib.machinery import ModuleSpec
 from types import ModuleType
-from typing import ParamSpec, TypeVar
+from typing import Never, ParamSpec, TypeVar
+
+from hydrocrane.errors import InputError
 
 P = ParamSpec("P")
 R = TypeVar("R")
+C = TypeVar("C", bound=type)
+
+# Former names of fields of scenarios, which are refused, and their names today.
+RENAMED_FIELDS = {"believed": "controller_model"}
 
 # Old module -> the modules that hold its names today.
 MOVED = {
@@ -47,7 +53,7 @@ class OldNames:
 
     @staticmethod
     def create_module(spec: ModuleSpec) -> None:
-        """Python's own kind of module will do."""
+        """The default module type is used."""
 
     @staticmethod
     def exec_module(module: ModuleType) -> None:
@@ -66,14 +72,14 @@ class OldNames:
 
 
 def renamed_keyword(old: str, new: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """A decorator: the function also takes its argument `new` by its name from before, `old`."""
+    """A decorator: the function also accepts its argument `new` by its former name `old`."""
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
         @wraps(function)
         def call(*args: P.args, **kwargs: P.kwargs) -> R:
             if old in kwargs:
                 if new in kwargs:
-                    raise TypeError(f"{function.__name__} got `{new}` twice: once as `{old}`, its name from before")
+                    raise TypeError(f"{function.__name__} got `{new}` twice: once as `{old}`, its former name")
                 warnings.warn(f"the argument `{old}` is called `{new}` now", DeprecationWarning, stacklevel=2)
                 kwargs[new] = kwargs.pop(old)
             return function(*args, **kwargs)
@@ -81,3 +87,37 @@ def renamed_keyword(old: str, new: str) -> Callable[[Callable[P, R]], Callable[P
         return call
 
     return decorate
+
+
+def refuses_former_names(cls: C) -> C:
+    """A class decorator: a field by its former name raises an error that states the present one."""
+    construct = cls.__init__  # type: ignore[misc]
+
+    @wraps(construct)
+    def checked(self: object, *args: object, **kwargs: object) -> None:
+        for name in kwargs:
+            refuse_former_name(name)
+        construct(self, *args, **kwargs)
+
+    cls.__init__ = checked  # type: ignore[misc]
+    return cls
+
+
+def former_attribute(old: str, new: str) -> property:
+    """An attribute by its former name: reading it raises an error that states the present one."""
+
+    def read(self: object) -> Never:
+        raise AttributeError(f"`{old}` is called `{new}` now")
+
+    return property(read)
+
+
+def refuse_former_name(field: str) -> None:
+    """Raise the error if `field` is a former name.
+
+    Raises
+    ------
+    InputError
+    """
+    if field in RENAMED_FIELDS:
+        raise InputError(f"`{field}` is called `{RENAMED_FIELDS[field]}` now")

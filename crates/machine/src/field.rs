@@ -7,7 +7,7 @@ use crate::log::Log;
 use crate::model::{Form, Recorded, Unusual};
 use crate::nearest::{choose, suggestion};
 use crate::number::Number;
-use crate::plausible::{self, Verdict};
+use crate::plausible::{self, Plausibility};
 use crate::quantities;
 use crate::quantities::Kind;
 use crate::units::{self, Quantity, Unit, UnitError};
@@ -272,17 +272,17 @@ impl<'a> Field<'a> {
     /// Refuses a value that is far from usual, and notes one that is unusual. `number` is what was given in some unit,
     /// as `written`; without a text it is in SI.
     fn judge(&self, number: f64, written: Option<&str>, si: f64, place: &Place, quantity: &Quantity) -> Result<()> {
-        let verdict = plausible::judge(self.key, quantity, number, si);
+        let found = plausible::judge(self.key, quantity, number, si);
         let in_si = || format!("{} {}", plausible::short(si), quantity.unit).trim_end().to_string();
         let shown = || written.map_or_else(in_si, str::to_string);
-        match verdict {
-            Verdict::Usual => Ok(()),
-            Verdict::Unusual(usual, cure) => {
+        match found {
+            Plausibility::Usual => Ok(()),
+            Plausibility::Unusual(usual, cure) => {
                 let place = place.locate().to_string();
                 self.log.warn(Unusual { key: self.path.clone(), place, text: format!("{}; {usual}", shown()), cure });
                 Ok(())
             }
-            Verdict::Refused(usual, cure) => {
+            Plausibility::Refused(usual, cure) => {
                 let message = format!("{} is beyond any use; {usual}", shown());
                 Err(place.error(ErrorKind::OutOfRange, &self.path, message).help(cure))
             }

@@ -40,9 +40,9 @@ impl Range {
     }
 }
 
-/// How a value lies to its range.
+/// How a value compares with its usual range.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Verdict {
+pub enum Plausibility {
     Usual,
     /// A warning: what is usual, and the cure.
     Unusual(String, String),
@@ -51,30 +51,34 @@ pub enum Verdict {
 }
 
 /// Judges the value `si` of `key`, written as `number` in some unit. A positive one may be too small for any use.
-pub fn judge(key: &Key, quantity: &Quantity, number: f64, si: f64) -> Verdict {
+pub fn judge(key: &Key, quantity: &Quantity, number: f64, si: f64) -> Plausibility {
     let positive = key.sign() == Sign::Positive;
     let magnitude = si.abs();
     if magnitude == 0.0 {
-        return Verdict::Usual;
+        return Plausibility::Usual;
     }
     let Some(range) = range_of(key, quantity.dimension) else {
         let allowed = magnitude <= MOST && !(positive && magnitude < LEAST);
         let unit = if quantity.is_number() { String::new() } else { format!(" {}", quantity.unit) };
         let limits = format!("must lie between {LEAST:e} and {MOST:e}{unit}");
-        return if allowed { Verdict::Usual } else { Verdict::Refused(limits, "check the value and its unit".into()) };
+        return if allowed {
+            Plausibility::Usual
+        } else {
+            Plausibility::Refused(limits, "check the value and its unit".into())
+        };
     };
     // A rounding error is no reason to warn.
     let outside = |margin: f64| (range.low / magnitude).max(magnitude / range.high) > margin * (1.0 + 1e-9);
     let too_large = magnitude > range.high;
     if !outside(1.0) {
-        return Verdict::Usual;
+        return Plausibility::Usual;
     }
     let usual = format!("usual is {} to {}", range.texts[0], range.texts[1]);
     let cure = likely(&range, quantity.dimension, number).unwrap_or_else(|| "check the value and its unit".into());
     if (too_large || positive) && outside(range.margin) {
-        return Verdict::Refused(usual, cure);
+        return Plausibility::Refused(usual, cure);
     }
-    Verdict::Unusual(usual, cure)
+    Plausibility::Unusual(usual, cure)
 }
 
 fn range_of(key: &Key, dimension: Dimension) -> Option<Range> {
@@ -131,22 +135,25 @@ mod tests {
     fn a_wrong_unit_is_guessed() {
         let bore =
             |number: f64, si: f64| judge(declared("cylinder.lift.bore"), &quantities::LENGTH.quantity(), number, si);
-        assert_eq!(bore(63.0, 0.063), Verdict::Usual);
+        assert_eq!(bore(63.0, 0.063), Plausibility::Usual);
         for number in [63.0, 100.0] {
             let meant = format!("did you mean \"{number} mm\"?");
-            assert_eq!(bore(number, number), Verdict::Unusual("usual is 10 mm to 600 mm".into(), meant));
+            assert_eq!(bore(number, number), Plausibility::Unusual("usual is 10 mm to 600 mm".into(), meant));
         }
-        assert!(matches!(bore(1e5, 1e5), Verdict::Refused(..)));
-        assert!(matches!(bore(1e-9, 1e-9), Verdict::Refused(..)));
+        assert!(matches!(bore(1e5, 1e5), Plausibility::Refused(..)));
+        assert!(matches!(bore(1e-9, 1e-9), Plausibility::Refused(..)));
         let pressure = judge(declared("supply.pressure"), &quantities::PRESSURE.quantity(), 100.0, 100.0);
-        assert_eq!(pressure, Verdict::Unusual("usual is 5 bar to 500 bar".into(), "did you mean \"100 bar\"?".into()));
+        assert_eq!(
+            pressure,
+            Plausibility::Unusual("usual is 5 bar to 500 bar".into(), "did you mean \"100 bar\"?".into())
+        );
     }
 
     #[test]
     fn keys_without_a_range_are_bounded_too() {
         for (number, refused) in [(1e-300, true), (0.5, false), (1e300, true)] {
-            let verdict = judge(declared("sensor.lift.noise"), &Quantity::number(), number, number);
-            assert_eq!(matches!(verdict, Verdict::Refused(..)), refused, "{number}");
+            let found = judge(declared("sensor.lift.noise"), &Quantity::number(), number, number);
+            assert_eq!(matches!(found, Plausibility::Refused(..)), refused, "{number}");
         }
     }
 }

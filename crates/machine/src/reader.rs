@@ -59,7 +59,10 @@ impl<'a> Reader<'a> {
             key @ ("extends" | "include") => {
                 format!("`{key}` belongs above the first table of a machine file, above this [{}]", self.path)
             }
-            key => suggestion(key, known.iter().copied()),
+            key => match self.keys.iter().find(|declared| declared.former_name == key) {
+                Some(declared) => format!("`{key}` is called `{}` now", declared.name),
+                None => suggestion(key, known.iter().copied()),
+            },
         };
         Err(entry.place.error(ErrorKind::UnknownKey, &join(&self.path, &entry.key), "unknown key").help(help))
     }

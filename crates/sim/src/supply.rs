@@ -98,7 +98,7 @@ pub(crate) fn overridden(scenario: &Scenario) -> Option<Warning> {
         time,
         kind: "override-without-effect",
         text: "`supply.pressure` is given, but the run follows a measured supply pressure".into(),
-        cure: "omit one of the two; use `believed` for the value that a controller assumes".into(),
+        cure: "omit one of the two; use `controller.model` for the value that a controller assumes".into(),
     })
 }
 

@@ -19,11 +19,10 @@ pub struct ControllerChoice {
     /// Time that computing takes, s.
     pub delay: f64,
     pub sensors: SensorQuality,
-    /// Overrides of the machine's values that the controller believes in, by dotted key.
-    pub believed: Vec<(String, OverrideValue)>,
-    /// Another machine that the controller believes in, in place of this one with other values: a bundled name or path,
-    /// and its overrides.
-    pub believed_machine: Option<(String, Vec<(String, OverrideValue)>)>,
+    /// The controller model: overrides of the machine, by dotted key.
+    pub model: Vec<(String, OverrideValue)>,
+    /// Another machine as controller model, in place of overrides: a bundled name or path, and its own overrides.
+    pub other_model: Option<(String, Vec<(String, OverrideValue)>)>,
     /// Whether implausible sensors close the valves; `None`: as is usual for the controller.
     pub monitor: Option<bool>,
     /// Number of a controller of somebody's own, which stands in no file and has no name here.
@@ -38,8 +37,8 @@ impl ControllerChoice {
             period: None,
             delay: 0.0,
             sensors: SensorQuality::Ideal,
-            believed: Vec::new(),
-            believed_machine: None,
+            model: Vec::new(),
+            other_model: None,
             monitor: None,
             own: None,
         }
@@ -146,7 +145,7 @@ pub fn controller(
         period: table.optional_quantity("period")?,
         delay: table.quantity_or_default("delay")?,
         sensors: table.choice_or_default("sensors", &[SensorQuality::Ideal, SensorQuality::DataSheet])?,
-        believed: believed(&table, machine, overrides)?,
+        model: controller_model(&table, machine, overrides)?,
         monitor: table.optional_choice("monitor", &[true, false])?,
         ..ControllerChoice::named(fitting)
     };
@@ -154,13 +153,17 @@ pub fn controller(
     Ok(Some(choice))
 }
 
-/// What the controller believes of the machine where that is not the truth; loading it finds what is wrong.
-fn believed(table: &Reader, machine: &MachineSource, overrides: &[Override]) -> Result<Vec<(String, OverrideValue)>> {
-    let believed = overrides_in(table, "believed")?;
-    if !believed.is_empty() {
-        machine.load(&[overrides, &believed].concat())?;
+/// The overrides of the controller model. They are loaded once, which finds what is wrong with them.
+fn controller_model(
+    table: &Reader,
+    machine: &MachineSource,
+    overrides: &[Override],
+) -> Result<Vec<(String, OverrideValue)>> {
+    let changes = overrides_in(table, "model")?;
+    if !changes.is_empty() {
+        machine.load(&[overrides, &changes].concat())?;
     }
-    Ok(plain(believed))
+    Ok(plain(changes))
 }
 
 fn check_mode(table: &Reader, choice: &ControllerChoice, stick: Option<&Joystick>) -> Result<()> {

@@ -177,7 +177,7 @@ impl Writer<'_> {
             let message = "a file cannot hold your own controller; name one of the package, or keep the script";
             return Err(Unwritable(message.into()));
         }
-        if choice.believed_machine.is_some() {
+        if choice.other_model.is_some() {
             let message = "a file cannot hold another machine as the controller model; state it as overrides";
             return Err(Unwritable(message.into()));
         }
@@ -188,7 +188,7 @@ impl Writer<'_> {
         if let Some(on) = choice.monitor {
             let _ = writeln!(self.text, "monitor = \"{}\"", if on { "on" } else { "off" });
         }
-        self.overrides(&format!("{table}controller.believed"), &choice.believed);
+        self.overrides(&format!("{table}controller.model"), &choice.model);
         Ok(())
     }
 

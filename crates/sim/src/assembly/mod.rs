@@ -36,12 +36,12 @@ pub trait Surroundings {
         overrides: &[(String, OverrideValue)],
     ) -> Result<Arc<dyn Model>, AssemblyError>;
 
-    /// Controller `number` of somebody's own for a stage, with the machine that it believes in. A face without any has none.
+    /// Controller `number` of somebody's own for a stage, with its controller model. A face without any has none.
     fn own_controller(
         &mut self,
         number: usize,
         stage: &Stage,
-        believed: &Arc<dyn Model>,
+        controller_model: &Arc<dyn Model>,
     ) -> Option<Box<dyn Controller>>;
 }
 
@@ -84,7 +84,7 @@ pub struct AssembledStage {
     pub stage: Stage,
     pub model: Arc<dyn Model>,
     /// What the controller takes the machine for.
-    pub believed: Arc<dyn Model>,
+    pub controller_model: Arc<dyn Model>,
     pub driver: OwnedDriver,
 }
 

@@ -55,7 +55,7 @@ pub struct Experiment {
     /// Accepted steps after which a run is given up.
     pub max_steps: u64,
     /// Whether step sizes follow the derivatives too, or the states alone, as in a run without derivatives.
-    pub resolve_slopes: bool,
+    pub resolve_sensitivities: bool,
 }
 
 /// A run and its derivatives, up to wherever it got.
@@ -136,7 +136,7 @@ fn sized<const N: usize>(
         record.done.outcome = Outcome { kind: OutcomeKind::BadState, time: 0.0, message };
         return Ok(record.done);
     }
-    let sizes: Vec<f64> = if experiment.resolve_slopes { values.iter().map(size).collect() } else { Vec::new() };
+    let sizes: Vec<f64> = if experiment.resolve_sensitivities { values.iter().map(size).collect() } else { Vec::new() };
     let mut system = TangentSystem::new(Driven::new(model, &options, 0.0), &groups, &sizes);
     let method = method(&options.method, system.dimension());
     let method = method.ok_or_else(|| SensitivityError::Key(format!("no method `{}`", options.method)))?;
