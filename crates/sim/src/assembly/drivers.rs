@@ -70,7 +70,7 @@ fn controller_model(
     Ok(known)
 }
 
-/// `overrides` with `others`, which count before those of the same keys.
+/// `overrides` with `others`, which have priority.
 fn replaced(
     overrides: &[(String, OverrideValue)],
     others: impl Iterator<Item = (String, OverrideValue)>,
@@ -102,7 +102,7 @@ fn plan(
     Ok(SampledPlan { sticks: sticks(scenario, stage, model), sensors, delay: choice.delay })
 }
 
-/// The sticks of a stage, centred where it states none, and the goals of the tip.
+/// The sticks of a stage (centred if it states none) and the goals of the tip.
 fn sticks(scenario: &Scenario, stage: &Stage, model: &dyn Model) -> Sticks {
     let of = |goal: &Goal| controller::Goal {
         place: goal.place,
@@ -125,7 +125,7 @@ fn sticks(scenario: &Scenario, stage: &Stage, model: &dyn Model) -> Sticks {
     }
 }
 
-/// What the controller of a stage reads with data-sheet sensors that the machine does not have.
+/// Signals that the controller of a stage reads with data-sheet sensors, and that no sensor of the machine measures.
 pub(super) fn unmeasured(stage: &AssembledStage) -> Option<Warning> {
     let Stage { from, controller, .. } = &stage.stage;
     let reads = |choice: &&ControllerChoice| choice.sensors == SensorMode::DataSheet && choice.name != LEVER;
@@ -158,7 +158,7 @@ pub(super) fn goal_fault(scenario: &Scenario, stages: &[AssembledStage]) -> Opti
     .next()
 }
 
-/// Levers, all centred: what stands ready while spool commands are repeated.
+/// Levers, all centred, for use while spool commands are repeated.
 pub(super) fn levers(model: &dyn Model) -> Result<(Box<dyn Controller>, SampledPlan), String> {
     let sensors = Sensors::new(model, SensorMode::Ideal, 0, &[])?;
     let sticks = Sticks::centred(StickKind::Lever, model.machine().cylinders.len());
