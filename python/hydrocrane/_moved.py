@@ -1,4 +1,4 @@
-"""Former names. Modules and keywords still work, with a warning. Fields and attributes are refused."""
+"""Former names. Modules and keywords still work, with a warning. Attributes are refused."""
 
 from __future__ import annotations
 
@@ -10,14 +10,8 @@ from importlib.machinery import ModuleSpec
 from types import ModuleType
 from typing import Never, ParamSpec, TypeVar
 
-from hydrocrane.errors import InputError
-
 P = ParamSpec("P")
 R = TypeVar("R")
-C = TypeVar("C", bound=type)
-
-# Former names of fields of scenarios, which are refused, and their names today.
-RENAMED_FIELDS = {"believed": "controller_model"}
 
 # Old module -> the modules that hold its names today.
 MOVED = {
@@ -89,20 +83,6 @@ def renamed_keyword(old: str, new: str) -> Callable[[Callable[P, R]], Callable[P
     return decorate
 
 
-def refuses_former_names(cls: C) -> C:
-    """A class decorator: a field by its former name raises an error that states the present one."""
-    construct = cls.__init__  # type: ignore[misc]
-
-    @wraps(construct)
-    def checked(self: object, *args: object, **kwargs: object) -> None:
-        for name in kwargs:
-            refuse_former_name(name)
-        construct(self, *args, **kwargs)
-
-    cls.__init__ = checked  # type: ignore[misc]
-    return cls
-
-
 def former_attribute(old: str, new: str) -> property:
     """An attribute by its former name: reading it raises an error that states the present one."""
 
@@ -110,14 +90,3 @@ def former_attribute(old: str, new: str) -> property:
         raise AttributeError(f"`{old}` is called `{new}` now")
 
     return property(read)
-
-
-def refuse_former_name(field: str) -> None:
-    """Raise the error if `field` is a former name.
-
-    Raises
-    ------
-    InputError
-    """
-    if field in RENAMED_FIELDS:
-        raise InputError(f"`{field}` is called `{RENAMED_FIELDS[field]}` now")

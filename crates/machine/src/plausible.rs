@@ -1,9 +1,9 @@
-//! Whether a value is usual: outside the range that its key declares it draws a warning, far outside an error.
+//! Check of a value against the usual range of its key: a warning outside, an error far outside.
 
 use crate::keys::{Key, Sign, Usual};
 use crate::units::{self, Dimension, Quantity};
 
-/// Usual values of keys that declare none, by dimension.
+/// Usual ranges of keys that declare none, by dimension.
 const OF_DIMENSION: &[Usual] = &[
     ("0 m", "100 m", 10.0),
     ("0 deg", "720 deg", 100.0),
@@ -12,11 +12,11 @@ const OF_DIMENSION: &[Usual] = &[
     ("0 kg", "50 t", 1e3),
 ];
 
-/// Magnitudes that no key may have, where no range says more, SI.
+/// Bounds of magnitudes for keys without a range, SI.
 const LEAST: f64 = 1e-18;
 const MOST: f64 = 1e15;
 
-/// Units that people write beside those with a symbol of their own, to guess which one was meant.
+/// Further units for the guess of the intended one.
 const WRITTEN_UNITS: [&str; 8] = ["l/min", "mm/s", "N/mm", "kN/mm", "kN s/m", "kg/l", "g/l", "kg mm^2"];
 
 /// A usual range in SI.
@@ -67,7 +67,7 @@ pub fn judge(key: &Key, quantity: &Quantity, number: f64, si: f64) -> Plausibili
             Plausibility::Refused(limits, "check the value and its unit".into())
         };
     };
-    // A rounding error is no reason to warn.
+    // No warning because of rounding.
     let outside = |margin: f64| (range.low / magnitude).max(magnitude / range.high) > margin * (1.0 + 1e-9);
     let too_large = magnitude > range.high;
     if !outside(1.0) {
@@ -87,7 +87,7 @@ fn range_of(key: &Key, dimension: Dimension) -> Option<Range> {
     ranges.find(|range| range.dimension.is_none_or(|of_range| of_range == dimension))
 }
 
-/// The number with the unit that was probably meant: the one that brings it nearest to the middle of the range.
+/// The number with the probably intended unit, for which it is nearest to the middle of the range.
 fn likely(range: &Range, dimension: Dimension, number: f64) -> Option<String> {
     let distance = |si: f64| libm::log(si * si / (range.low.max(1e-3 * range.high) * range.high)).abs();
     let meant = units::symbols().chain(WRITTEN_UNITS).filter_map(|symbol| {
@@ -100,7 +100,7 @@ fn likely(range: &Range, dimension: Dimension, number: f64) -> Option<String> {
     Some(format!("did you mean \"{} {symbol}\"?", short(number)))
 }
 
-/// A number as people write it.
+/// A number in usual notation.
 pub fn short(number: f64) -> String {
     let magnitude = number.abs();
     if magnitude != 0.0 && !(1e-4..1e7).contains(&magnitude) {

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from hydrocrane._moved import refuses_former_names
 from hydrocrane.arrays import scenario_quantity
 from hydrocrane.control.controllers import AnyController
 from hydrocrane.control.joystick import Joystick
@@ -13,6 +12,7 @@ from hydrocrane.errors import InputError, unknown
 from hydrocrane.machine.machine import Machine
 from hydrocrane.machine.overrides import Overrides, plain_overrides
 from hydrocrane.machine.sensors import SENSORS
+from hydrocrane.scenario.former import refuses_former_names
 
 # Fields of a phase that come with a controller.
 LOOP = ("period", "delay", "sensors", "controller_model", "monitor")

@@ -21,7 +21,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrocrane import _core
-from hydrocrane._moved import refuse_former_name, refuses_former_names
 from hydrocrane.arrays import Array, scenario_quantity, seed_number
 from hydrocrane.control.controllers import AnyController, check_controller
 from hydrocrane.control.joystick import MODES_OF, Joystick
@@ -36,6 +35,7 @@ from hydrocrane.scenario.changes import Changes, Pressures, ScenarioFields
 from hydrocrane.scenario.command import Command, as_command
 from hydrocrane.scenario.due import in_order_of_time
 from hydrocrane.scenario.entry import own_controllers, scenario_entry
+from hydrocrane.scenario.former import refuse_former_name, refuses_former_names
 from hydrocrane.scenario.goals import Goal
 from hydrocrane.scenario.payload import payload_changes
 from hydrocrane.scenario.phases import Phase, check_values

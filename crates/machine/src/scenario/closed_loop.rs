@@ -1,4 +1,4 @@
-//! `[controller]` and `[joystick]` of a scenario: who drives the spools, and what the operator wants.
+//! `[controller]` and `[joystick]` of a scenario: the controller and the operator's input.
 
 use super::log::{is_text, Files, Log};
 use super::{check_series, overrides_in, plain, Interpolation, MachineSource, Result, INTERPOLATIONS};
@@ -10,27 +10,27 @@ use crate::model::Machine;
 use crate::quantities::NUMBER;
 use crate::reader::{Field, Reader};
 
-/// A sampled controller and how it is connected to the crane.
+/// A sampled controller with its sensors, delay and model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ControllerChoice {
     pub name: String,
     /// Time between samples, s; `None`: the machine's or the controller's own.
     pub period: Option<f64>,
-    /// Time that computing takes, s.
+    /// Computation delay, s.
     pub delay: f64,
     pub sensors: SensorQuality,
     /// The controller model: overrides of the machine, by dotted key.
     pub model: Vec<(String, OverrideValue)>,
     /// Another machine as controller model, in place of overrides: a bundled name or path, and its own overrides.
     pub other_model: Option<(String, Vec<(String, OverrideValue)>)>,
-    /// Whether implausible sensors close the valves; `None`: as is usual for the controller.
+    /// Whether implausible sensors close the valves; `None`: the default of the controller.
     pub monitor: Option<bool>,
-    /// Number of a controller of somebody's own, which stands in no file and has no name here.
+    /// Number of a user-defined controller, which has no name and is in no file.
     pub own: Option<usize>,
 }
 
 impl ControllerChoice {
-    /// The controller `name` with ideal sensors, and a model that is the crane.
+    /// The controller `name` with ideal sensors and the crane as its model.
     pub fn named(name: &str) -> Self {
         ControllerChoice {
             name: name.into(),
@@ -44,7 +44,7 @@ impl ControllerChoice {
         }
     }
 
-    /// Whether implausible sensors close the valves: by default of a controller by name that measures.
+    /// Whether implausible sensors close the valves; default is yes for a controller by name that reads sensors.
     pub fn monitored(&self) -> bool {
         self.monitor.unwrap_or(self.own.is_none() && self.name != LEVER)
     }
@@ -53,7 +53,7 @@ impl ControllerChoice {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SensorQuality {
     Ideal,
-    /// As the machine file's sensors are.
+    /// The sensors of the machine file.
     DataSheet,
 }
 
@@ -67,13 +67,13 @@ pub struct Joystick {
     /// File with the deflections in place of the above.
     pub log: Option<String>,
     pub interpolation: Interpolation,
-    /// Share of the deflection around the centre that does nothing.
+    /// Dead zone around the centre, as a share of the deflection.
     pub dead_zone: f64,
     /// Speed of the tip at full deflection, m/s; `None`: the machine's or the controller's own.
     pub full_speed: Option<f64>,
     /// Time from the centre to full deflection, s.
     pub ramp: f64,
-    /// Share of the full speed that counts, one per time; empty: all of it.
+    /// Share of the full speed, one per time; empty: full speed.
     pub precision: Vec<f64>,
 }
 
@@ -88,7 +88,7 @@ pub enum StickMode {
 }
 
 impl StickMode {
-    /// As it stands in files.
+    /// Its name in files.
     pub fn name(self) -> &'static str {
         match self {
             StickMode::Tip => "tip",
@@ -99,13 +99,13 @@ impl StickMode {
 }
 
 impl Joystick {
-    /// Whether a controller takes sticks of this mode.
+    /// Whether a controller supports sticks of this mode.
     pub fn fits(&self, controller: &ControllerChoice) -> bool {
         controller.own.is_some() || modes(&controller.name).contains(&self.mode)
     }
 }
 
-/// The stick modes that a controller by name takes, the usual one first.
+/// The stick modes of a controller by name, the usual one first.
 fn modes(controller: &str) -> &'static [StickMode] {
     match controller {
         LEVER => &[StickMode::Lever],
@@ -114,7 +114,7 @@ fn modes(controller: &str) -> &'static [StickMode] {
     }
 }
 
-/// The controller that a joystick calls for.
+/// The controller that a joystick selects.
 pub fn fitting(stick: Option<&Joystick>) -> &'static str {
     match stick {
         Some(Joystick { mode: StickMode::Lever, .. }) => LEVER,
@@ -122,7 +122,7 @@ pub fn fitting(stick: Option<&Joystick>) -> &'static str {
     }
 }
 
-/// The controller; a joystick alone calls for the one that fits its mode, goals for the one that moves the tip.
+/// The controller; a joystick alone selects that of its mode, goals select that which moves the tip.
 /// `machine` and `overrides` are those of the scenario.
 pub fn controller(
     root: &Reader,
@@ -218,7 +218,7 @@ pub fn joystick(root: &Reader, machine: &Machine, files: &Files) -> Result<Optio
     }))
 }
 
-/// The deflections of a joystick, or the log that holds them.
+/// The deflections of a joystick, or the log with them.
 struct Deflections {
     time: Vec<f64>,
     axes: Vec<Vec<f64>>,
@@ -279,7 +279,7 @@ fn check_shares(field: &Field, shares: &[f64]) -> Result<()> {
     }
 }
 
-/// Deflections from a log; one that is no text is left to whoever can read it.
+/// Deflections from a log; a log that is no text is read by the caller.
 fn logged(field: &Field, mode: StickMode, axes: &[&str], files: &Files) -> Result<Deflections> {
     let (name, interpolation) = (field.text()?, Interpolation::Linear);
     if !is_text(name) {
@@ -314,7 +314,7 @@ fn logged(field: &Field, mode: StickMode, axes: &[&str], files: &Files) -> Resul
     Ok(Deflections { time: log.time, axes: deflections, precision, log: None, interpolation })
 }
 
-/// How far beyond its end rounding may take a deflection; it counts as the end.
+/// Rounding error by which a deflection may exceed its end; it counts as the end.
 const ROUNDING: f64 = 1e-9;
 
 fn check_range(field: &Field, values: &[f64]) -> Result<()> {
